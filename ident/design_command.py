@@ -1,0 +1,73 @@
+"""`ident design`: an arm's file in, the excitation trajectory out."""
+
+import json
+import webbrowser
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ident.options import Json
+
+
+class Objective(StrEnum):
+    """What to minimise."""
+
+    CONDITION = "condition"
+    DETERMINANT = "determinant"
+
+
+Settings = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        help="NAME=VALUE: terms, weights, method (descent or cobyla), gain, patience, processes.",
+    ),
+]
+
+
+def design(
+    config: Annotated[Path, typer.Option(help="Arm's file, or the bare name of a shipped one.")],
+    out: Annotated[
+        Path, typer.Option(help="Trajectory file; its report stands beside it, as .html.")
+    ] = Path("trajectory.yaml"),
+    seconds: Annotated[
+        float | None, typer.Option("--time", help="Time to search [s]; default 240.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Of all random choices; default 0.")] = None,
+    objective: Annotated[
+        Objective | None, typer.Option(help="Default: the condition number.")
+    ] = None,
+    start: Annotated[Path | None, typer.Option(help="Trajectory file to go on from.")] = None,
+    purpose: Annotated[
+        str | None,
+        typer.Option("--for", help="EFFECT[:JOINT] or a gap.json: the motion that shows it."),
+    ] = None,
+    settings: Settings = None,
+    view: Annotated[bool, typer.Option("--view", help="Show the motion in the browser.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Design an excitation trajectory that keeps the arm's limits.
+
+    Example: ident design --config wam7.yaml --out trajectory.yaml
+    """
+    from ident.excitation.progress import Progress
+    from ident.excitation.settings import design_settings, settings_from
+    from ident.excitation.workflow import design_file, design_for, report_beside, view_beside
+
+    chosen = design_settings(
+        settings_from(settings)
+        | {"time_s": seconds, "seed": seed, "objective": objective.value if objective else None}
+    )
+    if purpose is None:
+        with Progress(chosen) as progress:
+            found = design_file(config, out, chosen, start, progress.report)
+    else:
+        found = design_for(config, out, purpose)
+    written = [out, report_beside(found, config, out)]
+    if view:
+        written.append(view_beside(found, config, out))
+        webbrowser.open(written[-1].resolve().as_uri())
+    promise = found.trajectory.promise
+    typer.echo(json.dumps(promise, indent=2) if as_json else "\n".join(map(str, written)))

@@ -1,0 +1,223 @@
+"""The interface of an effect: what the catalogue knows of one thing that a rigid-body model can miss."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.effects.slope import Slopes, torque_slopes
+from ident.simulation.arm import SimulatedArm
+from ident.simulation.chain import Chain
+
+Array = NDArray[np.float64]
+Direction = Callable[[int, Array], Array]
+
+
+@dataclass(frozen=True)
+class ArmFacts:
+    """What an effect may know of the arm before it looks at a recording.
+
+    Attributes:
+        chain: kinematics and gravity.
+        delta: inertial parameters of the present model, shape (10 n,).
+        motor_from_joint: motor angles from joint angles, shape (n, n), or None where unknown.
+        moving: which joints move in the recordings, shape (n,).
+        peak_torque: largest commanded torque of each joint [N m], shape (n,).
+        duration_s: length of the longest recording [s].
+    """
+
+    chain: Chain
+    delta: Array
+    motor_from_joint: Array | None
+    moving: NDArray[np.bool_]
+    peak_torque: Array
+    duration_s: float
+
+    @property
+    def dof(self) -> int:
+        """Number of joints n."""
+        return len(self.moving)
+
+    @property
+    def moving_joints(self) -> tuple[int, ...]:
+        """The joints that move, from 0."""
+        return tuple(int(j) for j in np.flatnonzero(self.moving))
+
+    @property
+    def coupled_pairs(self) -> tuple[tuple[int, int], ...]:
+        """Pairs of moving joints that share a motor, from 0; neighbours where the motors are unknown."""
+        if self.motor_from_joint is None or not self._differentials():
+            joints = self.moving_joints
+            return tuple((a, b) for a, b in zip(joints, joints[1:], strict=False) if b == a + 1)
+        return self._differentials()
+
+    def _differentials(self) -> tuple[tuple[int, int], ...]:
+        if self.motor_from_joint is None:
+            return ()
+        rows = [tuple(int(j) for j in np.flatnonzero(r)) for r in self.motor_from_joint]
+        pairs = {(r[0], r[1]) for r in rows if len(r) == 2}
+        return tuple(sorted(p for p in pairs if self.moving[list(p)].all()))
+
+    def shared_motors(self, pair: tuple[int, int]) -> Array:
+        """Rows, shape (m, 2), of the motors that turn with both joints, largest entry 1."""
+        if self.motor_from_joint is not None and pair in self._differentials():
+            rows = self.motor_from_joint[:, list(pair)]
+            rows = rows[(rows != 0.0).all(axis=1)]
+            return rows / np.abs(rows).max(axis=1, keepdims=True)
+        return np.array([[1.0, 1.0], [1.0, -1.0]])
+
+
+@dataclass(frozen=True)
+class Observed:
+    """An unbroken stretch of a recording, with what the present model says about it.
+
+    Attributes:
+        arm: facts of the arm.
+        rate_hz: of the samples.
+        t: time since the recording's start [s], shape (S,).
+        q, qd, qdd: smoothed motion [rad, rad/s, rad/s^2], each of shape (S, n).
+        tau: commanded or measured joint torque [N m], shape (S, n).
+        speed: velocity from which directions are taken [rad/s], shape (S, n).
+        direction: smoothed sign of each joint's velocity, shape (S, n).
+        load: rigid-body torque of the present model [N m], shape (S, n).
+        gravity: the part of it that the arm at rest would need [N m], shape (S, n).
+        along: smoothed sign of any speed, with the width of a given joint.
+        memo: what an effect has formed for one hypothesis and needs for the next.
+    """
+
+    arm: ArmFacts
+    rate_hz: float
+    t: Array
+    q: Array
+    qd: Array
+    qdd: Array
+    tau: Array
+    speed: Array
+    direction: Array
+    load: Array
+    gravity: Array
+    along: Direction
+    memo: dict[str, Array] = field(default_factory=dict, repr=False, compare=False)
+    _slopes: dict[int, Slopes] = field(default_factory=dict, repr=False, compare=False)
+
+    def slopes(self, joint: int) -> Slopes:
+        """How the rigid-body torque changes with one joint's motion; formed once."""
+        if joint not in self._slopes:
+            self._slopes[joint] = torque_slopes(
+                self.arm.chain, self.arm.delta, (self.q, self.qd, self.qdd), self.load, joint
+            )
+        return self._slopes[joint]
+
+
+@dataclass(frozen=True)
+class Coefficient:
+    """A number that multiplies one column.
+
+    Attributes:
+        name: in the result file.
+        unit: SI.
+        lower, upper: what is physically plausible.
+        least: smaller ones are not worth a name.
+    """
+
+    name: str
+    unit: str
+    lower: float = -np.inf
+    upper: float = np.inf
+    least: float = 0.0
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A number that shapes the columns.
+
+    Attributes:
+        name: in the result file.
+        unit: SI.
+        grid: values of the first search, ascending.
+        lower, upper: bounds of the refinement.
+        whole: only the grid's own values make sense.
+        reported: whether it is a parameter of the effect, not only a help of the search.
+    """
+
+    name: str
+    unit: str
+    grid: tuple[float, ...]
+    lower: float
+    upper: float
+    whole: bool = False
+    reported: bool = True
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """An effect at a place, with its shape.
+
+    Attributes:
+        effect: id of the effect.
+        joints: the joints named, from 0.
+        rows: the joints whose torque changes, from 0.
+        coefficients: one for each column.
+        settings: values that shape the columns, by name.
+        variant: which of the effect's forms it is.
+    """
+
+    effect: str
+    joints: tuple[int, ...]
+    rows: tuple[int, ...]
+    coefficients: tuple[Coefficient, ...]
+    settings: dict[str, float] = field(default_factory=dict)
+    variant: str = ""
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """What tells it from every other hypothesis."""
+        return (self.effect, self.joints, self.rows, self.variant, *self.settings.items())
+
+
+class Effect(Protocol):
+    """One effect: one file, one class, one object named EFFECT.
+
+    Attributes:
+        id: name in the result file.
+        title: in plain words.
+        equation: added to the joint torque.
+        source: where the equation comes from.
+        signature: what it looks like in the residual.
+        rivals: effects that look alike.
+        contains: effects that are special cases of it.
+        experiment: motion that tells it from them.
+        compares: whether it shows only against a model that was trusted before.
+        exact: whether its equation leaves no freedom of form; what an inexact one leaves may be form.
+        smooth: whether its columns vary no faster than the links move, so that a lower rate does.
+        uses: what of the present model its columns depend on: `direction` of friction, `model` torque.
+        settings: what shapes its columns.
+    """
+
+    id: str
+    title: str
+    equation: str
+    source: str
+    signature: str
+    rivals: tuple[str, ...]
+    contains: tuple[str, ...]
+    experiment: str
+    compares: bool
+    exact: bool
+    smooth: bool
+    uses: tuple[str, ...]
+    settings: tuple[Setting, ...]
+
+    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+        """All places and grid points where the effect may be looked for."""
+        ...
+
+    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+        """Torque per unit of each coefficient, shape (S, len(rows), k)."""
+        ...
+
+    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+        """The arm with the effect in, for coefficients of shape (k,)."""
+        ...

@@ -1,0 +1,66 @@
+"""Coulomb friction that grows with the torque that the transmission carries."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed
+from ident.simulation.arm import SimulatedArm, Term, term
+
+_FORMS = ("whole load", "gravity load", "driving load", "braking load")
+
+
+@term
+def _load(t, q, qd, load, joint, settings, resistance, level):
+    pushing = load[joint] * qd[joint] >= 0.0
+    form = settings[1]
+    if form < 1.5 or (form < 2.5 and pushing) or (form > 2.5 and not pushing):
+        level[joint] += settings[0] * abs(load[joint])
+
+
+class LoadDependentFriction:
+    """tau = .. + mu |load| sgn(qd)."""
+
+    id = "load_dependent_friction"
+    title = "friction that grows with the load on the transmission"
+    equation = "tau_j += mu |tau_rigid,j| sgn(qd_j)"
+    source = "Hamon, Gautier, Garrec 2011, eq. (6); the load is the rigid-body torque"
+    signature = "follows the direction of motion; the step at reversal grows with the load"
+    rivals = ("torque_gain", "coupled_friction", "thermal_drift")
+    contains = ()
+    experiment = "the same speed in poses of very different load, with and without a payload"
+    compares = False
+    exact = False
+    smooth = False
+    uses = ("direction", "model")
+    settings = ()
+
+    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+        """One for each joint and form of the load."""
+        mu = (Coefficient("coefficient", "1", lower=0.0, upper=0.6),)
+        return [
+            Hypothesis(self.id, (j,), (j,), mu, variant=form)
+            for j in arm.moving_joints
+            for form in _FORMS
+        ]
+
+    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+        """Direction of motion times the size of the load."""
+        j = hypothesis.joints[0]
+        load = seen.load[:, j]
+        if hypothesis.variant == "gravity load":
+            load = seen.gravity[:, j]
+        pushing = load * seen.direction[:, j] >= 0.0
+        if hypothesis.variant == "driving load":
+            load = np.where(pushing, load, 0.0)
+        if hypothesis.variant == "braking load":
+            load = np.where(pushing, 0.0, load)
+        return (np.abs(load) * seen.direction[:, j])[:, None, None]
+
+    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+        """A Coulomb level that grows with the load."""
+        settings = (values[0], float(_FORMS.index(hypothesis.variant)))
+        return replace(arm, terms=(*arm.terms, Term(_load, hypothesis.joints[0], settings)))
+
+
+EFFECT = LoadDependentFriction()

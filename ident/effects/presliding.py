@@ -1,0 +1,80 @@
+"""Friction that depends on the distance since the last reversal."""
+
+from dataclasses import replace
+
+import numpy as np
+from numba import njit
+
+from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed, Setting
+from ident.simulation.arm import SimulatedArm
+
+_FORMS = ("dahl", "slip")
+
+
+@njit(cache=True)
+def stretch(q, distance, slips):
+    """State of a bristle that follows q [rad], shape (S,), in parts of its breaking stretch.
+
+    Args:
+        q: joint position, shape (S,).
+        distance: over which it stretches [rad].
+        slips: True: linear, then slips (Maxwell); False: ever slower (Dahl, LuGre).
+    """
+    z = np.zeros(q.size)
+    for i in range(1, q.size):
+        dx = q[i] - q[i - 1]
+        if slips:
+            z[i] = min(1.0, max(-1.0, z[i - 1] + dx / distance))
+        else:
+            ahead = 1.0 if dx >= 0.0 else -1.0
+            z[i] = ahead * (1.0 - (1.0 - ahead * z[i - 1]) * np.exp(-abs(dx) / distance))
+    return z
+
+
+class Presliding:
+    """tau = .. + F z, dz/dq = (1 - z sgn(qd)) / distance."""
+
+    id = "presliding"
+    title = "friction that gives way like a bristle before the joint slides"
+    equation = "tau_j += F z, dz/dq_j = (1 - z sgn(qd_j)) / d; or linear up to |z| = 1"
+    source = "Dahl 1968; Canudas de Wit et al. 1995, eqs. (1)-(3), at low speed"
+    signature = "depends on the distance since the last reversal, not on speed"
+    rivals = ("stribeck", "backlash", "joint_elasticity")
+    contains = ()
+    experiment = "slow reversals with several amplitudes, from 1 to 50 mrad"
+    compares = False
+    exact = False
+    smooth = False
+    uses = ()
+    settings = (
+        Setting(
+            "distance", "rad", (0.0004, 0.0008, 0.0016, 0.003, 0.006, 0.012, 0.025), 2e-4, 0.06
+        ),
+    )
+
+    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+        """One for each joint, distance and form."""
+        force = (Coefficient("friction", "N m", lower=0.0),)
+        return [
+            Hypothesis(self.id, (j,), (j,), force, {"distance": d}, form)
+            for j in arm.moving_joints
+            for form in _FORMS
+            for d in self.settings[0].grid
+        ]
+
+    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+        """The bristle's state along the measured path."""
+        q = np.ascontiguousarray(seen.q[:, hypothesis.joints[0]])
+        slips = hypothesis.variant == "slip"
+        return stretch(q, hypothesis.settings["distance"], slips)[:, None, None]
+
+    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+        """A friction element with a bristle, in place of the rigid one."""
+        j = hypothesis.joints[0]
+        coulomb, bristle = arm.coulomb.copy(), arm.bristle.copy()
+        coulomb[j] += values[0]
+        bristle[j] = hypothesis.settings["distance"]
+        return replace(arm, coulomb=coulomb, bristle=bristle)
+
+
+EFFECT = Presliding()

@@ -1,0 +1,70 @@
+"""Friction that changes while the arm warms up."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed, Setting
+from ident.simulation.arm import SimulatedArm, Term, term
+
+
+@term
+def _coulomb(t, q, qd, load, joint, settings, resistance, level):
+    level[joint] += settings[0] * np.exp(-t / settings[1])
+
+
+@term
+def _viscous(t, q, qd, load, joint, settings, resistance, level):
+    resistance[joint] += settings[0] * np.exp(-t / settings[1]) * qd[joint]
+
+
+class ThermalDrift:
+    """tau = .. + exp(-t/T) (dF sgn(qd) + dv qd)."""
+
+    id = "thermal_drift"
+    title = "friction that changes during the run, as it does when a drive warms up"
+    equation = "tau_j += exp(-t/T) (dF sgn(qd_j) + dv qd_j)"
+    source = "Bittencourt, Axelsson 2014, eq. (4), as a first-order warm-up"
+    signature = "the same motion needs another torque later in the run"
+    rivals = ("load_dependent_friction",)
+    contains = ()
+    experiment = "repeat one motion at the start, in the middle, and at the end of a long run"
+    compares = False
+    exact = False
+    smooth = False
+    uses = ("direction",)
+    settings = (Setting("time_constant", "s", (5.0, 10.0, 20.0, 40.0, 80.0, 300.0), 2.0, 2000.0),)
+
+    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+        """One for each joint and time constant: Coulomb or viscous friction, or both."""
+        coulomb = Coefficient("coulomb_at_start", "N m")
+        viscous = Coefficient("viscous_at_start", "N m s/rad")
+        forms = {"coulomb": (coulomb,), "viscous": (viscous,), "both": (coulomb, viscous)}
+        return [
+            Hypothesis(self.id, (j,), (j,), names, {"time_constant": constant}, form)
+            for j in arm.moving_joints
+            for form, names in forms.items()
+            for constant in self.settings[0].grid
+            if constant <= 5 * arm.duration_s
+        ]
+
+    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+        """Direction, and speed, fading with time."""
+        j = hypothesis.joints[0]
+        fade = np.exp(-seen.t / hypothesis.settings["time_constant"])
+        parts = {"coulomb": [seen.direction[:, j]], "viscous": [seen.qd[:, j]]}
+        parts["both"] = parts["coulomb"] + parts["viscous"]
+        return np.stack([fade * p for p in parts[hypothesis.variant]], axis=-1)[:, None, :]
+
+    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+        """A Coulomb level and a drag that fade."""
+        functions = {"coulomb": (_coulomb,), "viscous": (_viscous,), "both": (_coulomb, _viscous)}
+        constant, joint = hypothesis.settings["time_constant"], hypothesis.joints[0]
+        items = [
+            Term(f, joint, (v, constant))
+            for f, v in zip(functions[hypothesis.variant], values, strict=True)
+        ]
+        return replace(arm, terms=(*arm.terms, *items))
+
+
+EFFECT = ThermalDrift()

@@ -1,0 +1,58 @@
+"""Torque that acts later than the log says."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed, Setting
+from ident.simulation.arm import SimulatedArm
+
+_LEAST_S = 0.0015  # less is within what holding and differentiating leave
+
+
+class TorqueDelay:
+    """model(t) = tau(t - d)."""
+
+    id = "torque_delay"
+    title = "torque that acts later than the log says"
+    equation = "tau_model(t) = tau(t - d)"
+    source = (
+        "pure delay; a current loop's lag and a time shift of the log look the same below 10 Hz"
+    )
+    signature = "in proportion to the rate of change of the torque"
+    rivals = ("rotor_inertia", "joint_elasticity")
+    contains = ()
+    experiment = "fast torque changes: a chirp, or motion with many reversals"
+    compares = False
+    exact = False
+    smooth = False
+    uses = ()
+    settings = (Setting("about", "s", (-0.01, -0.004, 0.002, 0.004, 0.01, 0.02), -0.05, 0.05, reported=False),)
+
+    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+        """All joints alike, and each joint alone, about several delays."""
+        delay = (Coefficient("delay", "s", -0.05, 0.05, least=_LEAST_S),)
+        places = [arm.moving_joints, *((j,) for j in arm.moving_joints)]
+        return [
+            Hypothesis(self.id, joints, joints, delay, {"about": d})
+            for joints in dict.fromkeys(places)
+            for d in self.settings[0].grid
+        ]
+
+    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+        """(tau(t) - tau(t - d)) / d: exact when the coefficient comes out as d."""
+        d = hypothesis.settings["about"]
+        columns = []
+        for j in hypothesis.joints:
+            tau = seen.tau[:, j]
+            columns.append((tau - np.interp(seen.t - d, seen.t, tau)) / d)
+        return np.stack(columns, axis=-1)[:, :, None]
+
+    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+        """Commands that act later."""
+        delay = arm.delay_s.copy()
+        delay[list(hypothesis.joints)] += values[0]
+        return replace(arm, delay_s=delay)
+
+
+EFFECT = TorqueDelay()

@@ -1,0 +1,45 @@
+"""A drive that gives more or less torque than it is asked for."""
+
+from dataclasses import replace
+
+from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed
+from ident.simulation.arm import SimulatedArm
+
+
+class TorqueGain:
+    """tau = (1 + e) model."""
+
+    id = "torque_gain"
+    title = "a wrong torque constant or gear ratio"
+    equation = "tau_j = (1 + e) tau_model,j, so that the drive gives 1/(1 + e) of the command"
+    source = "Gautier, Briot 2011, eq. (9)"
+    signature = "in proportion to the joint's whole torque, and on no other joint"
+    rivals = ("load_dependent_friction",)
+    contains = ()
+    experiment = "the same motion with a known payload"
+    compares = False
+    exact = True
+    smooth = True
+    uses = ("model",)
+    settings = ()
+
+    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+        """One for each joint."""
+        error = (Coefficient("error", "1", lower=-0.4, upper=0.4),)
+        return [Hypothesis(self.id, (j,), (j,), error) for j in arm.moving_joints]
+
+    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+        """The joint's rigid-body torque; friction's share is absorbed by friction's own parameters."""
+        return seen.load[:, hypothesis.joints[0]][:, None, None]
+
+    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+        """A drive that gives another share of the command; friction was fitted in commanded torque."""
+        j = hypothesis.joints[0]
+        gain, viscous, coulomb = arm.gain.copy(), arm.viscous.copy(), arm.coulomb.copy()
+        gain[j] /= 1.0 + values[0]
+        viscous[j] /= 1.0 + values[0]
+        coulomb[j] /= 1.0 + values[0]
+        return replace(arm, gain=gain, viscous=viscous, coulomb=coulomb)
+
+
+EFFECT = TorqueGain()

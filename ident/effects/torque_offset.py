@@ -1,0 +1,48 @@
+"""Constant torque offset, which moving data cannot tell from Coulomb friction with unequal directions."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed
+from ident.simulation.arm import SimulatedArm, Term, term
+
+
+@term
+def _offset(t, q, qd, load, joint, settings, resistance, level):
+    resistance[joint] += settings[0]
+
+
+class TorqueOffset:
+    """tau = .. + c."""
+
+    id = "torque_offset"
+    title = "a constant extra torque (sensor offset, or friction that differs by direction)"
+    equation = "tau_j += c"
+    source = "Gautier 1986; current-sensor bias of the drive"
+    signature = "the same in both directions, at all speeds and poses"
+    rivals = ("joint_spring", "gravity_tilt")
+    contains = ()
+    experiment = "move the joint to and fro at constant speed over its whole range"
+    compares = False
+    exact = True
+    smooth = True
+    uses = ()
+    settings = ()
+
+    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+        """One for each joint."""
+        coefficient = (Coefficient("offset", "N m"),)
+        return [Hypothesis(self.id, (j,), (j,), coefficient) for j in arm.moving_joints]
+
+    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+        """Ones."""
+        return np.ones((len(seen.t), 1, 1))
+
+    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+        """A constant torque."""
+        item = Term(_offset, hypothesis.joints[0], (values[0],))
+        return replace(arm, terms=(*arm.terms, item))
+
+
+EFFECT = TorqueOffset()

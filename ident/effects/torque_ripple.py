@@ -1,0 +1,91 @@
+"""Cogging: torque that repeats with the motor's angle."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed, Setting
+from ident.simulation.arm import SimulatedArm, Term, term
+
+
+@term
+def _ripple(t, q, qd, load, joint, settings, resistance, level):
+    here, other, there = settings[2], int(settings[3]), settings[4]
+    angle = here * q[joint] + (there * q[other] if there != 0.0 else 0.0)
+    torque = settings[0] * np.sin(angle) + settings[1] * np.cos(angle)
+    resistance[joint] += settings[5] * torque
+    if there != 0.0:
+        resistance[other] += settings[6] * torque
+
+
+class TorqueRipple:
+    """tau = .. + T^T (a sin(k theta) + b cos(k theta))."""
+
+    id = "torque_ripple"
+    title = "torque ripple that repeats with the motor's angle"
+    equation = "tau += T^T (a sin(k theta) + b cos(k theta)), theta = T q the motor's angle"
+    source = "Piccoli, Yim 2016, eq. (1)"
+    signature = "periodic in the motor's angle; strongest against the model in slow motion"
+    rivals = ()
+    contains = ()
+    experiment = "turn the joint slowly, at constant speed, over several motor revolutions"
+    compares = False
+    exact = False
+    smooth = False
+    uses = ()
+    settings = (Setting("order", "1", tuple(float(k) for k in range(1, 25)), 1.0, 64.0, True),)
+
+    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+        """One for each motor and order."""
+        if arm.motor_from_joint is None:
+            return []
+        found = []
+        for row in arm.motor_from_joint:
+            joints = tuple(int(j) for j in np.flatnonzero(row) if arm.moving[j])
+            if not joints or len(joints) > 2:
+                continue
+            unit = row / np.abs(row).max()
+            place = {f"turn_{s}": float(row[j]) for s, j in zip("ab", joints, strict=False)}
+            place |= {f"lever_{s}": float(unit[j]) for s, j in zip("ab", joints, strict=False)}
+            names = (Coefficient("sine", "N m"), Coefficient("cosine", "N m"))
+            found += [
+                Hypothesis(self.id, joints, joints, names, {"order": k, **place})
+                for k in self.settings[0].grid
+            ]
+        return found
+
+    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+        """Sine and cosine of a multiple of the motor's angle, through its lever arms."""
+        joints, settings = list(hypothesis.joints), hypothesis.settings
+        turns = np.array([settings[f"turn_{s}"] for s, _ in zip("ab", joints, strict=False)])
+        levers = np.array([settings[f"lever_{s}"] for s, _ in zip("ab", joints, strict=False)])
+        wave = _wave(seen, joints, turns, round(settings["order"]))
+        return np.stack([wave.imag, wave.real], axis=-1)[:, None, :] * levers[:, None]
+
+    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+        """A torque that repeats with the motor's angle."""
+        settings, joints = hypothesis.settings, hypothesis.joints
+        order = settings["order"]
+        other, there, lever = joints[0], 0.0, 0.0
+        if len(joints) == 2:
+            other, there, lever = joints[1], order * settings["turn_b"], settings["lever_b"]
+        numbers = (
+            values[0], values[1], order * settings["turn_a"], float(other), there,
+            settings["lever_a"], lever,
+        )  # fmt: skip
+        return replace(arm, terms=(*arm.terms, Term(_ripple, joints[0], numbers)))
+
+
+def _wave(seen: Observed, joints: list[int], turns: Array, order: int) -> Array:
+    """exp(i order theta), by multiplication from the order below."""
+    name = f"wave {joints} {turns} {order}"
+    if name not in seen.memo:
+        if order == 1:
+            seen.memo[name] = np.exp(1j * (seen.q[:, joints] @ turns))
+        else:
+            one = _wave(seen, joints, turns, 1)
+            seen.memo[name] = _wave(seen, joints, turns, order - 1) * one
+    return seen.memo[name]
+
+
+EFFECT = TorqueRipple()

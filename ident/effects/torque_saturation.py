@@ -1,0 +1,58 @@
+"""A drive that clips the torque below what it is asked for."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed, Setting
+from ident.simulation.arm import SimulatedArm
+
+_MOST = 0.12  # share of the samples: what is clipped more often is the joint's usual torque
+
+
+class TorqueSaturation:
+    """model = clip(tau, -limit, limit)."""
+
+    id = "torque_saturation"
+    title = "torque that the drive clips"
+    equation = "tau_model,j = max(-limit, min(limit, tau_j))"
+    source = "current limit of the drive"
+    signature = "only where the commanded torque is large, and always on the same side"
+    rivals = ("contact", "torque_gain")
+    contains = ()
+    experiment = "motion that stays below half of the torque at which the residual begins"
+    compares = False
+    exact = False
+    smooth = False
+    uses = ()
+    settings = (Setting("limit_share", "1", (0.4, 0.5, 0.6, 0.7, 0.8, 0.88, 0.94), 0.2, 0.99),)
+
+    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+        """One for each joint and limit, as a share of the largest command."""
+        clipped = (Coefficient("clipped_share", "1", lower=0.5, upper=1.5),)
+        return [
+            Hypothesis(
+                self.id, (j,), (j,), clipped, {"limit_share": s, "peak": float(arm.peak_torque[j])}
+            )
+            for j in arm.moving_joints
+            for s in self.settings[0].grid
+        ]
+
+    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+        """The part of the command beyond the limit, where that is passed now and then."""
+        limit = hypothesis.settings["limit_share"] * hypothesis.settings["peak"]
+        tau = seen.tau[:, hypothesis.joints[0]]
+        beyond = tau - np.clip(tau, -limit, limit)
+        often = np.mean(beyond != 0.0) > _MOST
+        return (beyond * (0.0 if often else 1.0))[:, None, None]
+
+    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+        """A lower limit of the drive."""
+        limit = arm.limit.copy()
+        share, peak = hypothesis.settings["limit_share"], hypothesis.settings["peak"]
+        j = hypothesis.joints[0]
+        limit[j] = min(limit[j], share * peak)
+        return replace(arm, limit=limit)
+
+
+EFFECT = TorqueSaturation()

@@ -1,0 +1,166 @@
+"""All recordings of one identification, reduced, with the base parameters that they share."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.arm import Arm
+from ident.base_parameters import BaseMap, Posture, base_map
+from ident.bounds import bounds
+from ident.dataset import Dataset
+from ident.feasible_set import Constraint, LinkSize, feasible_set, link_sizes
+from ident.instruments import Moments, moments
+from ident.problem import Problem, prior_parameters
+from ident.processing import Processing, processing
+from ident.regression import BLOCKS, Reduction, least_squares, merged, reduction, squared_error
+from ident.rows import Regressor, rows_of
+from wamctl.arm.errors import DataError
+
+Array = NDArray[np.floating]
+
+FOLDS = 3
+"""Every third pair of stretches is held out in turn."""
+
+
+@dataclass(frozen=True)
+class Log:
+    """One recording on its way into the fit.
+
+    Attributes:
+        data: its samples.
+        process: its filters.
+        reduction: its rows, reduced.
+        moments: products with instruments, where these are wanted.
+    """
+
+    data: Dataset
+    process: Processing
+    reduction: Reduction
+    moments: Moments | None = None
+
+    def only(self, stretches: NDArray[np.bool_]) -> "Log":
+        """The same recording, with only some of its stretches, shape (BLOCKS,)."""
+        moments = self.moments and self.moments.only(stretches)
+        return replace(self, reduction=self.reduction.only(stretches), moments=moments)
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What the estimators know.
+
+    Attributes:
+        arm: the robot and its settings.
+        base: the base parameters.
+        logs: the recordings.
+        prior: delta of the CAD model, shape (p,).
+        sizes: each link's size.
+        constraints: the set D.
+    """
+
+    arm: Arm
+    base: BaseMap
+    logs: tuple[Log, ...]
+    prior: Array
+    sizes: dict[int, LinkSize]
+    constraints: list[Constraint]
+
+    @cached_property
+    def triangles(self) -> Array:
+        """Of all logs, stretches, and joints, shape (logs, BLOCKS, n, b + 1, b + 1)."""
+        return np.stack([log.reduction.R for log in self.logs])
+
+    @cached_property
+    def by_joint(self) -> Array:
+        """Of all logs and joints, shape (logs, n, b + 1, b + 1)."""
+        stretches = np.swapaxes(self.triangles, 1, 2)
+        return np.array([[merged(joint) for joint in log] for log in stretches])
+
+    @cached_property
+    def counts(self) -> NDArray[np.int64]:
+        """Number of rows in each, shape (logs, BLOCKS, n)."""
+        return np.stack([log.reduction.count for log in self.logs])
+
+    @property
+    def moving(self) -> NDArray[np.bool_]:
+        """Joints that move in any recording, shape (n,)."""
+        return np.any([log.data.moving for log in self.logs], axis=0)
+
+    def problem(self, weights: Array | None = None) -> Problem:
+        """The regression of all rows, perhaps weighted.
+
+        Args:
+            weights: of each log's and joint's rows, shape (logs, n); None: all alike, as in (15).
+        """
+        triangles = self.by_joint if weights is None else self.by_joint * weights[..., None, None]
+        rows = int(self.counts.sum())
+        return Problem(self.base, merged(triangles), rows, self.prior, self.sizes, self.constraints)
+
+    def only(self, stretches: NDArray[np.bool_]) -> "Evidence":
+        """The same recordings, with only some of their stretches.
+
+        Args:
+            stretches: which to keep, shape (BLOCKS,).
+        """
+        return replace(self, logs=tuple(log.only(stretches) for log in self.logs))
+
+
+def held_out(fold: int) -> NDArray[np.bool_]:
+    """The stretches that a fold holds out, shape (BLOCKS,): every third pair of neighbours."""
+    return (np.arange(BLOCKS) // 2) % FOLDS == fold
+
+
+def gather(data: Sequence[Dataset], arm: Arm) -> Evidence:
+    """Recordings filtered, turned into rows, and reduced.
+
+    Args:
+        data: the recordings, joints in the robot's order.
+        arm: the robot and its settings.
+
+    Raises:
+        DataError: recordings from which nothing can be learned.
+    """
+    base = base_map(arm.robot, arm.terms, [posture(d) for d in data])
+    if not base.kept:
+        raise DataError(f"{data[0].name}: no parameter of the model has an effect on this motion.")
+    logs = tuple(_log(d, arm, base) for d in data)
+    prior = prior_parameters(arm.robot, base)
+    sizes = link_sizes(prior, base.parameters)
+    constraints = feasible_set(base.parameters, sizes, arm.settings.feasible_set)
+    constraints += bounds(arm.settings, base.parameters, prior)
+    return Evidence(arm, base, logs, prior, sizes, constraints)
+
+
+def posture(data: Dataset) -> Posture:
+    """Where the held joints of a recording are; a moving one may be anywhere.
+
+    What columns depend on each other does not change with the range that a joint moves in.
+    """
+    return Posture(
+        np.where(data.moving, 0.0, data.segments[0].q[0]), np.where(data.moving, np.pi, 0.0)
+    )
+
+
+def _log(data: Dataset, arm: Arm, base: BaseMap) -> Log:
+    process = processing(arm, data)
+    regressor = Regressor(arm.robot, arm.terms, base, data.moving)
+    stream = rows_of(data, process, regressor)
+    reduced = reduction(stream, data.span_s, process.threshold_rad_s, data.moving)
+    products = moments(data, process, regressor) if "iv" in arm.settings.estimators else None
+    return Log(data, process, reduced, products)
+
+
+def noise(evidence: Evidence, beta: Array) -> Array:
+    """Residual rms per log and joint [N m], shape (logs, n); NaN for held joints."""
+    errors = squared_error(evidence.triangles, beta).sum(axis=1)
+    counts = evidence.counts.sum(axis=1)
+    return np.sqrt(np.divide(errors, counts, out=np.full(errors.shape, np.nan), where=counts > 0))
+
+
+def noise_weights(evidence: Evidence) -> Array:
+    """Weights 1 / sigma of each log's and joint's rows, from the OLS residual, shape (logs, n)."""
+    sigma = noise(evidence, least_squares(evidence.problem().R))
+    floor = 1e-6 * np.nanmax(sigma)
+    return np.nan_to_num(1 / np.maximum(sigma, floor), nan=0.0)

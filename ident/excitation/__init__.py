@@ -1,0 +1,1 @@
+"""Motion that makes the parameters visible."""

@@ -1,0 +1,114 @@
+"""From a start to the nearest optimum: augmented Lagrangian around L-BFGS, in stages."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from ident.excitation.problem import (
+    Penalty,
+    Problem,
+    Smoothness,
+    constraint_values,
+    lagrangian,
+    multipliers,
+)
+
+Array = NDArray[np.floating]
+
+_SCALE = 0.5
+"""Typical size of a coefficient [rad/s or rad], in which L-BFGS sees them."""
+
+_MEMORY = 30
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A stretch of the descent.
+
+    Attributes:
+        smoothness: of objective and friction.
+        stiffness: what a violation costs.
+        iterations: of L-BFGS, at most.
+    """
+
+    smoothness: Smoothness
+    stiffness: float
+    iterations: int
+
+
+FROM_AFAR = (
+    Stage(Smoothness(8.0, 0.1), 100.0, 100),
+    Stage(Smoothness(32.0, 0.1), 300.0, 100),
+    Stage(Smoothness(64.0, 0.05), 1000.0, 100),
+    Stage(Smoothness(64.0, 0.02), 1000.0, 100),
+    Stage(Smoothness(64.0, 0.02), 1000.0, 100),
+)
+"""For a start that nobody has chosen: smooth first, so that it does not stick at once."""
+
+FROM_NEARBY = (
+    Stage(Smoothness(32.0, 0.05), 300.0, 80),
+    Stage(Smoothness(64.0, 0.02), 1000.0, 80),
+    Stage(Smoothness(64.0, 0.02), 1000.0, 80),
+)
+"""For a start that was a good design before part of it was changed."""
+
+TO_THE_POINT = (
+    Stage(Smoothness(200.0, 0.02), 1000.0, 200),
+    Stage(Smoothness(200.0, 0.02), 3000.0, 200),
+)
+"""For the best design: close to the sharp objective."""
+
+
+def descend(
+    problem: Problem, coefficients: Array, stages: Sequence[Stage], deadline_s: float
+) -> Array:
+    """The optimum near a start, shape (2 L + 1, n); limits may be passed by a little.
+
+    Args:
+        problem: objective, constraints and grid.
+        coefficients: the start, shape (2 L + 1, n).
+        stages: one after another; multipliers are kept between them.
+        deadline_s: when to stop, on the clock of `time.monotonic` [s].
+    """
+    shape = coefficients.shape
+    x = coefficients.ravel() / _SCALE
+    prices = None
+    for stage in stages:
+        if time.monotonic() >= deadline_s:
+            break
+        soft = stage.smoothness.softness_rad_s
+        found = constraint_values(problem, x.reshape(shape) * _SCALE, soft)
+        prices = np.zeros_like(found) if prices is None else prices
+        penalty = Penalty(prices, stage.stiffness)
+        x = _minimise(problem, x, shape, stage, penalty, deadline_s)
+        found = constraint_values(problem, x.reshape(shape) * _SCALE, soft)
+        prices = multipliers(problem, found, penalty)
+    return x.reshape(shape) * _SCALE
+
+
+def _minimise(
+    problem: Problem,
+    x: Array,
+    shape: tuple[int, ...],
+    stage: Stage,
+    penalty: Penalty,
+    deadline_s: float,
+) -> Array:
+    def value_and_gradient(x: Array) -> tuple[float, Array]:
+        coefficients = x.reshape(shape) * _SCALE
+        value, gradient, _ = lagrangian(problem, coefficients, stage.smoothness, penalty)
+        return value, gradient.ravel() * _SCALE
+
+    def stop_in_time(intermediate_result: object) -> None:
+        if time.monotonic() >= deadline_s:
+            raise StopIteration
+
+    options = {"maxiter": stage.iterations, "maxcor": _MEMORY}
+    found = minimize(
+        value_and_gradient, x, jac=True, method="L-BFGS-B", callback=stop_in_time, options=options
+    )
+    return found.x

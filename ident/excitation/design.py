@@ -1,0 +1,216 @@
+"""From an arm's file to a trajectory that the arm may run."""
+
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.excitation.columns import Columns, columns_of, exact_rows, joint_terms
+from ident.excitation.constraints import constraints_of
+from ident.excitation.grid import coefficients_of, grid, series_of
+from ident.excitation.islands import Report, Task, best_design
+from ident.excitation.limits import possible_pose
+from ident.excitation.objective import Objective
+from ident.excitation.problem import Problem
+from ident.excitation.search import Effort, random_start
+from ident.excitation.settings import DesignSettings
+from ident.regressor import Motion
+from wamctl.arm.collision import collision_shapes
+from wamctl.arm.config import ArmFile, LimitsSection
+from wamctl.arm.errors import ConfigurationError
+from wamctl.arm.robot import Robot
+from wamctl.arm.trajectory import FourierSeries, Trajectory, reference, sample
+from wamctl.arm.trajectory_check import Quantity, bounded, quantities, violations
+
+Array = NDArray[np.floating]
+
+_SEARCH_SAMPLES = 128
+_JUDGED_SAMPLES = 1000
+_PROMISE_SAMPLES = 2000
+_BLIND = 1e8
+_CHECK_S = 0.001
+_SHRINK = (1.0, 0.999, 0.995, 0.98, 0.95, 0.9, 0.8, 0.6, 0.4, 0.2, 0.1, 0.03, 0.01, 1e-3, 1e-4)
+
+
+@dataclass(frozen=True)
+class Place:
+    """The arm for which a motion is designed.
+
+    Attributes:
+        arm: its configuration.
+        robot: its model.
+        limits: the design's bounds.
+        source: what to call the configuration in messages.
+    """
+
+    arm: ArmFile
+    robot: Robot
+    limits: LimitsSection
+    source: Path | str
+
+
+@dataclass(frozen=True)
+class Design:
+    """A trajectory with what it asks of the arm.
+
+    Attributes:
+        trajectory: the motion, with its promise and limits.
+        quantities: all that is limited, along one period at 1 kHz.
+        t: times of those samples, shape (S,) [s].
+    """
+
+    trajectory: Trajectory
+    quantities: list[Quantity]
+    t: Array
+
+
+def design(
+    place: Place, settings: DesignSettings, start: FourierSeries | None, report: Report
+) -> Design:
+    """The best trajectory found, which keeps every limit at 1 kHz.
+
+    Args:
+        place: the arm and the bounds.
+        settings: what to minimise, how, and when to stop.
+        start: a design to improve; None searches afresh.
+        report: called with every better design, and with None in between.
+
+    Raises:
+        ConfigurationError: impossible limits, named; or wishes that do not fit the arm.
+    """
+    pose = possible_pose(place.arm, place.robot, place.limits, place.source)
+    problem = problem_of(place, settings)
+    excitation = place.arm.excitation
+    end_s = time.monotonic() + settings.time_s
+    effort = Effort(end_s, settings.descents, settings.patience, settings.gain)
+    dense = grid(excitation.fundamental_rad_s, excitation.harmonics, _JUDGED_SAMPLES)
+    first = None if start is None else start_of(place, start)
+    task = Task(problem, dense, effort, settings.seed, first, settings.method)
+    best = best_design(task, settings.processes, report)
+    if best is None:
+        wild = random_start(problem, np.random.default_rng(settings.seed))
+        found = about(problem, wild, pose)
+    else:
+        found = best.coefficients
+    series = series_of(found, place.robot.joint_names, excitation.fundamental_rad_s)
+    return accepted(place, problem.columns, series, excitation.periods)
+
+
+def problem_of(place: Place, settings: DesignSettings) -> Problem:
+    """The optimisation problem of a design.
+
+    Raises:
+        ConfigurationError: a weight for a parameter that the arm does not have.
+    """
+    terms = settings.terms or place.arm.identification.terms
+    columns = columns_of(place.robot, joint_terms(place.robot.dof, terms))
+    constraints = constraints_of(place.arm, place.robot, place.limits)
+    excitation = place.arm.excitation
+    samples = grid(excitation.fundamental_rad_s, excitation.harmonics, _SEARCH_SAMPLES)
+    objective = Objective(settings.objective, _weights(columns, settings.weights))
+    return Problem(columns, objective, constraints, samples)
+
+
+def _weights(columns: Columns, wanted: dict[str, float]) -> Array:
+    names = {p.name for p in columns.parameters}
+    kinds = {str(p.kind) for p in columns.parameters}
+    unknown = [w for w in wanted if w not in names | kinds]
+    if unknown:
+        valid = ", ".join(sorted(kinds)) + ", or " + ", ".join(p.name for p in columns.parameters)
+        raise ConfigurationError(
+            "--weight", [f"no parameter or kind {w!r}; valid are {valid}" for w in unknown]
+        )
+    default = [wanted.get(str(p.kind), 1.0) for p in columns.parameters]
+    pairs = zip(columns.parameters, default, strict=True)
+    return np.array([wanted.get(p.name, weight) for p, weight in pairs])
+
+
+def start_of(place: Place, start: FourierSeries) -> Array:
+    """The coefficients of a design to improve, shape (2 L + 1, n).
+
+    Raises:
+        ConfigurationError: it moves other joints, or has other harmonics than the arm's file asks.
+    """
+    wanted = place.arm.excitation
+    faults = []
+    if start.joint_names != place.robot.joint_names:
+        faults.append(f"it moves the joints {', '.join(start.joint_names)}")
+    if start.harmonics != wanted.harmonics:
+        faults.append(f"it has {start.harmonics} harmonics, not {wanted.harmonics}")
+    if not np.isclose(start.fundamental_rad_s, wanted.fundamental_rad_s):
+        faults.append(
+            f"its fundamental is {start.fundamental_rad_s:g} rad/s, not "
+            f"{wanted.fundamental_rad_s:g} rad/s"
+        )
+    if faults:
+        raise ConfigurationError("--start", faults)
+    return coefficients_of(start)
+
+
+def about(problem: Problem, coefficients: Array, pose: Array) -> Array:
+    """A motion moved to a pose that is allowed and made small enough to stay in range there.
+
+    Args:
+        problem: bounds and grid.
+        coefficients: shape (2 L + 1, n).
+        pose: shape (n,) [rad].
+    """
+    bounds = problem.constraints.bounds
+    swing = np.abs(problem.grid.position[:, :-1] @ coefficients[:-1]).max(axis=0)
+    room = bounds.kinematic[0] - np.abs(pose - bounds.middle)
+    moved = coefficients.copy()
+    moved[:-1] *= np.minimum(1.0, room / np.maximum(swing, np.finfo(float).tiny))
+    moved[-1] = pose
+    return moved
+
+
+def accepted(place: Place, columns: Columns, series: FourierSeries, periods: int) -> Design:
+    """The motion, made smaller until Pinocchio and coal find no limit passed at 1 kHz.
+
+    Counted periods keep the design's limits; ramps keep the arm's.
+
+    Args:
+        place: the arm and the bounds.
+        columns: for the promised condition number.
+        series: the motion.
+        periods: how many count.
+
+    Raises:
+        ConfigurationError: not even the smallest motion is allowed; the limits are named.
+    """
+    arm, robot, shapes = place.arm, place.robot, collision_shapes(place.robot)
+    faults: list[str] = []
+    for factor in _SHRINK:
+        smaller = replace(series, a=series.a * factor, b=series.b * factor)
+        motion = reference(smaller, 1, arm.excitation.ramp_s, _CHECK_S)
+        found = quantities(arm, arm.limits, robot, shapes, motion)
+        counted = bounded(found, place.limits, motion.counted)
+        t = motion.t[motion.counted] - motion.t[motion.counted.start]
+        faults = [s for quantity in found for s in violations(quantity, motion.t)]
+        faults += [s for quantity in counted for s in violations(quantity, t)]
+        if not faults:
+            promise = _promise(columns, smaller, counted)
+            limits = place.limits.model_dump(mode="json")
+            return Design(Trajectory(smaller, periods, promise, limits), counted, t)
+    raise ConfigurationError(place.source, faults)
+
+
+def _promise(columns: Columns, series: FourierSeries, measured: list[Quantity]) -> dict[str, Any]:
+    """What the trajectory file says of itself; no condition number where a column stays unseen."""
+    t = np.linspace(0.0, series.period_s, _PROMISE_SAMPLES, endpoint=False)
+    condition = float(np.linalg.cond(exact_rows(columns, Motion(*sample(series, t)))))
+    promise: dict[str, Any] = {
+        "condition_number": round(condition, 3) if condition < _BLIND else None,
+        "parameters": len(columns.parameters),
+    }
+    for quantity in measured:
+        if quantity.name == "distance":
+            if quantity.values.size:
+                promise["smallest_distance_m"] = round(float(quantity.values.min()), 4)
+        elif quantity.name != "position":
+            share = float(np.abs(quantity.values / quantity.upper).max())
+            promise[f"largest_{quantity.name.replace(' ', '_')}_share"] = round(share, 4)
+    return promise

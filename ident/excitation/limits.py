@@ -1,0 +1,106 @@
+"""The limits that a design keeps, and whether any motion can keep them."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wamctl.arm.collision import collision_shapes
+from wamctl.arm.config import ArmFile, LimitsSection
+from wamctl.arm.errors import ConfigurationError
+from wamctl.arm.robot import Robot
+from wamctl.arm.trajectory import Reference
+from wamctl.arm.trajectory_check import quantities, violations
+
+Array = NDArray[np.floating]
+
+_POSES = 400
+_CREEP_RAD_S = 1e-9
+"""Slow enough to be at rest, but with friction against it."""
+
+
+def design_limits(arm: ArmFile, source: Path | str) -> LimitsSection:
+    """The arm's limits less the margin, or what the excitation section asks for where tighter.
+
+    Raises:
+        ConfigurationError: a joint without any range; the sentence names it.
+    """
+    limits, wanted = arm.limits, arm.excitation
+    left = 1.0 - wanted.margin
+    lower, upper = np.array(limits.position_lower_rad), np.array(limits.position_upper_rad)
+    middle, half = (lower + upper) / 2, left * (upper - lower) / 2
+    lower = np.maximum(middle - half, wanted.position_lower_rad or -np.inf)
+    upper = np.minimum(middle + half, wanted.position_upper_rad or np.inf)
+    faults = [
+        f"excitation: the position range of joint {k} is empty, {low:g} to {high:g} rad, once the "
+        "tighter of the excitation's and the arm's limits is taken"
+        for k, (low, high) in enumerate(zip(lower, upper, strict=True), 1)
+        if low >= high
+    ]
+    if faults:
+        raise ConfigurationError(source, faults)
+    tightened = {
+        "position_lower_rad": tuple(lower.tolist()),
+        "position_upper_rad": tuple(upper.tolist()),
+        "velocity_rad_s": _least(limits.velocity_rad_s, left, wanted.velocity_rad_s),
+        "acceleration_rad_s2": _least(limits.acceleration_rad_s2, left, wanted.acceleration_rad_s2),
+        "jerk_rad_s3": _least(limits.jerk_rad_s3, left, None),
+        "motor_torque_nm": _least(limits.motor_torque_nm, left, None),
+        "motor_torque_slew_nm_s": _least(limits.motor_torque_slew_nm_s, left, None),
+        "elbow_speed_m_s": limits.elbow_speed_m_s * left,
+        "tool_speed_m_s": limits.tool_speed_m_s * left,
+        "clearance_m": limits.clearance_m / left,
+    }
+    return limits.model_copy(update=tightened)
+
+
+def _least(
+    bound: tuple[float, ...], left: float, wanted: tuple[float, ...] | None
+) -> tuple[float, ...]:
+    return tuple(np.minimum(np.array(bound) * left, wanted or np.inf).tolist())
+
+
+def possible_pose(arm: ArmFile, robot: Robot, limits: LimitsSection, source: Path | str) -> Array:
+    """A pose in which the arm may start to move, shape (n,): the middle one, or a random one.
+
+    Args:
+        arm: transmission and friction.
+        robot: the arm's model.
+        limits: the design's bounds.
+        source: what to call the configuration in messages.
+
+    Raises:
+        ConfigurationError: there is none; the sentences say what stands against the best one.
+    """
+    fewest: list[str] | None = None
+    for pose in some_poses(limits):
+        faults = faults_at(arm, robot, limits, pose)
+        if not faults:
+            return pose
+        if fewest is None or len(faults) < len(fewest):
+            fewest = faults
+    raise ConfigurationError(
+        source,
+        [
+            f"no pose was found from which the arm may move; in the best of {_POSES}, "
+            + "; ".join(fewest or [])
+        ],
+    )
+
+
+def some_poses(limits: LimitsSection) -> Array:
+    """The middle of the position range, and random poses of it, shape (P, n)."""
+    lower, upper = np.array(limits.position_lower_rad), np.array(limits.position_upper_rad)
+    rng = np.random.default_rng(0)
+    return np.vstack([(lower + upper) / 2, rng.uniform(lower, upper, (_POSES - 1, len(lower)))])
+
+
+def faults_at(arm: ArmFile, robot: Robot, limits: LimitsSection, pose: Array) -> list[str]:
+    """What forbids to start moving from a pose, shape (n,), in either direction."""
+    shapes, still = collision_shapes(robot), np.zeros((2, robot.dof))
+    sentences = []
+    for creep in (_CREEP_RAD_S, -_CREEP_RAD_S):
+        motion = Reference(np.arange(2.0), np.tile(pose, (2, 1)), still + creep, still, slice(0, 2))
+        measured = quantities(arm, limits, robot, shapes, motion)
+        sentences += [s for quantity in measured for s in violations(quantity, motion.t)]
+    return list(dict.fromkeys(s.replace(" at 0.000 s", "") for s in sentences))

@@ -1,0 +1,85 @@
+"""What a design minimises: the paper's condition number, or the volume of the errors."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.excitation.columns import Columns
+
+Array = NDArray[np.floating]
+
+_FLOOR = 1e-14
+
+
+@dataclass(frozen=True)
+class Objective:
+    """How good a regressor is.
+
+    Attributes:
+        kind: `condition`, the ratio of the largest to the smallest singular value of W (paper,
+            V-A); or `determinant`, the D-optimal volume of the parameters' errors, which does not
+            depend on units.
+        weights: of each column, shape (b,); a parameter of weight 2 must be seen twice as well
+            (condition), or its own error counts twice (determinant).
+    """
+
+    kind: Literal["condition", "determinant"]
+    weights: Array
+
+
+def gram(columns: Columns, rows: Array) -> Array:
+    """W^T W / (S n), shape (b, b), of rows of shape (n, S, b)."""
+    found = np.zeros((rows.shape[2], rows.shape[2]))
+    for first, part in zip(columns.first, rows, strict=True):
+        found[first:, first:] += part[:, first:].T @ part[:, first:]
+    return found / (rows.shape[0] * rows.shape[1])
+
+
+def pull_gram(columns: Columns, rows: Array, slope: Array) -> Array:
+    """Gradient by the rows, shape (n, S, b), of anything whose slope by `gram` is (b, b)."""
+    bar = np.zeros_like(rows)
+    scaled = slope * (2.0 / (rows.shape[0] * rows.shape[1]))
+    for first, part, out in zip(columns.first, rows, bar, strict=True):
+        out[:, first:] = part[:, first:] @ scaled[first:, first:]
+    return bar
+
+
+def value_and_slope(objective: Objective, found: Array, power: float) -> tuple[float, Array]:
+    """The objective and its symmetric slope by the Gram matrix, shape (b, b).
+
+    Args:
+        objective: kind and weights.
+        found: Gram matrix of the columns, shape (b, b).
+        power: of the norm that stands in for the largest and smallest singular value; the higher,
+            the closer, and the less smooth.
+    """
+    if objective.kind == "determinant":
+        return _determinant(objective.weights, found)
+    scale = np.outer(1.0 / objective.weights, 1.0 / objective.weights)
+    value, slope = _condition(found * scale, power)
+    return value, slope * scale
+
+
+def _condition(found: Array, power: float) -> tuple[float, Array]:
+    """Logarithm of the condition number of W, by sums of powers of the eigenvalues."""
+    values, vectors = np.linalg.eigh(found)
+    values = np.maximum(values, _FLOOR * values[-1])
+    logs = power * np.log(values)
+    high, low = np.exp(logs - logs[-1]), np.exp(logs[0] - logs)
+    value = (logs[-1] + np.log(high.sum()) - logs[0] + np.log(low.sum())) / (2.0 * power)
+    weights = (high / high.sum() - low / low.sum()) / (2.0 * values)
+    return float(value), (vectors * weights) @ vectors.T
+
+
+def _determinant(weights: Array, found: Array) -> tuple[float, Array]:
+    """Mean logarithm of the standard errors: the volume's, and the weighted parameters' own."""
+    values, vectors = np.linalg.eigh(found)
+    values = np.maximum(values, _FLOOR * values[-1])
+    inverse = (vectors / values) @ vectors.T
+    variance = np.diag(inverse)
+    extra = weights - 1.0
+    total = 2.0 * weights.sum()
+    value = (-np.log(values).sum() + extra @ np.log(variance)) / total
+    return float(value), -(inverse + (inverse * (extra / variance)) @ inverse) / total

@@ -1,0 +1,150 @@
+"""The optimisation problem: objective and constraints of a series, with exact gradients."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.excitation import constraints as limited
+from ident.excitation.columns import Columns, exact_rows, smooth_rows
+from ident.excitation.constraints import Constraints, Slopes
+from ident.excitation.grid import Grid
+from ident.excitation.link_rows import pull_back
+from ident.excitation.objective import Objective, gram, pull_gram, value_and_slope
+from ident.regressor import Motion
+
+Array = NDArray[np.floating]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What a design optimises.
+
+    Attributes:
+        columns: the wanted columns of W.
+        objective: what to minimise.
+        constraints: the arm's limits.
+        grid: samples of one period.
+    """
+
+    columns: Columns
+    objective: Objective
+    constraints: Constraints
+    grid: Grid
+
+
+@dataclass(frozen=True)
+class Smoothness:
+    """How closely the smooth problem follows the sharp one.
+
+    Attributes:
+        power: of the norm that stands in for the extreme singular values.
+        softness_rad_s: width of the smoothed sign of velocity [rad/s].
+    """
+
+    power: float
+    softness_rad_s: float
+
+
+@dataclass(frozen=True)
+class Penalty:
+    """Multipliers and stiffness of the augmented Lagrangian.
+
+    Attributes:
+        multipliers: one for each constraint, shape (M,).
+        stiffness: what a violation costs.
+    """
+
+    multipliers: Array
+    stiffness: float
+
+
+def lagrangian(
+    problem: Problem, coefficients: Array, smoothness: Smoothness, penalty: Penalty
+) -> tuple[float, Array, Array]:
+    """Objective with the price of violated limits (Nocedal and Wright 2006, section 17.3).
+
+    Args:
+        problem: objective, constraints and grid.
+        coefficients: shape (2 L + 1, n).
+        smoothness: of objective and friction.
+        penalty: multipliers and stiffness.
+
+    Returns:
+        The value; its gradient, of the coefficients' shape; the multipliers' estimates, shape (M,).
+    """
+    motion, rows, found = _evaluate(problem, coefficients, smoothness.softness_rad_s)
+    value, slope = value_and_slope(problem.objective, gram(problem.columns, rows), smoothness.power)
+    prices = multipliers(problem, found, penalty)
+    samples = problem.grid.samples
+    value += float(prices @ prices - penalty.multipliers @ penalty.multipliers) / (
+        2.0 * penalty.stiffness * samples
+    )
+    zeros = np.zeros((4, *motion.q.shape))
+    bar = pull_gram(problem.columns, rows, slope)
+    slopes = Slopes(zeros[0], zeros[1], zeros[2], zeros[3], bar)
+    soft = smoothness.softness_rad_s
+    limited.pull(problem.constraints, problem.columns, motion, prices / samples, soft, slopes)
+    return value, _pull(problem, motion, soft, slopes), prices
+
+
+def multipliers(problem: Problem, found: Array, penalty: Penalty) -> Array:
+    """First-order estimates of the multipliers, shape (M,), for constraint values `found`."""
+    lower = limited.lower_bounds(problem.constraints, problem.grid.samples)
+    pushed = found + penalty.multipliers / penalty.stiffness
+    return penalty.stiffness * (pushed - np.clip(pushed, lower, 1.0))
+
+
+def constraint_values(problem: Problem, coefficients: Array, softness_rad_s: float) -> Array:
+    """All limited quantities of a series in units of their bounds, shape (M,)."""
+    return _evaluate(problem, coefficients, softness_rad_s)[2]
+
+
+def objective_value(problem: Problem, coefficients: Array, samples: Grid) -> float:
+    """The sharp objective on a grid: exact sign, true singular values."""
+    rows = exact_rows(problem.columns, samples.motion(coefficients))
+    if problem.objective.kind == "condition":
+        return float(np.log(np.linalg.cond(rows / problem.objective.weights)))
+    found = rows.T @ rows / len(rows)
+    return value_and_slope(problem.objective, found, 1.0)[0]
+
+
+def _evaluate(
+    problem: Problem, coefficients: Array, softness_rad_s: float
+) -> tuple[Motion, Array, Array]:
+    motion = problem.grid.motion(coefficients)
+    jerk = problem.grid.jerk @ coefficients
+    rows = smooth_rows(problem.columns, motion, softness_rad_s)
+    found = limited.values(problem.constraints, problem.columns, motion, jerk, rows, softness_rad_s)
+    return motion, rows, found
+
+
+def _pull(problem: Problem, motion: Motion, softness_rad_s: float, slopes: Slopes) -> Array:
+    """Gradient by the coefficients of all that the slopes hold."""
+    columns = problem.columns
+    for i, kind, joint in columns.own:
+        bar = slopes.rows[joint, :, i]
+        if kind == "fv":
+            slopes.qd[:, joint] += bar
+        elif kind == "fc":
+            slip = np.tanh(motion.qd[:, joint] / softness_rad_s)
+            slopes.qd[:, joint] += bar * (1.0 - slip**2) / softness_rad_s
+        elif kind == "ia":
+            slopes.qdd[:, joint] += bar
+    pull_back(
+        columns.frames,
+        motion.q,
+        motion.qd,
+        motion.qdd,
+        slopes.rows,
+        slopes.q,
+        slopes.qd,
+        slopes.qdd,
+    )
+    g = problem.grid
+    return (
+        g.position.T @ slopes.q
+        + g.velocity.T @ slopes.qd
+        + g.acceleration.T @ slopes.qdd
+        + g.jerk.T @ slopes.qddd
+    )

@@ -1,0 +1,79 @@
+"""How a design is made, as the command line may change it."""
+
+import os
+from typing import Any, Literal
+
+import yaml
+from pydantic import Field
+
+from wamctl.arm.config import NonNegative, Positive, Section, validate
+from wamctl.arm.errors import ConfigurationError
+
+Term = Literal["viscous", "coulomb", "offset", "rotor_inertia"]
+
+
+class DesignSettings(Section):
+    """What to minimise, how, and when to stop."""
+
+    objective: Literal["condition", "determinant"] = Field(
+        default="condition", description="the paper's condition number, or the errors' volume"
+    )
+    terms: tuple[Term, ...] | None = Field(
+        default=None, description="what the model will hold; unset: what the arm's file says"
+    )
+    weights: dict[str, Positive] = Field(
+        default={}, description="of parameters or kinds, such as {ia: 2, fc4: 3}"
+    )
+    method: Literal["descent", "cobyla"] = Field(
+        default="descent", description="descents from many starts, or COBYLA as in the paper, V-A"
+    )
+    seed: int = Field(default=0, ge=0, description="of all random choices")
+    time_s: Positive = Field(default=240.0, description="time to search [s]")
+    descents: int = Field(
+        default=1_000_000, ge=1, description="of each process, at most (COBYLA: evaluations)"
+    )
+    gain: NonNegative = Field(
+        default=1e-3, description="an improvement of the objective by less does not count"
+    )
+    patience: int = Field(
+        default=60, ge=1, description="descents in a row without gain that end the search"
+    )
+    processes: int = Field(
+        default_factory=lambda: min(os.cpu_count() or 1, 8), ge=1, description="searches at once"
+    )
+
+
+def design_settings(changes: dict[str, Any]) -> DesignSettings:
+    """The settings with some of them changed; those that are None stay.
+
+    Raises:
+        ConfigurationError: an unknown setting, or a value out of its bounds.
+    """
+    unknown = [name for name in changes if name not in DesignSettings.model_fields]
+    if unknown:
+        valid = ", ".join(DesignSettings.model_fields)
+        raise ConfigurationError(
+            "--set", [f"no setting {name!r}; valid are {valid}" for name in unknown]
+        )
+    given = {name: value for name, value in changes.items() if value is not None}
+    return validate(DesignSettings, given, "command line")
+
+
+def settings_from(assignments: list[str] | None) -> dict[str, Any]:
+    """Settings written as NAME=VALUE, with YAML values; words between commas are a list.
+
+    Raises:
+        ConfigurationError: a text that is not NAME=VALUE.
+    """
+    changes: dict[str, Any] = {}
+    for text in assignments or []:
+        name, equals, value = text.partition("=")
+        if not equals:
+            raise ConfigurationError("--set", [f"{text!r} is not NAME=VALUE"])
+        try:
+            parsed = yaml.safe_load(value)
+        except yaml.YAMLError as error:
+            raise ConfigurationError("--set", [f"{value!r} is not a value ({error})"]) from error
+        listed = isinstance(parsed, str) and name == "terms"
+        changes[name] = [part.strip() for part in parsed.split(",")] if listed else parsed
+    return changes

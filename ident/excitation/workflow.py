@@ -1,0 +1,108 @@
+"""`ident design` from files to files."""
+
+from pathlib import Path
+
+from ident.arm import arm_from_file
+from ident.excitation.design import Design, Place, design
+from ident.excitation.islands import Report
+from ident.excitation.library import design_motion, purpose_of
+from ident.excitation.limits import design_limits
+from ident.excitation.settings import DesignSettings
+from ident.excitation.view import view_page
+from ident.report.design_page import DesignReport, design_page
+from ident.report.page import render
+from wamctl.arm.config import find_file, load_arm_file
+from wamctl.arm.errors import DataError
+from wamctl.arm.trajectory import read_trajectory, write_trajectory
+
+
+def place_of(config: Path) -> Place:
+    """The arm of a configuration and the bounds of its excitation.
+
+    Raises:
+        ConfigurationError: a file that cannot be used, or an empty range.
+    """
+    found = find_file(config)
+    arm = load_arm_file(found)
+    return Place(arm, arm_from_file(found, ()).robot, design_limits(arm, found), found)
+
+
+def design_file(
+    config: Path, out: Path, settings: DesignSettings, start: Path | None, report: Report
+) -> Design:
+    """Design a trajectory and write it.
+
+    Args:
+        config: the arm's file.
+        out: trajectory file to write.
+        settings: what to minimise, how, and when to stop.
+        start: a trajectory file to improve.
+        report: called with every better design, and with None in between.
+
+    Raises:
+        ConfigurationError: a file that cannot be used, or impossible limits.
+        DataError: the trajectory cannot be written.
+    """
+    place = place_of(config)
+    first = None if start is None else read_trajectory(start).series
+    found = design(place, settings, first, report)
+    save(found, out)
+    return found
+
+
+def design_for(config: Path, out: Path, purpose: str) -> Design:
+    """Take a motion from the library and write it.
+
+    Args:
+        config: the arm's file.
+        out: trajectory file to write.
+        purpose: `EFFECT`, `EFFECT:JOINT`, or a gap.json.
+
+    Raises:
+        ConfigurationError: a file that cannot be used, an unknown effect or joint.
+        DataError: a gap file without a question, or the trajectory cannot be written.
+    """
+    found = design_motion(place_of(config), purpose_of(purpose))
+    save(found, out)
+    return found
+
+
+def save(found: Design, out: Path) -> None:
+    """Write the trajectory file.
+
+    Raises:
+        DataError: the file cannot be written.
+    """
+    try:
+        write_trajectory(out, found.trajectory)
+    except OSError as error:
+        raise DataError(f"{out} cannot be written ({error}).") from error
+
+
+def report_beside(found: Design, config: Path, out: Path) -> Path:
+    """Write the report of a design beside its trajectory file, as .html.
+
+    Raises:
+        DataError: the file cannot be written.
+    """
+    arm = load_arm_file(config).arm
+    report = DesignReport(arm, found.trajectory, found.quantities, found.t, {})
+    return _page(out.with_suffix(".html"), render(design_page(report)))
+
+
+def view_beside(found: Design, config: Path, out: Path) -> Path:
+    """Write the view of the moving arm beside its trajectory file, as -view.html.
+
+    Raises:
+        DataError: the file cannot be written.
+    """
+    robot = arm_from_file(find_file(config), ()).robot
+    return _page(out.with_name(f"{out.stem}-view.html"), view_page(found, robot))
+
+
+def _page(path: Path, text: str) -> Path:
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise DataError(f"{path} cannot be written ({error}).") from error
+    return path

@@ -1,0 +1,1 @@
+"""The identified arm for other programs: URDF, MJCF, and C."""

@@ -1,0 +1,117 @@
+"""Feasible least squares: the semidefinite program (44), in its reduced form (32)-(36).
+
+Clarabel takes the quadratic objective as it is, so that the matrix U of (43) is not needed. The
+unknown is delta - delta_0, where delta_0 is the (mostly impossible) parameter set of the OLS
+solution, so that the objective starts at zero, in units of the OLS error.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.base_parameters import BaseMap
+from ident.conic import Solution, solve
+from ident.feasible_set import MARGIN, Constraint, LinkSize, unpacked
+from ident.parameters import Parameter
+from ident.problem import Active, Estimate, Problem, least_error, ordinary, with_beta
+from wamctl.arm.errors import DataError
+
+Array = NDArray[np.floating]
+
+TIE_BREAK = 1e-11
+"""Weight of the distance to CAD: it decides only among the many delta of one beta, (45)."""
+
+_ACTIVE = 1e-5
+_ATTEMPTS = 4
+_SMALLEST_FRICTION = 1e-3
+
+
+def feasible(problem: Problem, prior_weight: float = TIE_BREAK) -> Estimate:
+    """The possible parameters with the least error, (44).
+
+    The solver's answer is checked against every constraint. Where it misses one, the distance to
+    CAD gets ten times the weight, until the answer is inside.
+
+    Args:
+        problem: the reduced regression and the set D.
+        prior_weight: of the squared distance to CAD, in units of each link's size, relative to the
+            OLS error.
+
+    Raises:
+        DataError: the solver finds no possible parameters.
+    """
+    for weight in prior_weight * 10.0 ** np.arange(_ATTEMPTS):
+        estimate = _solved(problem, float(weight))
+        if estimate.delta is not None and holds(problem.constraints, estimate.delta):
+            return estimate
+    raise DataError("The feasible fit ends outside of what is possible; use feasible_entropic.")
+
+
+def holds(constraints: list[Constraint], delta: Array) -> bool:
+    """Whether delta keeps every constraint, using up less than the margin of (38)."""
+    for k in constraints:
+        room = k.A @ delta - k.b
+        worst = np.linalg.eigvalsh(unpacked(room, k.side))[0] if k.side else room.min()
+        if worst <= -MARGIN:
+            return False
+    return True
+
+
+def _solved(problem: Problem, prior_weight: float) -> Estimate:
+    base, parameters = problem.base, problem.base.parameters
+    scale = parameter_scale(parameters, problem.sizes)
+    start = with_beta(base, problem.prior, ordinary(problem))
+    error = least_error(problem)
+    G = problem.R[:-1, :-1] @ (base.K * scale)
+    known = np.array([prior_weight if p.kind == "inertial" else 0.0 for p in parameters])
+    P = 2 * (G.T @ G) / error + 2 * np.diag(known + TIE_BREAK * 1e-3)
+    c = 2 * known * (start - problem.prior) / scale
+    inside = [replace(k, A=k.A * scale, b=k.b - k.A @ start) for k in problem.constraints]
+    found = solve(P, c, inside, "The feasible fit")
+    delta = start + scale * found.x
+    active = active_constraints(problem.constraints, found, error)
+    return Estimate(base.K @ delta, delta, active, found.status, found.seconds)
+
+
+def free_moves(base: BaseMap) -> Array:
+    """Changes of delta that beta does not feel, one per dependent parameter, shape (p, p - b)."""
+    unit = np.eye(len(base.parameters))
+    free = [i for i in range(len(base.parameters)) if i not in base.kept]
+    return unit[:, free] - unit[:, base.kept] @ base.K[:, free]
+
+
+def parameter_scale(parameters: tuple[Parameter, ...], sizes: dict[int, LinkSize]) -> Array:
+    """Size of each entry of delta, shape (p,), so that the solver's unknowns are all near one."""
+    scale = np.full(len(parameters), _SMALLEST_FRICTION)
+    powers = {"kg m^2": 2, "kg m": 1, "kg": 0}
+    for i, p in enumerate(parameters):
+        if p.kind == "inertial":
+            size = sizes[p.index]
+            scale[i] = size.mass * size.radius ** powers[p.unit]
+    return scale
+
+
+def active_constraints(
+    constraints: list[Constraint], found: Solution, error: float
+) -> tuple[Active, ...]:
+    """Constraints whose multiplier counts beside the error, the strongest first."""
+    active = []
+    for constraint, z in zip(constraints, found.multipliers, strict=True):
+        if constraint.side:
+            values, vectors = np.linalg.eigh(z)
+            strength, words = float(values[-1]), _direction(vectors[:, -1])
+        else:
+            strength, words = float(z.max()), ""
+        if strength > _ACTIVE:
+            active.append(Active(constraint.joint, constraint.text, strength * error, words))
+    return tuple(sorted(active, key=lambda a: -a.multiplier))
+
+
+def _direction(vector: Array) -> str:
+    """Where a link's matrix has no room left: its mass, or its extent along an axis."""
+    if abs(vector[3:]).max() > abs(vector[:3]).max():
+        return "no mass left"
+    axis = vector[:3] / np.linalg.norm(vector[:3])
+    axis = axis * np.sign(axis[np.argmax(np.abs(axis))])
+    return "no extent along ({:.2f}, {:.2f}, {:.2f})".format(*axis)

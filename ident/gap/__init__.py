@@ -1,0 +1,1 @@
+"""Where simulation and measurement disagree, and which effect is missing."""

@@ -1,0 +1,146 @@
+"""The thresholds of one data set, from effect-free data of the fitted arm."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.dataset import Dataset
+from ident.gap.experiment import Experiment, controller_of, wire_of
+from ident.gap.feasible import possible
+from ident.gap.fit import Fit, fit
+from ident.gap.leftover import leftovers
+from ident.gap.null import (
+    Threshold,
+    can_simulate,
+    null_arm,
+    raised,
+    redrawn,
+    simulated_datasets,
+)
+from ident.gap.residual import Residual, residuals
+from ident.gap.scan import chance_gains
+from ident.gap.search import SEARCHED, Present, all_hypotheses, begin, examine, extend
+from ident.gap.stretch import stretches
+from ident.gap.table import FOLDS, Nominal, Table, nominal, tabulate
+from ident.simulation.arm import simulated_arm
+from wamctl.arm.errors import DataError
+
+Array = NDArray[np.float64]
+Tell = Callable[[str], None]
+
+_CHANCE_DRAWS = 100
+_CHANCE_QUANTILE = 0.99
+
+
+def calibrated(
+    source: Experiment,
+    rows: Nominal,
+    present: Present,
+    threshold: Threshold,
+    runs: tuple[int, int],
+    tell: Tell,
+) -> Threshold:
+    """The threshold with simulated runs of the present model behind it.
+
+    Args:
+        source: the recordings.
+        rows: their rows.
+        present: the model so far.
+        threshold: what is asked for already.
+        runs: number of simulated runs, and the first one's seed.
+        tell: hears of the progress.
+    """
+    hypotheses = all_hypotheses(present.model.facts)
+    table = tabulate(rows, present.model, [*present.accepted, *hypotheses])
+    left = residuals(table, present.fit)
+    threshold = _with_chance(threshold, table, present, left)
+    loop = controller_of(source), wire_of(source)
+    if loop[0] is None or loop[1] is None or not can_simulate(source):
+        return threshold
+    fitted = possible(source, present.fit, len(rows.kept))
+    n = source.arm.robot.dof
+    nothing = simulated_arm(present.model.facts.chain, np.zeros(10 * n), np.zeros(n), np.zeros(n))
+    arm = null_arm(source, fitted, present.accepted, nothing)
+    gains, structure = [], []
+    for draw in range(runs[0]):
+        tell(f"effect-free run {draw + 1} of {runs[0]}")
+        rng = np.random.default_rng(runs[1] + draw)
+        noise = [
+            _disturbance(rows, left, log, data, rng) for log, data in enumerate(source.datasets)
+        ]
+        try:
+            data = simulated_datasets(source, arm, (loop[0], loop[1]), noise, rng)
+        except DataError:
+            continue
+        gain, most = _run(rows, present, data)
+        gains.append(gain)
+        structure.append(most)
+    return raised(threshold, gains, structure)
+
+
+def _run(
+    rows: Nominal, present: Present, data: Sequence[Dataset]
+) -> tuple[dict[str, float], float]:
+    """Largest gain of each effect, and of nameless structure, in effect-free data."""
+    facts = present.model.facts
+    simulated = nominal(stretches(data, rows.windows), rows.windows, facts, rows.kept)
+    now = begin(simulated, facts)
+    if present.accepted:
+        now = extend(simulated, now, present.accepted)
+    _, scores = examine(simulated, now, all_hypotheses(now.model.facts))
+    gains: dict[str, float] = {}
+    for s in scores:
+        small = all(
+            abs(v) < c.least for v, c in zip(s.values, s.hypothesis.coefficients, strict=True)
+        )
+        if not small:
+            effect = s.hypothesis.effect
+            gains[effect] = max(gains.get(effect, 0.0), s.gain)
+    table = tabulate(simulated, now.model, now.accepted)
+    left = leftovers(simulated, now.model, table, now.fit, SEARCHED)
+    return gains, max((x.gain for x in left), default=0.0)
+
+
+def _with_chance(
+    threshold: Threshold, table: Table, present: Present, left: Sequence[Residual]
+) -> Threshold:
+    """What chance gives: the residual's spectrum with other phases, against all columns."""
+    rng = np.random.default_rng(0)
+    searched = np.isin(table.fold, SEARCHED)
+    draws = []
+    for r in left:
+        if len(r.values) == 0:
+            draws.append(np.zeros((0, _CHANCE_DRAWS)))
+            continue
+        drawn = np.column_stack([redrawn(r, rng) for _ in range(_CHANCE_DRAWS)])
+        draws.append(drawn * searched[:, None])
+    now = fit(table.grams.of(SEARCHED), present.fit.choice, present.fit.sigma)
+    by_effect = chance_gains(table, now, draws, len(present.accepted))
+    gain = dict(threshold.gain)
+    for effect, values in by_effect.items():
+        gain[effect] = max(gain.get(effect, 0.0), float(np.quantile(values, _CHANCE_QUANTILE)))
+    return replace(threshold, gain=gain)
+
+
+def _disturbance(
+    rows: Nominal, left: Sequence[Residual], log: int, data: Dataset, rng: np.random.Generator
+) -> Array:
+    """Torque noise with the sliding residual's size and spectrum, at the recording's rate, shape (S, n)."""
+    samples = max(len(s.q) for s in data.segments)
+    hop = rows.windows.hop
+    count = samples // hop + 2
+    noise = np.zeros((samples, len(left)))
+    for j, r in enumerate(left):
+        if len(r.values) == 0:
+            continue
+        series = redrawn(r, rng)
+        repeated = np.resize(np.roll(series, int(rng.integers(len(series)))), count)
+        noise[:, j] = np.interp(np.arange(samples) / hop, np.arange(count), repeated)
+    return noise
+
+
+def fit_all(table: Table, now: Fit) -> Fit:
+    """The fit on all folds."""
+    return fit(table.grams.of(range(FOLDS)), now.choice, now.sigma)

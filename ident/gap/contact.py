@@ -1,0 +1,135 @@
+"""A burst in the residual: a stretch of time in which the model fails, and never else."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.gap.fit import Choice, Fit, fit
+from ident.gap.grams import joint_products
+from ident.gap.region import Region
+from ident.gap.residual import residuals
+from ident.gap.table import FOLDS, Nominal, Table
+
+Array = NDArray[np.float64]
+
+_LENGTHS_S = (0.25, 0.5, 1.0, 2.0, 4.0)
+_ROUNDS = 2
+_SHARP = 9.0  # a joint takes part where its mean square in the burst is so many times the usual
+
+
+@dataclass(frozen=True)
+class Burst:
+    """A stretch of time that the model does not explain.
+
+    Attributes:
+        log: number of the recording, from 0.
+        start_s, end_s: since the recording's first sample.
+        joints: the joints that feel it, from 0.
+        torque: mean torque on each of them [N m].
+        gain: drop of the mean log residual when the stretch has a noise of its own [nats].
+        rows: which rows of the table lie in it, shape (R,).
+    """
+
+    log: int
+    start_s: float
+    end_s: float
+    joints: tuple[int, ...]
+    torque: Array
+    gain: float
+    rows: NDArray[np.bool_]
+
+
+def find_burst(rows: Nominal, table: Table, now: Fit, choice: Choice) -> Burst | None:
+    """The stretch whose removal makes the residual of the rest smallest, if any stands out."""
+    log = np.array([s.log for s in rows.stretches])[table.stretch]
+    usual = now
+    chosen = None
+    outside = table
+    for _ in range(_ROUNDS):
+        power = _power(table, usual)
+        chosen = _loudest(power, log, table.t, rows.windows.hop / rows.windows.rate_hz)
+        if chosen is None:
+            return None
+        outside = without(table, chosen)
+        usual = fit(outside.grams.of(range(FOLDS)), choice, usual.sigma)
+    if chosen is None:
+        return None
+    left = residuals(table, usual)
+    calm = usual.sigma[:, int(Region.SLIDING)]
+    loud = [float(np.mean(r.values[chosen] ** 2)) if len(r.values) else 0.0 for r in left]
+    joints = tuple(j for j, x in enumerate(loud) if x > _SHARP * calm[j] ** 2)
+    if not joints:
+        return None
+    before = fit(table.grams.of(range(FOLDS)), choice, now.sigma)
+    t = table.t[chosen]
+    return Burst(
+        int(log[chosen][0]),
+        float(t.min()),
+        float(t.max()),
+        joints,
+        np.array([left[j].values[chosen].mean() for j in joints]),
+        _gain(before, usual, left, chosen),
+        chosen,
+    )
+
+
+def _power(table: Table, usual: Fit) -> Array:
+    """Squared residual of all sliding joints in units of their noise, less its mean, shape (R,)."""
+    total = np.zeros(len(table.t))
+    for j, r in enumerate(residuals(table, usual)):
+        if len(r.values):
+            sliding = r.region != Region.TURNING
+            scaled = np.minimum((r.values / usual.sigma[j][r.region]) ** 2, 1e4)
+            total += np.where(sliding, scaled - 1.0, 0.0)
+    return total
+
+
+def _loudest(
+    power: Array, log: NDArray[np.int64], t: Array, step: float
+) -> NDArray[np.bool_] | None:
+    """The window with the largest power beyond what its length would give by chance."""
+    best, chosen = 0.0, None
+    for length in _LENGTHS_S:
+        width = max(2, round(length / step))
+        sums = np.convolve(power, np.ones(width), mode="valid")
+        same = log[width - 1 :] == log[: len(log) - width + 1]
+        close = t[width - 1 :] - t[: len(t) - width + 1] < 1.5 * length + step
+        value = np.where(same & close, sums / np.sqrt(width), -np.inf)
+        if len(value) and value.max() > best:
+            best, start = float(value.max()), int(value.argmax())
+            chosen = np.zeros(len(power), dtype=bool)
+            chosen[start : start + width] = True
+    return chosen
+
+
+def without(table: Table, rows: NDArray[np.bool_]) -> Table:
+    """The table without some rows."""
+    products, counts = [], []
+    for j, columns in enumerate(table.columns):
+        keep = ~rows if len(columns) else np.zeros(0, dtype=bool)
+        size = len(columns)
+        product, count = joint_products(
+            columns[keep],
+            table.fold[:size][keep],
+            table.region[:size, j][keep],
+            (FOLDS, len(Region)),
+        )
+        products.append(product)
+        counts.append(count)
+    grams = replace(table.grams, products=tuple(products), counts=np.array(counts))
+    return replace(table, grams=grams)
+
+
+def _gain(before: Fit, usual: Fit, left: list, chosen: NDArray[np.bool_]) -> float:
+    """Sum over joints of the mean log ratio, the burst's rows with a noise of their own."""
+    gain = 0.0
+    for j, r in enumerate(left):
+        if not len(r.values):
+            continue
+        n = before.counts[j].sum()
+        burst = np.sqrt(np.mean(r.values[chosen] ** 2)) + usual.sigma[j].min()
+        old = (np.log(before.sigma[j]) * before.counts[j]).sum()
+        new = (np.log(usual.sigma[j]) * usual.counts[j]).sum() + np.log(burst) * chosen.sum()
+        gain += (old - new) / max(n, 1)
+    return float(gain)

@@ -1,0 +1,154 @@
+"""The recordings of one arm, and what is known of the loop that made them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from ident.arm import Arm
+from ident.base_parameters import base_map
+from ident.dataset import Dataset, TorqueSource, dataset
+from ident.effects.effect import ArmFacts
+from ident.evidence import posture
+from ident.parameters import Terms
+from ident.recordings import arm_of
+from ident.simulation.chain import chain_of
+from ident.simulation.loop import Controller, Wire
+from wamctl.arm.config import ArmFile, RobotFile, load_robot_file, validate
+from wamctl.arm.errors import ConfigurationError
+from wamctl.arm.recording import Recording, read_recording
+from wamctl.arm.robot import cad_parameters
+
+Array = NDArray[np.float64]
+
+_CONFIG = "config.yaml"
+_PER_MILLE = 1e-3
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """Recordings with their arm.
+
+    Attributes:
+        arm: robot and settings.
+        file: the arm's configuration, where one is known.
+        recordings: as read.
+        datasets: the same, uniform, joints in the robot's order.
+    """
+
+    arm: Arm
+    file: RobotFile | None
+    recordings: tuple[Recording, ...]
+    datasets: tuple[Dataset, ...]
+
+    @property
+    def moving(self) -> NDArray[np.bool_]:
+        """Joints that move in any recording, shape (n,)."""
+        return np.any([d.moving for d in self.datasets], axis=0)
+
+    @property
+    def motor_from_joint(self) -> Array | None:
+        """Motor angles from joint angles, shape (n, n), or None where nobody says."""
+        if self.file is None or self.file.transmission is None:
+            return None
+        return np.array(self.file.transmission.motor_from_joint)
+
+
+def read_experiment(
+    paths: Sequence[Path], robot: Path | None, torque: TorqueSource | None = None
+) -> Experiment:
+    """The recordings of some logs.
+
+    Raises:
+        DataError: a log that cannot be used, or logs of different arms.
+        ConfigurationError: a robot file that cannot be used.
+    """
+    recordings = tuple(read_recording(p) for p in paths)
+    return experiment(recordings, [str(p) for p in paths], robot, torque)
+
+
+def experiment(
+    recordings: Sequence[Recording],
+    names: Sequence[str],
+    robot: Path | None = None,
+    torque: TorqueSource | None = None,
+) -> Experiment:
+    """Recordings of one arm, joined with it."""
+    arm = arm_of(recordings, [Path(n) for n in names], robot)
+    data = tuple(
+        dataset(r, arm.robot.joint_names, name, torque)
+        for r, name in zip(recordings, names, strict=True)
+    )
+    return Experiment(arm, _file(recordings[0], names[0], robot), tuple(recordings), data)
+
+
+def _file(recording: Recording, name: str, robot: Path | None) -> RobotFile | None:
+    if robot is not None and robot.suffix in (".yaml", ".yml"):
+        return load_robot_file(robot)
+    if _CONFIG not in recording.attachments:
+        return None
+    source = f"{name}:{_CONFIG}"
+    try:
+        content = yaml.safe_load(recording.attachments[_CONFIG])
+    except yaml.YAMLError as error:
+        raise ConfigurationError(source, [f"not valid YAML ({error})"]) from error
+    full = isinstance(content, dict) and "drives" in content
+    return validate(ArmFile if full else RobotFile, content, source)
+
+
+def base_columns(source: Experiment) -> NDArray[np.int64]:
+    """Places of the base inertial parameters among the links' parameters, shape (b,)."""
+    terms = Terms(
+        viscous=False,
+        coulomb=False,
+        offset=False,
+        rotor_inertia=False,
+        drive_matrix=np.eye(source.arm.robot.dof),
+        motor_friction=False,
+    )
+    return np.array(base_map(source.arm.robot, terms, [posture(d) for d in source.datasets]).kept)
+
+
+def facts_of(source: Experiment) -> ArmFacts:
+    """What the effects may know, with the CAD parameters."""
+    tau = [s.tau for d in source.datasets for s in d.segments]
+    return ArmFacts(
+        chain_of(source.arm.robot),
+        cad_parameters(source.arm.robot),
+        source.motor_from_joint,
+        source.moving,
+        np.max([np.abs(t).max(axis=0) for t in tau], axis=0),
+        max(d.samples / d.rate_hz for d in source.datasets),
+    )
+
+
+def controller_of(source: Experiment) -> Controller | None:
+    """The controller of the recordings, with the CAD model, where the configuration names it."""
+    if not isinstance(source.file, ArmFile):
+        return None
+    section = source.file.controller
+    bandwidth = np.array(section.bandwidth_rad_s)
+    robot = source.arm.robot
+    return Controller(
+        chain_of(robot),
+        cad_parameters(robot),
+        bandwidth**2,
+        2.0 * section.damping_ratio * bandwidth,
+        section.velocity_cutoff_hz,
+    )
+
+
+def wire_of(source: Experiment) -> Wire | None:
+    """Encoders and drives of the recordings, where the configuration names them."""
+    if not isinstance(source.file, ArmFile):
+        return None
+    drives = source.file.drives
+    return Wire(
+        np.array(source.file.transmission.motor_from_joint),
+        np.array(drives.counts_per_revolution, dtype=float),
+        _PER_MILLE * np.array(drives.rated_torque_nm),
+        source.file.bus.period_s,
+    )

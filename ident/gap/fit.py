@@ -1,0 +1,198 @@
+"""Least squares over all joints with each joint's and region's own noise, from inner products alone."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from ident.gap.grams import Grams
+
+Array = NDArray[np.float64]
+
+_ROUNDS = 6
+_SETTLED = 1e-4  # change of log sigma
+_RIDGE = 1e-11  # of a column's own length: fixes what the data do not
+_TRUST = 1e-4  # of a joint's rms torque: smaller errors are rounding, not knowledge
+
+
+@dataclass(frozen=True)
+class Slot:
+    """Columns of one hypothesis.
+
+    Attributes:
+        joints: the joints whose torque they change, from 0.
+        starts: first column in each of those joints' layouts, counted from `first_extra`.
+        width: number of coefficients.
+    """
+
+    joints: tuple[int, ...]
+    starts: tuple[int, ...]
+    width: int
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Which columns the model has.
+
+    Attributes:
+        turnings: reversal shape of each joint.
+        slots: effects in the model.
+    """
+
+    turnings: tuple[int, ...]
+    slots: tuple[Slot, ...] = ()
+
+    def turned(self, joint: int, turning: int) -> "Choice":
+        """The same with another reversal shape of one joint."""
+        turnings = (*self.turnings[:joint], turning, *self.turnings[joint + 1 :])
+        return Choice(turnings, self.slots)
+
+    def with_slot(self, slot: Slot) -> "Choice":
+        """The same with one more effect."""
+        return Choice(self.turnings, (*self.slots, slot))
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where a joint's chosen columns stand, here and among all unknowns."""
+
+    local: NDArray[np.int64]
+    unknown: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A solution.
+
+    Attributes:
+        choice: the model's columns.
+        x: unknowns: base inertial parameters, viscous, Coulomb, then the effects' coefficients.
+        sigma: rms residual per joint and region [N m], shape (n, regions).
+        counts: rows per joint and region, shape (n, regions).
+        normal: weighted inner products of the unknowns' columns, shape (p, p).
+    """
+
+    choice: Choice
+    x: Array
+    sigma: Array
+    counts: NDArray[np.int64]
+    normal: Array
+
+    @property
+    def effects(self) -> list[Array]:
+        """Coefficients of each effect."""
+        widths = [s.width for s in self.choice.slots]
+        start = len(self.x) - sum(widths)
+        return np.split(self.x[start:], np.cumsum(widths)[:-1]) if widths else []
+
+    def gains_over(self, other: "Fit") -> Array:
+        """Mean log ratio of the residuals of each joint [nats per sample], shape (n,).
+
+        This is the difference of the log-likelihoods per sample.
+        """
+        return mean_log_ratio(other.sigma, self.sigma, self.counts)
+
+    def gain_over(self, other: "Fit") -> float:
+        """Sum of the joints' gains [nats per sample]."""
+        return float(self.gains_over(other).sum())
+
+
+def mean_log_ratio(before: Array, after: Array, counts: NDArray[np.int64]) -> Array:
+    """Mean over each joint's rows of log(before / after), shape (n,); all of shape (n, regions)."""
+    ratio = (np.log(before / after) * counts).sum(axis=1)
+    return ratio / np.maximum(counts.sum(axis=1), 1)
+
+
+def places(grams: Grams, choice: Choice) -> list[Places]:
+    """The chosen columns of each joint."""
+    n, b = grams.dof, grams.base
+    starts = b + 2 * n + np.cumsum([0, *(s.width for s in choice.slots)])
+    found = []
+    for j, layout in enumerate(grams.layouts):
+        local = [
+            *range(len(layout.base)),
+            layout.viscous,
+            layout.first_turning + choice.turnings[j],
+        ]
+        unknown = [*layout.base, b + j, b + n + j]
+        for slot, start in zip(choice.slots, starts, strict=False):
+            if j in slot.joints:
+                first = layout.first_extra + slot.starts[slot.joints.index(j)]
+                local += range(first, first + slot.width)
+                unknown += range(start, start + slot.width)
+        found.append(Places(np.array(local), np.array(unknown)))
+    return found
+
+
+def trusted(grams: Grams) -> Array:
+    """Smallest residual that is believed, per joint [N m], shape (n,)."""
+    squares = [p[..., -1, -1].sum() for p in grams.products]
+    rows = np.maximum(grams.counts.sum(axis=(1, 2)), 1)
+    return np.maximum(_TRUST * np.sqrt(np.array(squares) / rows), 1e-12)
+
+
+def fit(grams: Grams, choice: Choice, start: Array | None = None) -> Fit:
+    """The model's best coefficients, with the noise of each joint and region estimated alongside.
+
+    Args:
+        grams: inner products of the data to use, as one fold.
+        choice: the model's columns.
+        start: first guess of the noise [N m], shape (n, regions).
+    """
+    counts, chosen = grams.counts[:, 0], places(grams, choice)
+    parts = [
+        p[0][:, pl.local[:, None], pl.local] for p, pl in zip(grams.products, chosen, strict=True)
+    ]
+    rights = [p[0][:, pl.local, -1] for p, pl in zip(grams.products, chosen, strict=True)]
+    squares = np.array([p[0][:, -1, -1] for p in grams.products])
+    least = trusted(grams)[:, None]
+    rows = np.maximum(counts, 1)
+    sigma = np.maximum(np.sqrt(squares / rows), least) if start is None else start
+    size = 1 + max(int(pl.unknown.max()) for pl in chosen)
+    x, normal = np.zeros(size), np.zeros((size, size))
+    for _ in range(_ROUNDS):
+        normal, right = _normal(parts, rights, chosen, sigma, size)
+        x = solve(normal, right)
+        rss = np.array(
+            [
+                s - 2 * (r @ x[pl.unknown]) + (p @ x[pl.unknown]) @ x[pl.unknown]
+                for s, r, p, pl in zip(squares, rights, parts, chosen, strict=True)
+            ]
+        )
+        before, sigma = sigma, np.maximum(np.sqrt(np.maximum(rss, 0.0) / rows), least)
+        if np.abs(np.log(sigma / before)).max() < _SETTLED:
+            break
+    return Fit(choice, x, sigma, counts, normal)
+
+
+def _normal(
+    parts: list[Array], rights: list[Array], chosen: list[Places], sigma: Array, size: int
+) -> tuple[Array, Array]:
+    normal, right = np.zeros((size, size)), np.zeros(size)
+    for part, r, pl, s in zip(parts, rights, chosen, sigma, strict=True):
+        weight = 1 / s**2
+        normal[np.ix_(pl.unknown, pl.unknown)] += np.tensordot(weight, part, axes=1)
+        right[pl.unknown] += weight @ r
+    return normal, right
+
+
+def solve(normal: Array, right: Array) -> Array:
+    """Solution of the normal equations, columns scaled to one, directions without data at zero."""
+    scale = np.sqrt(np.diag(normal))
+    used = scale > 0.0
+    scale = np.where(used, scale, 1.0)
+    matrix = normal / scale[:, None] / scale + np.diag(np.where(used, _RIDGE, 1.0))
+    scaled = (right.T / scale).T
+    return (scipy.linalg.solve(matrix, scaled, assume_a="pos").T / scale).T
+
+
+def predicted_rms(grams: Grams, model: Fit) -> Array:
+    """Rms residual [N m] of a fit on other data, given as one fold, shape (n, regions)."""
+    found = np.zeros_like(model.sigma)
+    for j, pl in enumerate(places(grams, model.choice)):
+        v = np.concatenate([-model.x[pl.unknown], [1.0]])
+        local = np.append(pl.local, grams.layouts[j].torque)
+        rss = (grams.products[j][0][:, local[:, None], local] @ v) @ v
+        found[j] = np.sqrt(np.maximum(rss, 0.0) / np.maximum(grams.counts[j, 0], 1))
+    return np.maximum(found, trusted(grams)[:, None])

@@ -1,0 +1,104 @@
+"""Structure that no effect of the catalogue has to explain: free curves of position, speed and time.
+
+They take no part in naming. What they still explain when the catalogue is exhausted is a gap without a
+name, and what they depend on says where to look.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.effects.effect import Observed
+
+Array = NDArray[np.float64]
+
+_KNOTS = 12
+_WAVES = 40
+_PERIODS_PER_S = (0.2, 4.0)
+
+
+@dataclass(frozen=True)
+class Group:
+    """Free columns on one joint.
+
+    Attributes:
+        name: what the torque would depend on, in words with {j} for the joint.
+        size: number of columns.
+        single: whether the best one of several pairs counts, not all together.
+    """
+
+    name: str
+    size: int
+    single: bool = False
+
+
+GROUPS = (
+    Group("the position of joint {j}", _KNOTS),
+    Group("the position and direction of joint {j}", _KNOTS),
+    Group("the position and speed of joint {j}", _KNOTS),
+    Group("the speed of joint {j}, following its direction", _KNOTS),
+    Group("the speed of joint {j}, the same in both directions", _KNOTS),
+    Group("time since the start of the run", _KNOTS),
+    Group("time since the start, following the direction of joint {j}", _KNOTS),
+    Group("the angle of joint {j}, periodically", 2 * _WAVES, single=True),
+    Group("time, periodically", 2 * _WAVES, single=True),
+    Group("the motion of other joints", 0),
+)
+"""The last group has six columns for each other joint."""
+
+
+def group_columns(
+    seen: Observed, joint: int, span: tuple[Array, Array], end_s: float
+) -> list[Array]:
+    """Columns of each group, each of shape (S, size).
+
+    Args:
+        seen: the samples.
+        joint: from 0.
+        span: lowest and highest position of each joint in all recordings [rad], each of shape (n,).
+        end_s: length of the longest recording [s].
+    """
+    q, qd, way = seen.q[:, joint], seen.qd[:, joint], seen.direction[:, joint]
+    low, high = span[0][joint], span[1][joint]
+    place = _tents((q - low) / max(high - low, 1e-9))
+    fast = _tents(np.sqrt(np.minimum(np.abs(qd) / 1.5, 1.0)))
+    late = _tents(seen.t / end_s)
+    waves = np.geomspace(2.0, 60.0, _WAVES)
+    beats = 2 * np.pi * np.geomspace(*_PERIODS_PER_S, _WAVES)
+    others = [k for k in range(seen.arm.dof) if k != joint and seen.arm.moving[k]]
+    cross = [
+        column
+        for k in others
+        for column in (
+            seen.q[:, k],
+            seen.qd[:, k],
+            seen.qdd[:, k],
+            seen.direction[:, k],
+            seen.qd[:, k] * qd,
+            seen.q[:, k] * q,
+        )
+    ]
+    return [
+        place,
+        place * way[:, None],
+        place * qd[:, None],
+        fast * way[:, None],
+        fast,
+        late,
+        late * way[:, None],
+        _pairs(np.outer(q, waves)),
+        _pairs(np.outer(seen.t, beats)),
+        np.column_stack(cross) if cross else np.zeros((len(q), 0)),
+    ]
+
+
+def _tents(u: Array) -> Array:
+    """Piecewise-linear hats over 0 to 1, shape (S, _KNOTS)."""
+    centres = np.linspace(0.0, 1.0, _KNOTS)
+    return np.maximum(0.0, 1.0 - np.abs(u[:, None] - centres) * (_KNOTS - 1))
+
+
+def _pairs(angle: Array) -> Array:
+    """Sine and cosine side by side, shape (S, 2 W)."""
+    return np.stack([np.sin(angle), np.cos(angle)], axis=-1).reshape(len(angle), -1)

@@ -1,0 +1,243 @@
+"""From scores to a name: which effect leads, whether it may be believed, and who rivals it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.effects.catalogue import catalogue
+from ident.effects.effect import Hypothesis
+from ident.gap.fit import Fit, fit, mean_log_ratio, predicted_rms
+from ident.gap.null import Threshold
+from ident.gap.residual import memory_of, residuals
+from ident.gap.scan import Score
+from ident.gap.search import SEARCHED, Present, examine, extend, refined
+from ident.gap.table import FOLDS, Nominal, Table
+
+Array = NDArray[np.float64]
+
+_SEAT = 0.2  # of the gain: a joint with this much of it is where the effect sits
+_NEAR = 0.93  # of the leader's gain: whoever reaches it cannot be told apart
+_WORTH_TUNING = 0.75
+_SURE = 4.0  # units of log-likelihood between leader and rival
+_FORM = 0.12  # of what an effect of uncertain form explained: less may be its form's error
+_SAME_SHARE = 0.3
+
+
+@dataclass(frozen=True)
+class Found:
+    """An effect that was taken into the model.
+
+    Attributes:
+        score: of the leader, with its settings tuned.
+        seat: joints that carry its gain, from 0.
+        gains: per joint [nats per sample], shape (n,).
+        explained: squared residual that it removed per joint [N^2 m^2], shape (n,).
+        held_out: predicted gain on each fold, fitted on the others.
+        rivals: scores that cannot be told from it.
+        next_best: best other family at the same joints, or None.
+        certainty: log-likelihood by which it beats that one.
+    """
+
+    score: Score
+    seat: tuple[int, ...]
+    gains: Array
+    explained: Array
+    held_out: tuple[float, ...]
+    rivals: tuple[Score, ...]
+    next_best: Score | None
+    certainty: float
+
+    @property
+    def hypothesis(self) -> Hypothesis:
+        """What it is."""
+        return self.score.hypothesis
+
+
+def seat_of(score: Score, before: Fit) -> tuple[int, ...]:
+    """The joints that carry a score's gain, from 0."""
+    gains = score.fit.gains_over(before)
+    return tuple(int(j) for j in np.flatnonzero(gains >= _SEAT * max(gains.max(), 1e-12)))
+
+
+def next_effects(
+    rows: Nominal,
+    present: Present,
+    hypotheses: Sequence[Hypothesis],
+    threshold: Threshold,
+    found: Sequence[Found],
+) -> tuple[list[Found], list[Score]]:
+    """The next effect that may be believed (with the same one at other joints), and all scores."""
+    table, scores = examine(rows, present, hypotheses)
+    before = present.fit
+    blocked: set[int] = set()
+    for score in scores:
+        if score.merit < min(threshold.gain.values()):
+            break
+        seat = seat_of(score, before)
+        if blocked & set(seat):
+            continue
+        if _believable(score, before, seat, threshold, found) and _holds(table, score, before):
+            leader = _found(rows, present, table, score, scores)
+            alike = _alike(table, present, scores, leader, threshold, found)
+            return [leader, *alike], scores
+        blocked |= set(seat)
+    return [], scores
+
+
+def _believable(
+    score: Score,
+    before: Fit,
+    seat: tuple[int, ...],
+    threshold: Threshold,
+    found: Sequence[Found],
+) -> bool:
+    effect = score.hypothesis.effect
+    if score.gain < threshold.of(effect):
+        return False
+    sizes = zip(score.values, score.hypothesis.coefficients, strict=True)
+    if all(abs(value) < coefficient.least for value, coefficient in sizes):
+        return False
+    drop = (_square(before) - _square(score.fit))[list(seat)]
+    for earlier in found:
+        if catalogue()[earlier.hypothesis.effect].exact or earlier.hypothesis.effect == effect:
+            continue
+        if set(earlier.seat) & set(seat) and (
+            drop.sum() < _FORM * earlier.explained[list(seat)].sum()
+        ):
+            return False
+    return True
+
+
+def _square(model: Fit) -> Array:
+    """Mean squared residual per joint, shape (n,)."""
+    total = (model.sigma**2 * model.counts).sum(axis=1)
+    return total / np.maximum(model.counts.sum(axis=1), 1)
+
+
+def held_out_gains(table: Table, score: Score, before: Fit) -> tuple[float, ...]:
+    """Predicted gain on each fold, both models fitted on the others."""
+    gains = []
+    for fold in range(FOLDS):
+        rest = table.grams.of([f for f in range(FOLDS) if f != fold])
+        here = table.grams.of([fold])
+        if here.counts.sum() == 0 or rest.counts.sum() == 0:
+            continue
+        old = fit(rest, before.choice, before.sigma)
+        new = fit(rest, score.fit.choice, score.fit.sigma)
+        ratio = mean_log_ratio(
+            predicted_rms(here, old), predicted_rms(here, new), here.counts[:, 0]
+        )
+        gains.append(float(ratio.sum()))
+    return tuple(gains)
+
+
+def _holds(table: Table, score: Score, before: Fit) -> bool:
+    """Whether every fold is predicted better with the effect than without."""
+    if "log" in score.hypothesis.settings:
+        return True
+    return min(held_out_gains(table, score, before)) > 0.0
+
+
+def _found(
+    rows: Nominal, present: Present, table: Table, score: Score, scores: Sequence[Score]
+) -> Found:
+    before = present.fit
+    tuned = refined(rows, present, score)
+    seat = seat_of(score, before)
+    near = [
+        s
+        for s in _best_of_family(scores, score.hypothesis.effect)
+        if s.gain > _WORTH_TUNING * score.gain and set(seat_of(s, before)) & set(seat)
+    ]
+    others = sorted((refined(rows, present, s) for s in near), key=lambda s: -s.gain)
+    rows_each = _effective_rows(table, score)
+    rivals = tuple(s for s in others if _cannot_be_told(tuned, s, before, rows_each))
+    best = others[0] if others else None
+    certainty = np.inf if best is None else _difference(tuned, best, before, rows_each)
+    return Found(
+        tuned,
+        seat,
+        tuned.fit.gains_over(before),
+        np.maximum(_square(before) - _square(tuned.fit), 0.0),
+        held_out_gains(table, score, before),
+        rivals,
+        best,
+        float(certainty),
+    )
+
+
+def _best_of_family(scores: Sequence[Score], but: str) -> list[Score]:
+    best: dict[tuple[str, tuple[int, ...]], Score] = {}
+    for s in scores:
+        if s.hypothesis.effect != but:
+            best.setdefault((s.hypothesis.effect, s.hypothesis.joints), s)
+    return list(best.values())
+
+
+def _effective_rows(table: Table, score: Score) -> Array:
+    """Independent rows per joint, shape (n,)."""
+    left = residuals(table, score.fit)
+    counts = score.fit.counts.sum(axis=1)
+    memory = np.array([memory_of(r.values, r.stretch) if len(r.values) else 1.0 for r in left])
+    return counts / memory
+
+
+def _difference(leader: Score, rival: Score, before: Fit, rows_each: Array) -> float:
+    """Log-likelihood by which the leader beats the rival."""
+    better = leader.fit.gains_over(before) - rival.fit.gains_over(before)
+    return float(better @ rows_each)
+
+
+def _cannot_be_told(leader: Score, rival: Score, before: Fit, rows_each: Array) -> bool:
+    effects = catalogue()
+    names = leader.hypothesis.effect, rival.hypothesis.effect
+    sure = _difference(leader, rival, before, rows_each) > _SURE
+    nested = names[1] in effects[names[0]].contains or names[0] in effects[names[1]].contains
+    if nested:
+        return False
+    return not sure or rival.gain > _NEAR * leader.gain
+
+
+def _alike(
+    table: Table,
+    present: Present,
+    scores: Sequence[Score],
+    leader: Found,
+    threshold: Threshold,
+    found: Sequence[Found],
+) -> list[Found]:
+    """The same effect at joints of its own, each of which leads there and may be believed."""
+    if len(leader.hypothesis.rows) > 1:
+        return []
+    taken = {leader.hypothesis.joints}
+    seats = set(leader.seat)
+    alike = []
+    for score in scores:
+        seat = seat_of(score, present.fit)
+        if seats & set(seat):
+            continue
+        seats |= set(seat)
+        same = score.hypothesis.effect == leader.hypothesis.effect
+        if not same or score.hypothesis.joints in taken or len(score.hypothesis.rows) > 1:
+            continue
+        if score.gain < _SAME_SHARE * leader.score.gain:
+            continue
+        if _believable(score, present.fit, seat, threshold, found) and _holds(
+            table, score, present.fit
+        ):
+            taken.add(score.hypothesis.joints)
+            gains = score.fit.gains_over(present.fit)
+            drop = np.maximum(_square(present.fit) - _square(score.fit), 0.0)
+            held = held_out_gains(table, score, present.fit)
+            alike.append(Found(score, seat, gains, drop, held, (), None, np.inf))
+    return alike
+
+
+def taken_in(rows: Nominal, present: Present, found: Sequence[Found]) -> Present:
+    """The model with some effects."""
+    return extend(rows, present, [f.hypothesis for f in found])
+
+
+__all__ = ["SEARCHED", "Found", "held_out_gains", "next_effects", "seat_of", "taken_in"]

@@ -1,0 +1,137 @@
+"""Effect-free data through the identical chain: how large a gain can nothing have?
+
+Two kinds: the fitted arm simulated in closed loop, with its own controller, reference, encoder and
+torque steps, and with several ways of turning round (systematic errors of the chain); and the fitted
+model's torque with the residual's phases drawn anew (chance).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.dataset import Dataset, Segment, held_mean
+from ident.effects.catalogue import catalogue
+from ident.effects.effect import Hypothesis
+from ident.gap.experiment import Experiment
+from ident.gap.feasible import Possible
+from ident.gap.region import Region
+from ident.gap.residual import Residual
+from ident.simulation.arm import SimulatedArm, simulated_arm
+from ident.simulation.loop import Controller, Wire, run
+from wamctl.arm.recording import Recording
+
+Array = NDArray[np.float64]
+
+_DISTANCES = (0.0, 0.0, 2e-4, 5e-4)
+"""Presliding distances drawn for joints without presliding [rad]: what counts as the same as sticking."""
+
+_ROOM = 2.0
+_LEAST_GAIN = 0.03
+
+
+@dataclass(frozen=True)
+class Threshold:
+    """What an effect must gain to be believed.
+
+    Attributes:
+        gain: [nats per sample], by effect id.
+        leftover: structure without a name must gain this much.
+        draws: effect-free runs behind it.
+    """
+
+    gain: dict[str, float]
+    leftover: float
+    draws: int
+
+    def of(self, effect: str) -> float:
+        """The gain that the effect must reach."""
+        return self.gain.get(effect, _LEAST_GAIN)
+
+
+def least_threshold() -> Threshold:
+    """What every data set asks for, before anything is simulated."""
+    return Threshold(dict.fromkeys(catalogue(), _LEAST_GAIN), 2 * _LEAST_GAIN, 0)
+
+
+def raised(
+    threshold: Threshold, gains: Sequence[dict[str, float]], leftover: Sequence[float]
+) -> Threshold:
+    """The threshold with more effect-free runs behind it.
+
+    Args:
+        threshold: so far.
+        gains: largest gain of each effect in each run.
+        leftover: largest gain of nameless structure in each run.
+    """
+    gain = dict(threshold.gain)
+    for run_gains in gains:
+        for effect, value in run_gains.items():
+            gain[effect] = max(gain.get(effect, _LEAST_GAIN), _ROOM * value)
+    most = max([threshold.leftover, *(_ROOM * x for x in leftover)])
+    return Threshold(gain, most, threshold.draws + len(gains))
+
+
+def can_simulate(source: Experiment) -> bool:
+    """Whether references are in all recordings."""
+    return all(_wanted(r) is not None for r in source.recordings)
+
+
+def null_arm(
+    source: Experiment, fitted: Possible, accepted: Sequence[Hypothesis], chain_arm: SimulatedArm
+) -> SimulatedArm:
+    """The fitted arm with its accepted effects."""
+    arm = replace(chain_arm, delta=fitted.inertial, viscous=fitted.viscous, coulomb=fitted.coulomb)
+    for h, values in zip(accepted, fitted.effects, strict=True):
+        arm = catalogue()[h.effect].simulated(arm, h, values)
+    return arm
+
+
+def simulated_datasets(
+    source: Experiment,
+    arm: SimulatedArm,
+    loop: tuple[Controller, Wire],
+    disturbance: Sequence[Array],
+    rng: np.random.Generator,
+) -> list[Dataset]:
+    """The recordings, had the arm been exactly the fitted one."""
+    drawn = rng.choice(_DISTANCES, len(arm.coulomb))
+    arm = replace(arm, bristle=np.where(arm.bristle > 0.0, arm.bristle, drawn))
+    found = []
+    for recording, data, noise in zip(source.recordings, source.datasets, disturbance, strict=True):
+        wanted = _wanted(recording)
+        if wanted is None:
+            raise ValueError("a recording without reference cannot be simulated")
+        columns = [recording.joint_names.index(j) for j in source.arm.robot.joint_names]
+        motion = tuple(np.ascontiguousarray(w[:, columns]) for w in wanted)
+        result = run(arm, *loop, (motion[0], motion[1], motion[2]), noise)
+        t = np.arange(len(result.q)) * loop[1].period_s
+        tau = held_mean(t, result.tau_cmd, t, loop[1].period_s)
+        segment = Segment(0.0, result.q, tau)
+        found.append(replace(data, rate_hz=1 / loop[1].period_s, segments=(segment,)))
+    return found
+
+
+def _wanted(recording: Recording) -> tuple[Array, Array, Array] | None:
+    series = recording.reference
+    if series is not None and len(series.stamp_ns) > 1:
+        return series.q, series.qd, series.qdd
+    return None
+
+
+def redrawn(residual: Residual, rng: np.random.Generator) -> Array:
+    """A series with the sliding residual's spectrum and other phases, shape (R,).
+
+    Rows where the joint turns round are replaced by draws of the sliding ones first: what happens there
+    is systematic.
+    """
+    values = residual.values.copy()
+    if len(values) == 0:
+        return values
+    sliding = residual.region != Region.TURNING
+    if sliding.any():
+        values[~sliding] = rng.choice(values[sliding], int((~sliding).sum()))
+    spectrum = np.fft.rfft(values - values.mean())
+    spectrum *= np.exp(2j * np.pi * rng.random(len(spectrum)))
+    return np.fft.irfft(spectrum, len(values))

@@ -1,0 +1,180 @@
+"""Final values of the effects' parameters, and how sure they are.
+
+Coefficients and settings are estimated together: one Gauss-Newton step from the search's solution, on all
+data. Their covariance is the cluster-robust one, scores summed over blocks of time and all joints, since
+residuals of neighbouring rows are alike.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.effects.catalogue import catalogue
+from ident.effects.effect import Hypothesis
+from ident.gap.fit import Fit, fit, places, solve
+from ident.gap.search import Present
+from ident.gap.table import FOLDS, Nominal, Table, tabulate
+
+Array = NDArray[np.float64]
+
+_BLOCK_S = 1.5
+_STEP = 0.02  # of a setting: for its derivative
+_MOST = 0.3  # of a setting: the longest step that is taken
+
+
+@dataclass(frozen=True)
+class Value:
+    """A number with its standard deviation and unit."""
+
+    value: float
+    sd: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Final:
+    """The model with all effects on all data.
+
+    Attributes:
+        hypotheses: with their settings stepped.
+        fit: with them.
+        parameters: of each effect, by name.
+    """
+
+    hypotheses: tuple[Hypothesis, ...]
+    fit: Fit
+    parameters: tuple[dict[str, Value], ...]
+
+
+def finished(rows: Nominal, end: Present) -> Final:
+    """Final values and standard deviations of all effects."""
+    tunable = [_tunable(h) for h in end.accepted]
+    stepped = end.accepted
+    if any(tunable):
+        table, now, slopes = _linearised(rows, end, end.accepted, tunable)
+        x, _ = _solution(rows, table, now, slopes)
+        stepped = _stepped(end.accepted, tunable, x[len(now.x) :])
+    table, now, slopes = _linearised(rows, end, stepped, tunable)
+    x, covariance = _solution(rows, table, now, slopes)
+    sd = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return Final(stepped, now, tuple(_named(stepped, tunable, now, sd)))
+
+
+def _tunable(h: Hypothesis) -> list[str]:
+    """Settings of a hypothesis that the data may still move."""
+    settings = {s.name: s for s in catalogue()[h.effect].settings}
+    return [
+        name
+        for name in h.settings
+        if name in settings and not settings[name].whole and settings[name].reported
+    ]
+
+
+def _linearised(
+    rows: Nominal, end: Present, hypotheses: Sequence[Hypothesis], tunable: Sequence[list[str]]
+) -> tuple[Table, Fit, list[list[Array]]]:
+    """The fit on all data, and each setting's columns, per joint, shape (R,)."""
+    moved = [
+        replace(h, settings={**h.settings, name: h.settings[name] * (1 + sign * _STEP)})
+        for h, names in zip(hypotheses, tunable, strict=True)
+        for name in names
+        for sign in (1, -1)
+    ]
+    table = tabulate(rows, end.model, [*hypotheses, *moved])
+    choice = replace(end.fit.choice, slots=tuple(table.slots[i] for i in range(len(hypotheses))))
+    now = fit(table.grams.of(range(FOLDS)), choice, end.fit.sigma)
+    slopes, place = [], len(hypotheses)
+    for h, names, theta in zip(hypotheses, tunable, now.effects, strict=True):
+        for name in names:
+            up, down = (_torque(table, place + k, theta) for k in (0, 1))
+            width = 2 * _STEP * h.settings[name]
+            slopes.append([(a - b) / width for a, b in zip(up, down, strict=True)])
+            place += 2
+    return table, now, slopes
+
+
+def _torque(table: Table, index: int, theta: Array) -> list[Array]:
+    """Torque of a hypothesis per joint, shape (R,)."""
+    slot = table.slots[index]
+    found = [np.zeros(len(c)) for c in table.columns]
+    for j, start in zip(slot.joints, slot.starts, strict=True):
+        first = table.grams.layouts[j].first_extra + start
+        found[j] = table.columns[j][:, first : first + slot.width] @ theta
+    return found
+
+
+def _solution(
+    rows: Nominal, table: Table, now: Fit, slopes: list[list[Array]]
+) -> tuple[Array, Array]:
+    """Unknowns with the steps of the settings appended, and their covariance."""
+    size, more = len(now.x), len(slopes)
+    total = size + more
+    normal, right = np.zeros((total, total)), np.zeros(total)
+    block = _blocks(rows, table)
+    scores = np.zeros((block.max() + 1, total))
+    for j, pl in enumerate(places(table.grams, now.choice)):
+        columns = table.columns[j]
+        if len(columns) == 0:
+            continue
+        weight = 1 / now.sigma[j][table.region[:, j]] ** 2
+        own = np.column_stack([columns[:, pl.local], *(s[j] for s in slopes)])
+        where = np.concatenate([pl.unknown, size + np.arange(more)])
+        error = columns[:, -1] - columns[:, pl.local] @ now.x[pl.unknown]
+        weighted = own * weight[:, None]
+        normal[np.ix_(where, where)] += own.T @ weighted
+        right[where] += weighted.T @ columns[:, -1]
+        parts = np.zeros((len(scores), len(where)))
+        np.add.at(parts, block, weighted * error[:, None])
+        scores[:, where] += parts
+    x = solve(normal, right)
+    inverse = solve(normal, np.eye(total))
+    count = len(np.unique(block))
+    inflation = count / max(count - total / table.grams.dof, 1.0)
+    covariance = inverse @ (scores.T @ scores) @ inverse.T * inflation
+    return x, covariance
+
+
+def _blocks(rows: Nominal, table: Table) -> NDArray[np.int64]:
+    """Number of the block of time that each row lies in, shape (R,)."""
+    start = np.array([s.t[0] for s in rows.stretches])
+    within = np.floor((table.t - start[table.stretch]) / _BLOCK_S).astype(int)
+    return np.unique(table.stretch * (within.max() + 1) + within, return_inverse=True)[1]
+
+
+def _stepped(
+    hypotheses: Sequence[Hypothesis], tunable: Sequence[list[str]], steps: Array
+) -> tuple[Hypothesis, ...]:
+    """The hypotheses with their settings moved, within bounds and never far."""
+    moved, place = [], 0
+    for h, names in zip(hypotheses, tunable, strict=True):
+        settings = dict(h.settings)
+        known = {s.name: s for s in catalogue()[h.effect].settings}
+        for name in names:
+            value = settings[name]
+            step = float(np.clip(steps[place], -_MOST * abs(value), _MOST * abs(value)))
+            settings[name] = float(np.clip(value + step, known[name].lower, known[name].upper))
+            place += 1
+        moved.append(replace(h, settings=settings))
+    return tuple(moved)
+
+
+def _named(
+    hypotheses: Sequence[Hypothesis], tunable: Sequence[list[str]], now: Fit, sd: Array
+) -> list[dict[str, Value]]:
+    first = len(now.x) - sum(len(h.coefficients) for h in hypotheses)
+    last = len(now.x)
+    found = []
+    for h, names, theta in zip(hypotheses, tunable, now.effects, strict=True):
+        effect = catalogue()[h.effect]
+        units = {s.name: s.unit for s in effect.settings}
+        values = {}
+        for c, value in zip(h.coefficients, theta, strict=True):
+            values[c.name] = Value(float(value), float(sd[first]), c.unit)
+            first += 1
+        for name in names:
+            values[name] = Value(h.settings[name], float(sd[last]), units[name])
+            last += 1
+        found.append(values)
+    return found

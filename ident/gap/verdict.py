@@ -1,0 +1,100 @@
+"""The verdict: what may be said, and how surely."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from ident.gap.contact import Burst
+from ident.gap.faults import Fault
+from ident.gap.leftover import Leftover
+from ident.gap.naming import Found
+from ident.gap.null import Threshold
+
+_UNEXPLAINED = 0.2  # of a joint's gap: with more left, a name is only an analogy
+
+
+class Kind(StrEnum):
+    """What may be said."""
+
+    NO_GAP = "no_gap"
+    NAMED = "named"
+    AMBIGUOUS = "ambiguous"
+    UNKNOWN = "unknown"
+    DATA_FAULT = "data_fault"
+
+
+@dataclass(frozen=True)
+class Nameless:
+    """Structure that is left on a joint when the catalogue is exhausted.
+
+    Attributes:
+        leftover: what it depends on, and how much it is.
+        unexplained: its part of the joint's whole gap.
+    """
+
+    leftover: Leftover
+    unexplained: float
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the search came to.
+
+    Attributes:
+        kind: in one word.
+        found: effects taken in, in order.
+        burst: a contact, or None.
+        nameless: structure that is left.
+        faults: of the data.
+    """
+
+    kind: Kind
+    found: tuple[Found, ...]
+    burst: Burst | None
+    nameless: tuple[Nameless, ...]
+    faults: tuple[Fault, ...]
+
+
+def nameless(
+    leftovers: Sequence[Leftover], found: Sequence[Found], squares: np.ndarray, threshold: Threshold
+) -> tuple[Nameless, ...]:
+    """The structure that is left and counts, one entry a joint, the largest first.
+
+    Args:
+        leftovers: by gain, the largest first.
+        found: effects taken in.
+        squares: mean squared residual of each joint with them [N^2 m^2], shape (n,).
+        threshold: what structure must gain.
+    """
+    seen: set[int] = set()
+    kept = []
+    for left in leftovers:
+        if left.joint in seen or left.gain < threshold.leftover:
+            continue
+        seen.add(left.joint)
+        explained = sum(float(f.explained[left.joint]) for f in found)
+        rest = left.share * float(squares[left.joint])
+        share = rest / max(rest + explained, 1e-300)
+        kept.append(Nameless(left, share))
+    return tuple(kept)
+
+
+def decide(
+    faults: Sequence[Fault],
+    found: Sequence[Found],
+    burst: Burst | None,
+    left: Sequence[Nameless],
+) -> Verdict:
+    """The verdict on what was found and what is left."""
+    parts = (tuple(found), burst, tuple(left), tuple(faults))
+    if faults:
+        return Verdict(Kind.DATA_FAULT, *parts)
+    if any(x.unexplained > _UNEXPLAINED for x in left):
+        return Verdict(Kind.UNKNOWN, *parts)
+    if any(f.rivals for f in found):
+        return Verdict(Kind.AMBIGUOUS, *parts)
+    if found or burst is not None:
+        return Verdict(Kind.NAMED, *parts)
+    return Verdict(Kind.NO_GAP, *parts)

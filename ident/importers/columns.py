@@ -1,0 +1,147 @@
+"""The mapped columns of one table or several: found, of one length, and finite."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.importers.mapping import Mapping, SeriesSection
+from ident.importers.tables import Name, Table, read_table
+from wamctl.arm.errors import ConfigurationError, DataError
+
+Array = NDArray[np.float64]
+
+_NS = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0}
+_LATEST_S = 2**31
+
+
+@dataclass(frozen=True)
+class MappedColumns:
+    """The chosen rows, as the tables have them.
+
+    Attributes:
+        stamp_ns: instants [ns], shape (S,).
+        series: per quantity of the mapping its columns, shape (S, n).
+    """
+
+    stamp_ns: NDArray[np.int64]
+    series: dict[str, Array]
+
+
+def files(source: Path, plan: Mapping) -> list[Path]:
+    """The imported table, and those beside it that the mapping joins to it."""
+    names = dict.fromkeys(part.file for _, part in plan.series() if part.file is not None)
+    return list(dict.fromkeys([source, *(source.parent / name for name in names)]))
+
+
+def read_columns(source: Path, plan: Mapping, where: Path, n: int) -> MappedColumns:
+    """The columns that the mapping names.
+
+    Args:
+        source: the imported table.
+        plan: the mapping.
+        where: its file.
+        n: number of joints.
+
+    Raises:
+        ConfigurationError: everything in which mapping, joints and tables do not fit, at once.
+        DataError: unreadable table, cells that are no finite numbers, or no rows.
+    """
+    tables = _tables(source, plan)
+    faults = plan.lengths(n)
+    series: dict[str, Array] = {}
+    for place, part in plan.series():
+        path = _file(source, part)
+        found = _stacked(part, tables[path], n)
+        if isinstance(found, str):
+            faults.append(f"{place}.columns: {path.name} {found}")
+        else:
+            series[place] = found
+    time = plan.time.column
+    if time is not None and time not in tables[source].columns:
+        faults.append(f"time.column: {source.name} {_lacks([time], tables[source])}")
+    elif time is not None:
+        series["time"] = tables[source].columns[time].reshape(-1, 1)
+    if len({len(values) for values in series.values()}) > 1:
+        listed = ", ".join(f"{place} {len(values)}" for place, values in series.items())
+        faults.append(f"the columns have different numbers of rows: {listed}")
+    if faults:
+        raise ConfigurationError(where, faults)
+    return _chosen_rows(source, plan, series)
+
+
+def _file(source: Path, part: SeriesSection) -> Path:
+    return source if part.file is None else source.parent / part.file
+
+
+def _tables(source: Path, plan: Mapping) -> dict[Path, Table]:
+    wanted: dict[Path, list[Name]] = {path: [] for path in files(source, plan)}
+    if plan.time.column is not None:
+        wanted[source].append(plan.time.column)
+    for _, part in plan.series():
+        wanted[_file(source, part)].extend(_names(part))
+    return {
+        path: read_table(path, names, header=plan.header, delimiter=plan.delimiter)
+        for path, names in wanted.items()
+    }
+
+
+def _names(part: SeriesSection) -> tuple[Name, ...]:
+    return (part.columns,) if isinstance(part.columns, str) else part.columns
+
+
+def _stacked(part: SeriesSection, table: Table, n: int) -> Array | str:
+    """The columns side by side, shape (S, n), or what their file does wrong."""
+    missing = [name for name in _names(part) if name not in table.columns]
+    if missing:
+        return _lacks(missing, table)
+    arrays = [table.columns[name] for name in _names(part)]
+    if not isinstance(part.columns, str):
+        shapes = dict.fromkeys(a.shape for a in arrays)
+        if len(shapes) == 1 and arrays[0].ndim == 1:
+            return np.column_stack(arrays)
+        return f"has there shapes {', '.join(map(str, shapes))}, not vectors of one length"
+    array = arrays[0].reshape(-1, 1) if arrays[0].ndim == 1 else arrays[0]
+    if array.ndim == 2 and array.shape[1] == n:
+        return array
+    if array.ndim == 2 and array.shape[0] == n:
+        return array.T
+    return f"has there shape {array.shape} for {n} joints"
+
+
+def _lacks(names: list[Name], table: Table) -> str:
+    return (
+        f"has no column {', '.join(map(repr, names))}; its columns are {', '.join(table.available)}"
+    )
+
+
+def _chosen_rows(source: Path, plan: Mapping, series: dict[str, Array]) -> MappedColumns:
+    rows = slice(plan.rows.first - 1, plan.rows.last)
+    chosen = {place: values[rows] for place, values in series.items()}
+    samples = len(chosen["position"])
+    if samples == 0:
+        have = len(series["position"])
+        raise DataError(f"{source} has {have} rows; rows.first is {plan.rows.first}.")
+    for place, values in chosen.items():
+        bad = np.argwhere(~np.isfinite(values))
+        if len(bad):
+            row, column = bad[0] + (plan.rows.first, 1)
+            raise DataError(
+                f"{source}: {place} is not finite in {len(bad)} cells, the first in row {row},"
+                f" joint {column}; choose other rows in the mapping."
+            )
+    if "time" in chosen:
+        return MappedColumns(_stamps(source, plan, chosen.pop("time").ravel()), chosen)
+    steps = np.arange(samples) * (1e9 / (plan.time.rate_hz or 1.0))
+    return MappedColumns(np.rint(steps).astype(np.int64), chosen)
+
+
+def _stamps(source: Path, plan: Mapping, column: Array) -> NDArray[np.int64]:
+    ns = column * _NS[plan.time.unit]
+    if ns.min() < 0 or ns.max() >= _LATEST_S * 1e9:
+        raise DataError(
+            f"{source}: the time column runs from {ns.min() * 1e-9:g} s to {ns.max() * 1e-9:g} s;"
+            f" a log holds 0 s to {_LATEST_S} s."
+        )
+    return np.rint(ns).astype(np.int64)

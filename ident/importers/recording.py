@@ -1,0 +1,131 @@
+"""A foreign table as a recording: columns, units, motors to joints, offsets."""
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.importers.columns import files, read_columns
+from ident.importers.mapping import EffortSection, Mapping, SeriesSection, load_mapping
+from wamctl.arm.config import beside, find_file, load_robot_file
+from wamctl.arm.errors import ConfigurationError
+from wamctl.arm.recorder import write_recording
+from wamctl.arm.recording import Command, Recording
+from wamctl.arm.robot import load_robot
+
+Array = NDArray[np.float64]
+
+_UNITS = {
+    "rad": 1.0,
+    "deg": np.pi / 180,
+    "rev": 2 * np.pi,
+    "m": 1.0,
+    "mm": 1e-3,
+    "rad/s": 1.0,
+    "deg/s": np.pi / 180,
+    "rev/s": 2 * np.pi,
+    "rpm": 2 * np.pi / 60,
+    "m/s": 1.0,
+    "mm/s": 1e-3,
+    "N m": 1.0,
+    "mN m": 1e-3,
+    "N": 1.0,
+}
+
+
+@dataclass(frozen=True)
+class _Arm:
+    joints: tuple[str, ...]
+    attachments: dict[str, bytes]
+
+
+def import_recording(source: Path, mapping: Path | str, out: Path) -> Recording:
+    """Writes a foreign table as a log; nothing is written when anything is at fault.
+
+    Args:
+        source: the table (.csv or other text, .npz, .mat).
+        mapping: the mapping file, or the bare name of a shipped one.
+        out: the log to write.
+
+    Returns:
+        The recording as written.
+
+    Raises:
+        ConfigurationError: all faults of the mapping, or of mapping and table together, at once.
+        DataError: a table that cannot be read, or that holds something else than finite numbers.
+    """
+    recording = mapped_recording(source, mapping)
+    write_recording(out, recording)
+    return recording
+
+
+def mapped_recording(source: Path, mapping: Path | str) -> Recording:
+    """The recording in a foreign table; arguments and errors are those of `import_recording`."""
+    plan, where = load_mapping(mapping)
+    arm = _arm(plan, where)
+    columns = read_columns(source, plan, where, len(arm.joints))
+    q = _joint_side(plan.position, columns.series["position"], plan)
+    qd, effort, command = (
+        _joint_side(part, columns.series[place], plan) if part else None
+        for place, part in (
+            ("velocity", plan.velocity),
+            ("effort", plan.effort),
+            ("command", plan.command),
+        )
+    )
+    return Recording(
+        arm.joints,
+        columns.stamp_ns,
+        q + np.array(plan.position.offset or 0.0),
+        qd,
+        effort,
+        None if command is None else Command(columns.stamp_ns, None, None, command),
+        metadata={path.name: _digest(path) for path in files(source, plan)},
+        attachments=arm.attachments | {"mapping.yaml": where.read_bytes()},
+    )
+
+
+def _arm(plan: Mapping, where: Path) -> _Arm:
+    """Joints and, where the mapping names the arm, its files."""
+    if plan.robot is None:
+        return _Arm(plan.joints, {})
+    near = beside(where, plan.robot)
+    config = near if near.is_file() else find_file(plan.robot)
+    section = load_robot_file(config).robot
+    urdf_path = beside(config, section.urdf)
+    try:
+        urdf = urdf_path.read_bytes()
+    except OSError as error:
+        raise ConfigurationError(urdf_path, [f"cannot be read ({error.strerror})"]) from error
+    robot = load_robot(urdf.decode("utf-8", errors="replace"), section.joints, source=urdf_path)
+    if plan.joints and set(plan.joints) != set(robot.joint_names):
+        raise ConfigurationError(
+            where,
+            [
+                f"joints: {', '.join(plan.joints)} are not those of {config.name}, which are"
+                f" {', '.join(robot.joint_names)}"
+            ],
+        )
+    return _Arm(
+        plan.joints or robot.joint_names,
+        {"config.yaml": config.read_bytes(), "robot.urdf": urdf},
+    )
+
+
+def _joint_side(part: SeriesSection, raw: Array, plan: Mapping) -> Array:
+    """Joint quantities in SI units, shape (S, n)."""
+    values = raw * _UNITS[part.unit] * np.array(part.scale or 1.0)
+    if part.side == "joint":
+        return values
+    if isinstance(part, EffortSection) and part.joint_from_motor:
+        return values @ np.array(part.joint_from_motor).T
+    motor_from_joint = np.array(plan.motor_from_joint)
+    if isinstance(part, EffortSection):
+        return values @ motor_from_joint
+    return values @ np.linalg.inv(motor_from_joint).T
+
+
+def _digest(path: Path) -> str:
+    return "sha256 " + hashlib.sha256(path.read_bytes()).hexdigest()

@@ -1,0 +1,169 @@
+"""Columns of foreign tables: text, NumPy archives, MATLAB files of both kinds."""
+
+import csv
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import h5py
+import numpy as np
+import scipy.io
+from numpy.typing import NDArray
+from scipy.io.matlab import MatReadError
+
+from wamctl.arm.errors import DataError
+
+Array = NDArray[np.float64]
+Name = str | int
+
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+
+
+@dataclass(frozen=True)
+class Table:
+    """The wanted columns of one file.
+
+    Attributes:
+        columns: by name, or by number from 1: vectors of shape (S,), or arrays (S, n) of a binary
+            file. A wanted column that is not there is left out.
+        available: the names that the file has.
+    """
+
+    columns: dict[Name, Array]
+    available: tuple[str, ...]
+
+
+def read_table(path: Path, wanted: Sequence[Name], *, header: bool, delimiter: str) -> Table:
+    """Columns of a file; its form follows from its ending (.npz, .mat, else text).
+
+    Args:
+        path: the file.
+        wanted: columns by name, or by number from 1.
+        header: whether a text table starts with names.
+        delimiter: of a text table.
+
+    Raises:
+        DataError: missing or unreadable file, or a cell that is no number.
+    """
+    if not path.is_file():
+        raise DataError(f"{path} does not exist.")
+    match path.suffix.lower():
+        case ".npz":
+            return _table(_npz(path), wanted, path)
+        case ".mat":
+            return _table(_mat(path), wanted, path)
+        case _:
+            return _text(path, wanted, header, delimiter)
+
+
+def _text(path: Path, wanted: Sequence[Name], header: bool, delimiter: str) -> Table:
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            first = next(csv.reader(stream, delimiter=delimiter), [])
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise DataError(f"{path} is not a readable text table ({error}).") from error
+    names = tuple(name.strip() for name in first) if header else ()
+    places = {}
+    for column in wanted:
+        if isinstance(column, int) and 1 <= column <= len(first):
+            places[column] = column - 1
+        elif column in names:
+            places[column] = names.index(str(column))
+    available = names or tuple(str(k + 1) for k in range(len(first)))
+    if not places:
+        return Table({}, available)
+    try:
+        rows = np.loadtxt(
+            path,
+            delimiter=delimiter,
+            skiprows=1 if header else 0,
+            usecols=list(places.values()),
+            ndmin=2,
+            encoding="utf-8-sig",
+            quotechar='"',
+            comments=None,
+        )
+    except ValueError as error:
+        raise DataError(
+            _bad_cell(path, places, header, delimiter) or f"{path}: {error}."
+        ) from error
+    return Table(dict(zip(places, rows.T, strict=True)), available)
+
+
+def _bad_cell(path: Path, places: dict[Name, int], header: bool, delimiter: str) -> str | None:
+    """A sentence on the first cell that is no number."""
+    with path.open(encoding="utf-8-sig", newline="") as stream:
+        lines = csv.reader(stream, delimiter=delimiter)
+        for line in itertools.islice(lines, 1 if header else 0, None):
+            for name, place in places.items():
+                if line and place >= len(line):
+                    return (
+                        f"{path}, line {lines.line_num}: {len(line)} columns, so that column"
+                        f" {name!r} is missing."
+                    )
+                if line and not _is_number(line[place]):
+                    return (
+                        f"{path}, line {lines.line_num}, column {name!r}: {line[place]!r} is"
+                        " not a number."
+                    )
+    return None
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _npz(path: Path) -> dict[str, Any]:
+    try:
+        with np.load(path) as archive:
+            return dict(archive.items())
+    except (OSError, ValueError, BadZipFile, AttributeError) as error:
+        raise DataError(f"{path} is not a readable .npz archive ({error}).") from error
+
+
+def _mat(path: Path) -> dict[str, Any]:
+    """Variables of a MATLAB file, those inside structures by a dotted name."""
+    with path.open("rb") as stream:
+        head = stream.read(520)
+    try:
+        # Version 7.3 is HDF5 behind a MATLAB header of 512 bytes, with the axes in reverse order.
+        if _HDF5 in head:
+            with h5py.File(path) as file:
+                return dict(_datasets(file))
+        return dict(_flat(scipy.io.loadmat(path, simplify_cells=True)))
+    except (OSError, ValueError, TypeError, NotImplementedError, MatReadError) as error:
+        raise DataError(f"{path} is not a readable .mat file ({error}).") from error
+
+
+def _datasets(group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for name, item in group.items():
+        if isinstance(item, h5py.Dataset):
+            yield prefix + name, item[()].T
+        elif not name.startswith("#") and isinstance(item, h5py.Group):
+            yield from _datasets(item, f"{prefix}{name}.")
+
+
+def _flat(variables: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for name, value in variables.items():
+        if isinstance(value, dict):
+            yield from _flat(value, f"{prefix}{name}.")
+        elif not name.startswith("__"):
+            yield prefix + name, value
+
+
+def _table(variables: dict[str, Any], wanted: Sequence[Name], path: Path) -> Table:
+    columns: dict[Name, Array] = {}
+    for name in wanted:
+        if name in variables:
+            values = np.squeeze(np.asarray(variables[str(name)]))
+            if values.dtype.kind not in "fiub":
+                raise DataError(f"{path}: {name!r} does not hold numbers.")
+            columns[name] = values.astype(float)
+    return Table(columns, tuple(variables))

@@ -1,0 +1,104 @@
+"""The parameters of the dynamic model: their names, units, and order, as in (8) of the paper."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wamctl.arm.inertial import INERTIAL_NAMES, parameter_name
+from wamctl.arm.robot import Robot
+
+Array = NDArray[np.floating]
+
+Kind = Literal["inertial", "fv", "fc", "fo", "ia", "fvm", "fcm"]
+
+NON_NEGATIVE: tuple[Kind, ...] = ("fv", "fc", "ia", "fvm", "fcm")
+"""Kinds that (17) keeps from being negative; the offset `fo` has no sign."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One entry of delta.
+
+    Attributes:
+        name: as Table I prints it (`L2xx`, `l3y`, `m4`, `fv1`); `fvm6` belongs to motor 6.
+        unit: SI unit.
+        kind: which column of the regressor it multiplies.
+        index: link, joint, or motor, from 1.
+    """
+
+    name: str
+    unit: str
+    kind: Kind
+    index: int
+
+
+@dataclass(frozen=True)
+class Terms:
+    """What the model holds beside the links.
+
+    Attributes:
+        viscous, coulomb: joint friction (3).
+        offset: a constant torque per joint.
+        rotor_inertia: the rotors' inertia, one per motor.
+        drive_matrix: motor speed from joint speed, shape (n, n); each row is scaled so that its
+            largest entry is 1, so that a rotor's inertia and a motor's friction are given at the
+            joint that it drives most.
+        motor_friction: whether friction acts on the coupled motors too.
+    """
+
+    viscous: bool
+    coulomb: bool
+    offset: bool
+    rotor_inertia: bool
+    drive_matrix: Array
+    motor_friction: bool
+
+    @property
+    def coupled_motors(self) -> tuple[int, ...]:
+        """Motors, from 1, that turn with more than one joint."""
+        return tuple(1 + int(m) for m in np.flatnonzero((self.drive_matrix != 0).sum(axis=1) > 1))
+
+
+def unit_rows(motor_from_joint: Array) -> Array:
+    """The matrix with the largest entry of each row, by size, scaled to 1."""
+    largest = np.abs(motor_from_joint).argmax(axis=1)
+    return motor_from_joint / motor_from_joint[np.arange(len(largest)), largest][:, None]
+
+
+def standard_parameters(robot: Robot, terms: Terms) -> tuple[Parameter, ...]:
+    """All entries of delta, link by link: the ten inertial ones, then friction, as in (8).
+
+    Offset, rotor inertia, and the friction of coupled motors follow the paper's two friction
+    parameters.
+    """
+    return tuple(p for k in range(1, robot.dof + 1) for p in _of_link(k, terms, turns(robot, k)))
+
+
+def turns(robot: Robot, joint: int) -> bool:
+    """Whether a joint, from 1, turns; the others slide."""
+    """Whether a joint is revolute; Pinocchio calls sliding ones JointModelPX and the like."""
+    return not str(robot.model.joints[joint].shortname()).startswith("JointModelP")
+
+
+def _of_link(k: int, terms: Terms, turns: bool) -> list[Parameter]:
+    force, metre = ("N m", "rad") if turns else ("N", "m")
+    units = ["kg m^2"] * 6 + ["kg m"] * 3 + ["kg"]
+    link = [
+        Parameter(parameter_name(s, k), unit, "inertial", k)
+        for s, unit in zip(INERTIAL_NAMES, units, strict=True)
+    ]
+    viscous_unit, inertia_unit = f"{force} s/{metre}", "kg m^2" if turns else "kg"
+    on_motor = terms.motor_friction and k in terms.coupled_motors
+    choices: list[tuple[bool, Kind, str]] = [
+        (terms.viscous, "fv", viscous_unit),
+        (terms.coulomb, "fc", force),
+        (terms.offset, "fo", force),
+        (terms.rotor_inertia, "ia", inertia_unit),
+        (on_motor and terms.viscous, "fvm", viscous_unit),
+        (on_motor and terms.coulomb, "fcm", force),
+    ]
+    return link + [
+        Parameter(f"{kind}{k}", unit, kind, k) for wanted, kind, unit in choices if wanted
+    ]

@@ -1,0 +1,92 @@
+"""Logs from disk: read, joined with their arm, and laid out as datasets."""
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ident.arm import Arm, arm_from_file, arm_from_log
+from ident.dataset import Dataset, TorqueSource, dataset
+from ident.errors import ArmsDifferError
+from ident.steady_state import only_steady_state
+from wamctl.arm.recording import JOINT_COMMANDS, JOINT_STATES, Recording, read_recording
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What to read of a log.
+
+    Attributes:
+        joint_states, joint_commands: names of the topics.
+        torque: which torque to use; None: the commanded one where there is one.
+    """
+
+    joint_states: str = JOINT_STATES
+    joint_commands: str = JOINT_COMMANDS
+    torque: TorqueSource | None = None
+
+
+def read_logs(
+    paths: Sequence[Path], robot: Path | None, reading: Reading
+) -> tuple[Arm, list[Dataset]]:
+    """The arm and its recordings.
+
+    Args:
+        paths: the logs.
+        robot: file that describes the arm; None: what travels inside the logs.
+        reading: what to read.
+
+    Raises:
+        DataError: a log that cannot be used, or logs of different arms.
+        ConfigurationError: a robot file that cannot be used.
+    """
+    recordings = [read_recording(p, reading.joint_states, reading.joint_commands) for p in paths]
+    arm = arm_of(recordings, paths, robot)
+    data = [
+        _dataset(recording, arm, str(path), reading)
+        for recording, path in zip(recordings, paths, strict=True)
+    ]
+    return arm, data
+
+
+def read_for(arm: Arm, path: Path, reading: Reading) -> Dataset:
+    """One recording of an arm that is known already.
+
+    Raises:
+        DataError: a log that cannot be used.
+    """
+    joints = arm.robot.joint_names
+    recording = read_recording(path, reading.joint_states, reading.joint_commands, joints)
+    return _dataset(recording, arm, str(path), reading)
+
+
+def _dataset(recording: Recording, arm: Arm, name: str, reading: Reading) -> Dataset:
+    data = dataset(recording, arm.robot.joint_names, name, reading.torque)
+    return only_steady_state(data, recording, name)
+
+
+def arm_of(recordings: Sequence[Recording], paths: Sequence[Path], robot: Path | None) -> Arm:
+    """The arm that all recordings belong to: of the robot file, or of what travels inside them.
+
+    Raises:
+        DataError: recordings of different arms, or without one.
+        ConfigurationError: a robot file that cannot be used.
+    """
+    if robot is not None:
+        return arm_from_file(robot, recordings[0].joint_names)
+    arms = [arm_from_log(r, str(p)) for r, p in zip(recordings, paths, strict=True)]
+    for arm, path in zip(arms, paths, strict=True):
+        if arm.robot.urdf != arms[0].robot.urdf:
+            raise ArmsDifferError(str(paths[0]), str(path))
+    return arms[0]
+
+
+def fingerprint(path: Path) -> str:
+    """SHA-256 of a log's bytes; of all files of a folder, in the order of their names."""
+    digest = hashlib.sha256()
+    files = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
+    for file in files:
+        with file.open("rb") as stream:
+            while block := stream.read(1 << 20):
+                digest.update(block)
+    return digest.hexdigest()

@@ -1,0 +1,1 @@
+"""Reports: pages and figures drawn from results; nothing is computed here."""

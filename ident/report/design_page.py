@@ -1,0 +1,197 @@
+"""The page of `ident design`: the motion, what it promises, and how much of each limit it uses."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.report.figures import within_limits
+from ident.report.page import Block, Column, Gallery, Page, Section, Table, Verdict
+from ident.report.provenance_section import provenance_section
+from ident.report.row_figures import Dots, dots
+from ident.report.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    LIMIT,
+    ORANGE,
+    PLANNED,
+    PURPLE,
+    Sign,
+)
+from ident.report.words import number, percent, setting, unit_text, whole
+from wamctl.arm.trajectory import Trajectory
+from wamctl.arm.trajectory_check import Quantity
+
+Array = NDArray[np.floating]
+
+_SIGNS = (
+    Sign(BLUE, "circle"),
+    Sign(ORANGE, "diamond"),
+    Sign(GREEN, "triangle"),
+    Sign(GREY, "square"),
+    Sign(BLACK, "ring"),
+    Sign(PURPLE, "down"),
+)
+_NEAREST = 8
+
+
+@dataclass(frozen=True)
+class DesignReport:
+    """What the page is made of.
+
+    Attributes:
+        arm: its name.
+        trajectory: the motion with its promise.
+        quantities: all that is limited, along one period.
+        t: times of those samples, shape (S,) [s].
+        content: `seconds` and `provenance`, where there are any.
+    """
+
+    arm: str
+    trajectory: Trajectory
+    quantities: Sequence[Quantity]
+    t: Array
+    content: Mapping[str, Any]
+
+    def per_joint(self, unit: str | None = None) -> list[Quantity]:
+        """What each joint or motor has, perhaps only what is measured in one unit."""
+        n = len(self.trajectory.series.joint_names)
+        bounded = [
+            q for q in self.quantities if len(q.subjects) == n and np.isfinite(q.upper).all()
+        ]
+        return [q for q in bounded if unit in (None, q.unit)]
+
+    @property
+    def distance(self) -> Quantity | None:
+        """Distances between bodies."""
+        found = [q for q in self.quantities if np.isinf(q.upper).any() and q.values.size]
+        return found[0] if found else None
+
+
+def used_share(quantity: Quantity) -> Array:
+    """Largest part of the way from the middle of the range to its end, shape (m,) [%]."""
+    middle = (quantity.lower + quantity.upper) / 2
+    half = (quantity.upper - quantity.lower) / 2
+    return 100 * np.abs((quantity.values - middle) / half).max(axis=0)
+
+
+def design_page(report: DesignReport) -> Page:
+    """The page of a designed excitation."""
+    sections = [
+        Section("The motion", _motion(report)),
+        Section("How much of each limit it uses", _shares(report)),
+        Section("Motor torque", _torque(report)),
+        Section("Distance between the arm's bodies", _distance(report)),
+        provenance_section(report.content),
+    ]
+    return Page(
+        command="ident design",
+        title=f"{report.arm}: excitation trajectory",
+        verdict=_verdict(report),
+        figures=_figures(report),
+        sections=[s for s in sections if s.blocks],
+    )
+
+
+def _verdict(report: DesignReport) -> Verdict:
+    promise = report.trajectory.promise
+    worst = max((float(used_share(q).max()), q.name) for q in report.per_joint())
+    sentence = (
+        f"A motion that shows {promise.get('parameters', 'the')} base parameters with a condition"
+        f" number of {number(promise.get('condition_number'))}."
+    )
+    kept = worst[0] <= 100
+    more = [
+        f"It {'keeps' if kept else 'passes'} every limit of the design; closest to its limit is the"
+        f" {worst[1]}, with {percent(worst[0])} of what is allowed."
+    ]
+    if report.distance is not None:
+        least = float(report.distance.values.min())
+        more.append(f"No two bodies come closer than {number(least)}\u202fm.")
+    return Verdict(
+        "good" if kept else "bad", "ready to run" if kept else "not allowed", sentence, more
+    )
+
+
+def _figures(report: DesignReport) -> list[tuple[str, str]]:
+    trajectory = report.trajectory
+    series = trajectory.series
+    return [
+        (number(trajectory.promise.get("condition_number")), "condition number of W"),
+        (str(trajectory.promise.get("parameters", "–")), "base parameters"),
+        (f"{number(series.period_s)}\u202fs", f"a period, {trajectory.periods} of which count"),
+        (whole(series.harmonics), f"harmonics of {setting(series.fundamental_rad_s)}\u202frad/s"),
+    ]
+
+
+def _over_time(quantity: Quantity, t: Array, caption: str) -> Gallery:
+    label = f"{quantity.name} [{unit_text(quantity.unit)}]"
+    bounds = np.stack([quantity.lower, quantity.upper])
+    drawings = [
+        within_limits(subject, label, t, quantity.values[:, k], bounds[:, k])
+        for k, subject in enumerate(quantity.subjects)
+    ]
+    return Gallery(drawings, caption, [("planned", PLANNED), ("limit of the design", LIMIT)])
+
+
+def _motion(report: DesignReport) -> list[Block]:
+    caption = "Position of each joint over one period; the motion repeats from its end."
+    return [
+        _over_time(q, report.t, caption) for q in report.per_joint("rad") if q.name == "position"
+    ]
+
+
+def _torque(report: DesignReport) -> list[Block]:
+    caption = "Torque that one period asks of each motor, friction included, by the CAD model."
+    return [_over_time(q, report.t, caption) for q in report.per_joint("N m")]
+
+
+def _shares(report: DesignReport) -> list[Block]:
+    found = report.per_joint()
+    rows = [str(k) for k in range(1, len(report.trajectory.series.joint_names) + 1)]
+    shares = {q.name: used_share(q) for q in found}
+    content = Dots(
+        "Share of each limit that the motion uses",
+        "share of the limit [%]",
+        [f"joint or motor {row}" for row in rows],
+        {name: s.tolist() for name, s in shares.items()},
+        dict(zip(shares, _SIGNS, strict=False)),
+        {name: name for name in shares},
+        logarithmic=False,
+    )
+    columns = [Column("joint or motor", "words"), *(Column(f"{name} [%]") for name in shares)]
+    cells = [[row, *(number(float(s[k])) for s in shares.values())] for k, row in enumerate(rows)]
+    caption = (
+        "Largest use of each limit over one period, from the middle of its range (0 %) to its end"
+        " (100 %). Torque and its slew belong to motors, all else to joints."
+    )
+    return [Gallery([dots(content)], caption), Table("The same in numbers.", columns, cells)]
+
+
+def _distance(report: DesignReport) -> list[Block]:
+    quantity = report.distance
+    if quantity is None:
+        return []
+    nearest = np.argsort(quantity.values.min(axis=0))[:_NEAREST]
+    least = quantity.values.min(axis=1)
+    bounds = np.array([quantity.lower.max(), np.inf])
+    drawing = within_limits("the nearest two bodies", "distance [m]", report.t, least, bounds)
+    columns = [Column("bodies", "words"), Column("least distance [m]"), Column("at least [m]")]
+    rows = [
+        [
+            quantity.subjects[int(k)],
+            number(float(quantity.values[:, k].min())),
+            number(float(quantity.lower[k])),
+        ]
+        for k in nearest
+    ]
+    signs = [("planned", PLANNED), ("limit of the design", LIMIT)]
+    caption = "Distance of whichever two bodies are nearest, over one period."
+    return [
+        Gallery([drawing], caption, signs),
+        Table(f"The nearest pairs of the {len(quantity.subjects)} followed.", columns, rows),
+    ]

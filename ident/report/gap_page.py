@@ -1,0 +1,306 @@
+"""The page of `ident gap`: what is missing, where it shows, and what is left after it was added."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.report.figures import region_map
+from ident.report.page import (
+    Block,
+    Column,
+    Gallery,
+    Page,
+    Points,
+    Section,
+    Status,
+    Table,
+    Text,
+    Verdict,
+)
+from ident.report.provenance_section import provenance_section
+from ident.report.row_figures import bars, dumbbell
+from ident.report.svg import Drawing
+from ident.report.words import (
+    DASH,
+    joint_labels,
+    known,
+    listed,
+    number,
+    percent,
+    plus_minus,
+    share,
+    unit_text,
+)
+
+Array = NDArray[np.floating]
+Content = Mapping[str, Any]
+
+_WORDS: dict[str, tuple[Status, str]] = {
+    "no_gap": ("good", "nothing missing"),
+    "named": ("good", "missing effect named"),
+    "ambiguous": ("warning", "several explanations"),
+    "unknown": ("open", "unknown effect"),
+    "data_fault": ("bad", "fault in the data"),
+}
+
+
+@dataclass(frozen=True)
+class RegionMap:
+    """Rms residual of one joint over position and velocity.
+
+    Attributes:
+        joint: from 0.
+        q, qd: edges of the cells [rad], [rad/s], shapes (X + 1,) and (Y + 1,).
+        before, after: [N m], shape (X, Y); not-a-number where there are no data.
+    """
+
+    joint: int
+    q: Array
+    qd: Array
+    before: Array
+    after: Array
+
+
+@dataclass(frozen=True)
+class GapReport:
+    """What the page is made of.
+
+    Attributes:
+        content: of `gap.json`.
+        arm: its name.
+        joints: names.
+        titles: of the effects in plain words, by id.
+        maps: where the residual is.
+        torque: blocks of torque over time, before and after.
+    """
+
+    content: Content
+    arm: str
+    joints: Sequence[str]
+    titles: Mapping[str, str]
+    maps: Sequence[RegionMap] = ()
+    torque: Sequence[Block] = ()
+
+    @property
+    def labels(self) -> list[str]:
+        """The joints in print."""
+        return joint_labels(self.joints)
+
+    def title(self, effect: str) -> str:
+        """An effect in plain words."""
+        return self.titles.get(effect, effect.replace("_", " "))
+
+    def of(self, joints: Sequence[int]) -> str:
+        """Joints, from 1, in a sentence."""
+        if not joints:
+            return "the whole arm"
+        names = [self.labels[j - 1] for j in joints]
+        return f"joint{'s' * (len(names) > 1)} {listed(names)}"
+
+
+def gap_page(report: GapReport) -> Page:
+    """The page of a search for missing effects."""
+    content = report.content
+    sections = [
+        Section("What is missing", _effects(report)),
+        Section("Where it shows", _where(report)),
+        Section("Before and after, on held-out data", _held_out(report)),
+        Section("Torque over time", report.torque),
+        Section("Simulation against measurement", _forward(report)),
+        Section("Other explanations, and how to tell", _rivals(report)),
+        Section("What could not be seen", _unseen(report)),
+        provenance_section(content),
+    ]
+    return Page(
+        command="ident gap",
+        title=f"{report.arm}: what the model misses",
+        verdict=_verdict(report),
+        figures=_figures(content),
+        sections=[s for s in sections if s.blocks],
+    )
+
+
+def _verdict(report: GapReport) -> Verdict:
+    content = report.content
+    status, word = _WORDS[content["verdict"]]
+    effects = [f"{report.title(e['name'])} at {report.of(e['joints'])}" for e in content["effects"]]
+    sentence = {
+        "no_gap": "The model explains these recordings down to their noise.",
+        "named": f"The model misses {listed(effects)}.",
+        "ambiguous": f"The model misses something that looks like {listed(effects)},"
+        " but these data cannot tell it from other effects.",
+        "unknown": "The model misses something that no effect of the catalogue explains.",
+        "data_fault": "These recordings cannot be trusted, so that no effect is named"
+        + (f": {listed(effects)}." if effects else "."),
+    }[content["verdict"]]
+    more = [_closed(content["held_out"])] if content["verdict"] in ("named", "ambiguous") else []
+    experiments = [e["separating_experiment"] for e in content["effects"]]
+    more += [f"To tell them apart: {text}." for text in experiments if text]
+    return Verdict(status, word, sentence, [m for m in more if m])
+
+
+def _closed(held_out: Content) -> str:
+    before, after = (held_out[k]["relative_error_percent"] for k in ("before", "after"))
+    if not known(before) or not known(after):
+        return ""
+    return (
+        f"With it the error on recordings that were not used falls from {percent(before)} to"
+        f" {percent(after)}: {share(held_out['closed_fraction'], 2)} of what could be closed."
+    )
+
+
+def _figures(content: Content) -> list[tuple[str, str]]:
+    held_out = content["held_out"]
+    names = {
+        "before": "held-out error before",
+        "after": "held-out error after",
+        "noise_floor": "noise floor",
+    }
+    tiles = [
+        (percent(held_out[k]["relative_error_percent"]), text)
+        for k, text in names.items()
+        if k in held_out
+    ]
+    return [*tiles, (share(held_out["closed_fraction"], 2), "of the gap closed")]
+
+
+def _effects(report: GapReport) -> list[Block]:
+    blocks: list[Block] = []
+    for effect in report.content["effects"]:
+        what = f"{report.title(effect['name'])}, {report.of(effect['joints'])}"
+        blocks.append(Text(f"{what[0].upper()}{what[1:]}: {effect['equation']}"))
+        rows = [
+            [name, plus_minus(p["value"], p["sd"]), unit_text(p["unit"])]
+            for name, p in effect["parameters"].items()
+        ]
+        columns = [Column("parameter", "words"), Column("value ± sd"), Column("unit", "words")]
+        blocks.append(Table("Its parameters.", columns, rows))
+        facts = effect["evidence"]
+        if facts:
+            rows = [[k.replace("_", " "), _fact(v)] for k, v in facts.items()]
+            columns = [Column("evidence", "words"), Column("value")]
+            blocks.append(Table("What speaks for it.", columns, rows))
+    return blocks
+
+
+def _fact(value: Any) -> str:
+    return number(value) if value is None or isinstance(value, int | float) else str(value)
+
+
+def _where(report: GapReport) -> list[Block]:
+    where = report.content["where"]
+    blocks: list[Block] = []
+    if where:
+        rows = [f"{report.labels[w['joint'] - 1]}, {w['region']}" for w in where]
+        shares = [100 * w["share_of_gap"] if known(w["share_of_gap"]) else np.nan for w in where]
+        title, quantity = "Share of the gap by joint and region", "share of the gap [%]"
+        blocks.append(Gallery([bars(title, quantity, rows, shares)], f"{title}."))
+    if report.maps:
+        most = max([float(np.nanmax(m.before, initial=0.0)) for m in report.maps]) or 1.0
+        drawings: list[Drawing] = []
+        for m in report.maps:
+            label = report.labels[m.joint]
+            axes = ("position [rad]", "velocity [rad/s]")
+            drawings.append(region_map(f"{label}, before", axes, (m.q, m.qd), m.before, most))
+            drawings.append(region_map(f"{label}, after", axes, (m.q, m.qd), m.after, most))
+        caption = (
+            "Rms residual over position and velocity, before and after the effect was added: darker"
+            f" is larger, up to {number(most)}\u202fN·m; white has no data."
+        )
+        blocks.append(Gallery(drawings, caption))
+    return blocks
+
+
+def _held_out(report: GapReport) -> list[Block]:
+    held_out = report.content["held_out"]
+    sides = ("before", "after", "noise_floor")
+    return _compared(
+        report.labels,
+        {side: held_out.get(side, {}).get("rms_by_joint") for side in sides},
+        ("Rms residual torque", "rms residual [N·m]"),
+    )
+
+
+def _forward(report: GapReport) -> list[Block]:
+    forward = report.content.get("forward_simulation") or {}
+    blocks = _compared(
+        report.labels,
+        {side: forward.get(side, {}).get("rms_q_by_joint") for side in ("before", "after")},
+        ("Error of the simulated motion", "rms position error [rad]"),
+    )
+    if blocks:
+        words = (
+            "The closed loop of controller and model, simulated along the wanted motion, and"
+            " compared with the measured one."
+        )
+        blocks.insert(0, Text(words))
+    return blocks
+
+
+def _compared(
+    labels: Sequence[str],
+    sides: Mapping[str, Sequence[float | None] | None],
+    words: tuple[str, str],
+) -> list[Block]:
+    """A figure and a table of a number per joint; nothing where there is none before.
+
+    Args:
+        labels: of the joints.
+        sides: `before`, `after`, and perhaps `noise_floor`; None where unknown.
+        words: what the number is, and its axis.
+    """
+    nothing = [None] * len(labels)
+    columns = {k: np.array(v or nothing, dtype=float) for k, v in sides.items()}
+    if not np.isfinite(columns["before"]).any():
+        return []
+    pairs = np.stack([columns["before"], columns["after"]], axis=1)
+    floor = columns.get("noise_floor", np.full(len(labels), np.nan))
+    heads = [Column("joint", "words"), *(Column(k.replace("_", " ")) for k in columns)]
+    rows = [
+        [label, *(number(float(c[j])) for c in columns.values())] for j, label in enumerate(labels)
+    ]
+    title, quantity = words
+    caption = f"{title} of each joint, before and after the effect was added."
+    return [
+        Gallery([dumbbell(title, quantity, labels, pairs, floor)], caption),
+        Table(f"The same in numbers: {quantity}.", heads, rows),
+    ]
+
+
+def _rivals(report: GapReport) -> list[Block]:
+    rows = [
+        [report.title(r["name"]), report.of(r["joints"]), _fact(r["evidence"])]
+        for e in report.content["effects"]
+        for r in e["rivals"]
+    ]
+    if not rows:
+        return []
+    columns = [Column("effect", "words"), Column("where", "words"), Column("evidence")]
+    return [
+        Table("Effects that explain the same part of the gap, the nearest first.", columns, rows)
+    ]
+
+
+def _unseen(report: GapReport) -> list[Block]:
+    content = report.content
+    blocks: list[Block] = []
+    if content["not_observable"]:
+        sentences = [
+            f"{report.title(n['name'])} at {report.of(n['joints'])}"
+            for n in content["not_observable"]
+        ]
+        blocks += [Text("This motion does not show:"), Points(sentences)]
+    sizes = content["minimum_detectable"]
+    if sizes:
+        n = len(report.labels)
+        rows = []
+        for name, by_joint in sizes.items():
+            cells = [number(by_joint.get(str(j + 1), by_joint.get(j + 1))) for j in range(n)]
+            rows.append([report.title(name), *cells])
+        columns = [Column("effect", "words"), *(Column(label) for label in report.labels)]
+        caption = f"Smallest size that would have been seen, in SI units; {DASH} where never."
+        blocks.append(Table(caption, columns, rows))
+    return blocks

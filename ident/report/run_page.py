@@ -1,0 +1,206 @@
+"""The page of `ident run`: verdict, errors, torque, Table I, feasibility, and what is not known."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ident.report.data_blocks import culling_blocks, motion_blocks
+from ident.report.model_blocks import feasibility_blocks, limit_blocks, parameter_blocks
+from ident.report.page import Block, Column, Page, Section, Table, Text, Verdict
+from ident.report.provenance_section import provenance_section
+from ident.report.torque import error_figure, error_table, torque_blocks
+from ident.report.traces import Trace
+from ident.report.words import (
+    DASH,
+    estimator_text,
+    joint_labels,
+    known,
+    listed,
+    number,
+    percent,
+    plus_minus,
+    setting,
+    share,
+    whole,
+)
+
+Content = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class RunReport:
+    """What the page is made of.
+
+    Attributes:
+        content: of `run.json`.
+        traces: the recordings, predicted without having been seen.
+    """
+
+    content: Content
+    traces: tuple[Trace, ...]
+
+    @property
+    def chosen(self) -> str:
+        """The estimator whose parameters are the model."""
+        return self.content["estimator"]
+
+    @property
+    def held_out(self) -> dict[str, Any]:
+        """Errors on data that was not fitted, by estimator."""
+        return {name: e["held_out"] for name, e in self.content["estimators"].items()}
+
+    @property
+    def labels(self) -> list[str]:
+        """The joints in print."""
+        return joint_labels(self.content["joints"])
+
+
+def run_page(report: RunReport) -> Page:
+    """The page of an identification."""
+    content = report.content
+    return Page(
+        command="ident run",
+        title=f"{content['arm']}: identified model",
+        verdict=_verdict(report),
+        figures=_figures(report),
+        sections=[
+            Section("How well it predicts", _prediction(report)),
+            Section("Torque that the fit has not seen", _torque(report)),
+            Section("Base parameters", parameter_blocks(report.content)),
+            Section("Can such an arm exist?", feasibility_blocks(report.content)),
+            Section("What the data do not tell", limit_blocks(content)),
+            Section("Slow samples", culling_blocks(content)),
+            Section("Motion and conditioning", motion_blocks(content)),
+            provenance_section(content),
+        ],
+    )
+
+
+def _verdict(report: RunReport) -> Verdict:
+    content, chosen = report.content, report.chosen
+    estimators, tested = content["estimators"], report.held_out
+    error = plus_minus(
+        tested[chosen]["relative_error_percent"], tested[chosen]["relative_error_percent_sd"]
+    )
+    others = [
+        f"{estimator_text(n)} {percent(tested[n]['relative_error_percent'])}"
+        for n in ("cad", "ols")
+        if n in tested and n != chosen
+    ]
+    possible = estimators[chosen]["feasible"]
+    kind = "A physically possible model" if possible else "No physically possible model"
+    sentence = (
+        f"{kind} that predicts torque it was not fitted on with an error of {error}\u202f%"
+        f" ({', '.join(others)})."
+    )
+    more = [_worst_joint(report), _ordinary(estimators), _uncertain(content)]
+    return Verdict(
+        "good" if possible else "bad",
+        "feasible" if possible else "not feasible",
+        sentence,
+        [sentence for sentence in more if sentence],
+    )
+
+
+def _worst_joint(report: RunReport) -> str:
+    shares = report.held_out[report.chosen]["relative_error_percent_by_joint"]
+    found = [(s, label) for s, label in zip(shares, report.labels, strict=True) if known(s)]
+    if len(found) < 2:
+        return ""
+    worst, best = max(found), min(found)
+    return (
+        f"Joint by joint the error lies between {percent(best[0], 2)} ({best[1]}) and"
+        f" {percent(worst[0], 2)} ({worst[1]})."
+    )
+
+
+def _ordinary(estimators: Content) -> str:
+    if "ols" not in estimators:
+        return ""
+    ols = estimators["ols"]
+    if ols["feasible"]:
+        return "Ordinary least squares is possible here as well."
+    reasons = []
+    positive = ols["mass_matrix_positive_fraction"]
+    if known(positive) and positive < 1:
+        part = share(positive)
+        reasons.append(f"its mass matrix is positive at {part} of random postures")
+    if ols["negative"]:
+        reasons.append(f"{listed(ols['negative'])} came out negative")
+    if not reasons:
+        reasons.append("no masses and inertias have its base parameters")
+    return f"Ordinary least squares gives an arm that cannot exist: {', and '.join(reasons)}."
+
+
+def _uncertain(content: Content) -> str:
+    limits, total = content["not_identified"], len(content["base_parameters"])
+    invisible, confused = len(limits["invisible"]), len(limits["hardly_told_apart"])
+    sentence = f"Of {total} base parameters, {invisible or 'none'} cannot be told from zero"
+    if confused:
+        sentence += f", and {confused} combination{'s' * (confused > 1)} of them hardly shows"
+    return sentence + "."
+
+
+def _figures(report: RunReport) -> list[tuple[str, str]]:
+    content = report.content
+    error = report.held_out[report.chosen]
+    return [
+        (percent(error["relative_error_percent"]), "torque error, data not fitted"),
+        (number(content["condition_number"]), "condition number of W"),
+        (whole(content["rank"]), "base parameters"),
+        (whole(content["samples"]), f"samples at {setting(content['sample_rate_hz'])}\u202fHz"),
+        (share(content["culled_fraction"]), "of rows culled as too slow"),
+        (f"{setting(content['cutoff_hz'])}\u202fHz", "low-pass cut-off"),
+    ]
+
+
+def _prediction(report: RunReport) -> list[Block]:
+    title = "Error on data that was not fitted, by joint and estimator"
+    return [
+        Text(
+            "Every recording is cut into short stretches. Each is predicted by a model that was"
+            " fitted on others only: these are errors on motion of this kind, not seen before."
+        ),
+        error_figure(report.labels, report.held_out, title),
+        error_table(report.labels, report.held_out, report.chosen, report.content["torque_units"]),
+        _fit_table(report.content["estimators"], report.chosen),
+    ]
+
+
+def _fit_table(estimators: Content, chosen: str) -> Table:
+    columns = [
+        Column("estimator", "words"),
+        Column("not fitted [%]"),
+        Column("fitted [%]"),
+        Column("fitted, unfiltered torque [%]"),
+        Column("mean squared residual [N²·m²]"),
+    ]
+    notes = any("note" in e for e in estimators.values())
+    columns += [Column("remark", "words")] if notes else []
+    rows = [
+        [
+            estimator_text(name),
+            plus_minus(
+                e["held_out"]["relative_error_percent"],
+                e["held_out"]["relative_error_percent_sd"],
+            ),
+            number(e["relative_error_percent"]),
+            number(e["raw_torque"]["relative_error_percent"]),
+            number(e["mse"]),
+            *([e.get("note", DASH)] if notes else []),
+        ]
+        for name, e in estimators.items()
+    ]
+    place = list(estimators).index(chosen)
+    caption = "Error over all joints (± standard error); bold: the estimator that made the model."
+    return Table(caption, columns, rows, strong=frozenset({place}))
+
+
+def _torque(report: RunReport) -> list[Block]:
+    return torque_blocks(
+        report.traces,
+        report.labels,
+        report.content["torque_units"],
+        [report.held_out[report.chosen]],
+        "measured torque, and what a fit that has not seen the stretch predicts.",
+    )

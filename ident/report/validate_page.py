@@ -1,0 +1,148 @@
+"""The page of `ident validate`: how well a model predicts recordings that it was not fitted on."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ident.report.page import Block, Column, Page, Section, Table, Text, Verdict
+from ident.report.provenance_section import provenance_section
+from ident.report.torque import error_figure, error_table, torque_blocks
+from ident.report.traces import Trace
+from ident.report.words import (
+    DASH,
+    joint_labels,
+    known,
+    listed,
+    number,
+    percent,
+    plus_minus,
+    setting,
+    whole,
+)
+
+Content = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class ValidationReport:
+    """What the page is made of.
+
+    Attributes:
+        content: of `validate.json`.
+        traces: the recordings, predicted by the model.
+    """
+
+    content: Content
+    traces: tuple[Trace, ...]
+
+
+def validate_page(report: ValidationReport) -> Page:
+    """The page of a validation."""
+    content = report.content
+    return Page(
+        command="ident validate",
+        title=f"{content['arm']}: the model on other recordings",
+        verdict=_verdict(content),
+        figures=[
+            (percent(log["relative_error_percent"]), Path(log["name"]).name)
+            for log in content["logs"]
+        ],
+        sections=[
+            Section("Recording by recording", [_summary(content)]),
+            Section("Joint by joint", _by_joint(content)),
+            Section("Torque over time", _torque(report)),
+            provenance_section(content),
+        ],
+    )
+
+
+def _verdict(content: Content) -> Verdict:
+    logs, chosen = content["logs"], content["estimator"]
+    seen = [log["name"] for log in logs if log["name"] in content["fitted_on"]]
+    errors = [
+        f"{Path(log['name']).name} {_with_sd(log['estimators'][chosen])}\u202f%" for log in logs
+    ]
+    count = "a recording" if len(logs) == 1 else f"{len(logs)} recordings"
+    known_well = "" if seen else " that it was not fitted on"
+    sentence = (
+        f"The model predicts the torque of {count}{known_well} with errors of {listed(errors)}."
+    )
+    more = [_against(logs, chosen)]
+    if seen:
+        names = listed([Path(name).name for name in seen])
+        more.insert(0, f"The model was fitted on {names}: its error there says little.")
+    return Verdict(
+        "warning" if seen else "open",
+        "seen before" if seen else "error on new data",
+        sentence,
+        [m for m in more if m],
+    )
+
+
+def _against(logs: Sequence[Content], chosen: str) -> str:
+    """What OLS does on the same recordings, where it can be compared."""
+    errors = [
+        f"{Path(log['name']).name} {percent(log['estimators']['ols']['relative_error_percent'])}"
+        for log in logs
+        if "ols" in log["estimators"] and chosen != "ols"
+    ]
+    return f"Ordinary least squares from the same fit: {listed(errors)}." if errors else ""
+
+
+def _with_sd(errors: Content) -> str:
+    return plus_minus(errors["relative_error_percent"], errors["relative_error_percent_sd"])
+
+
+def _summary(content: Content) -> Table:
+    columns = [
+        Column("recording", "words"),
+        Column("error [%]"),
+        Column("on unfiltered torque [%]"),
+        Column("mean squared residual [N²·m²]"),
+        Column("samples"),
+        Column("rate [Hz]"),
+        Column("cut-off [Hz]"),
+        Column("torque", "words"),
+        Column("remarks", "words"),
+    ]
+    chosen = content["estimator"]
+    rows = [
+        [
+            Path(log["name"]).name,
+            _with_sd(log["estimators"][chosen]),
+            number(log["raw_torque"]["relative_error_percent"]),
+            number(log["mse"]),
+            whole(log["samples"]),
+            setting(log["sample_rate_hz"]),
+            setting(log["cutoff_hz"]),
+            log["torque"],
+            "; ".join(log["remarks"]) or DASH,
+        ]
+        for log in content["logs"]
+    ]
+    return Table("Relative torque error of the model (± standard error).", columns, rows)
+
+
+def _by_joint(content: Content) -> list[Block]:
+    labels, chosen = joint_labels(content["joints"]), content["estimator"]
+    blocks: list[Block] = []
+    for log in content["logs"]:
+        title = f"{Path(log['name']).name}: error by joint and estimator"
+        errors = {
+            name: e for name, e in log["estimators"].items() if known(e["relative_error_percent"])
+        }
+        blocks.append(error_figure(labels, errors, title))
+        blocks.append(error_table(labels, errors, chosen, content["torque_units"]))
+    return blocks or [Text("No recording.")]
+
+
+def _torque(report: ValidationReport) -> list[Block]:
+    content = report.content
+    return torque_blocks(
+        report.traces,
+        joint_labels(content["joints"]),
+        content["torque_units"],
+        [log["estimators"][content["estimator"]] for log in content["logs"]],
+        "measured torque, and what the model predicts.",
+    )

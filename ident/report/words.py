@@ -1,0 +1,138 @@
+"""Numbers, units, and names as a page prints them."""
+
+import math
+from collections.abc import Sequence
+from itertools import takewhile
+
+DASH = "–"
+"""What stands where there is no number."""
+
+_UNITS = {
+    "kg m^2": "kg·m²",
+    "kg m": "kg·m",
+    "N m": "N·m",
+    "N m s/rad": "N·m·s/rad",
+    "N s/m": "N·s/m",
+}
+
+_ESTIMATORS = {
+    "cad": "CAD",
+    "ols": "OLS",
+    "wls": "weighted LS",
+    "irls": "robust LS",
+    "iv": "instrumental variables",
+    "feasible": "feasible",
+    "feasible_wls": "feasible, weighted",
+    "feasible_cad": "feasible, near CAD",
+    "feasible_entropic": "feasible, entropic",
+}
+
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def known(value: float | None) -> bool:
+    """Whether there is a number to print."""
+    return value is not None and math.isfinite(value)
+
+
+def number(value: float | None, digits: int = 3) -> str:
+    """A number with so many significant digits; a dash where there is none."""
+    if value is None or not math.isfinite(value):
+        return DASH
+    if value == 0:
+        return "0"
+    mantissa, _, power = f"{value:.{digits - 1}e}".partition("e")
+    exponent = int(power)
+    if exponent < -4 or exponent > 6:
+        return _minus(f"{mantissa}·10{str(exponent).translate(_SUPERSCRIPTS)}")
+    return fixed(value, max(digits - 1 - exponent, 0))
+
+
+def fixed(value: float | None, decimals: int) -> str:
+    """A number with so many decimals, thousands apart; a dash where there is none."""
+    if value is None or not math.isfinite(value):
+        return DASH
+    text = f"{value:z,.{decimals}f}"
+    return _minus(text.replace(",", "\u202f"))
+
+
+def whole(value: int | None) -> str:
+    """A count, thousands apart."""
+    return fixed(value, 0)
+
+
+def setting(value: float | None) -> str:
+    """A number that somebody chose, as it was chosen: without zeros behind it."""
+    return _minus(f"{value:.6g}") if value is not None and math.isfinite(value) else DASH
+
+
+def percent(value: float | None, digits: int = 3) -> str:
+    """A percentage."""
+    return f"{number(value, digits)}\u202f%" if known(value) else DASH
+
+
+def share(value: float | None, digits: int = 3) -> str:
+    """A share from 0 to 1 as a percentage."""
+    return percent(None if value is None else 100 * value, digits)
+
+
+def with_unit(value: float | None, unit: str, digits: int = 3) -> str:
+    """A number and its unit."""
+    return f"{number(value, digits)}\u202f{unit_text(unit)}" if known(value) else DASH
+
+
+def decimals_of(sd: float | None) -> int:
+    """Decimals that show two digits of a standard deviation."""
+    if sd is None or not math.isfinite(sd) or sd <= 0:
+        return 4
+    return min(max(1 - int(f"{sd:.1e}".partition("e")[2]), 0), 9)
+
+
+def plus_minus(value: float | None, sd: float | None, unit: str = "") -> str:
+    """A value with its standard deviation, both to two digits of the latter."""
+    if not known(value):
+        return DASH
+    if not known(sd):
+        return with_unit(value, unit) if unit else number(value)
+    places = decimals_of(sd)
+    text = f"{fixed(value, places)} ± {fixed(sd, places)}"
+    return f"{text}\u202f{unit_text(unit)}" if unit else text
+
+
+def unit_text(unit: str) -> str:
+    """A unit with its dots and powers."""
+    return _UNITS.get(unit, unit.replace("^2", "²").replace(" ", "·"))
+
+
+def estimator_text(name: str) -> str:
+    """An estimator's name in print."""
+    return _ESTIMATORS.get(name, name.replace("_", " "))
+
+
+def joint_labels(names: Sequence[str]) -> list[str]:
+    """Short labels of joints, numbered from 1, without what all names share."""
+    start = _shared_start(names) if len(names) > 1 else ""
+    end = _shared_start([n[::-1] for n in names])[::-1] if len(names) > 1 else ""
+    first = max(start.rfind("/"), start.rfind("_")) + 1
+    last = end[end.find("_") :] if "_" in end else ""
+    short = [n[first:].removesuffix(last).replace("_", " ") or n for n in names]
+    return [
+        s if s.endswith(str(k)) and len(s) > len(str(k)) else f"{k} {s}".replace(f"{k} {k}", str(k))
+        for k, s in enumerate(short, 1)
+    ]
+
+
+def _shared_start(names: Sequence[str]) -> str:
+    columns = zip(*names, strict=False)
+    return "".join(c[0] for c in takewhile(lambda c: len(set(c)) == 1, columns))
+
+
+def listed(words: Sequence[str]) -> str:
+    """Words in a sentence: `a, b, and c`."""
+    if len(words) < 3:
+        return " and ".join(words)
+    return f"{', '.join(words[:-1])}, and {words[-1]}"
+
+
+def _minus(text: str) -> str:
+    return text.replace("-", "−")

@@ -1,0 +1,33 @@
+"""`ident run`: recordings in; model, numbers, and report out."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ident.options import Cutoff, JointStates, Json, Logs, Settings, TorqueChoice, settings_of
+
+
+def run(
+    logs: Logs,
+    robot: Annotated[
+        Path | None, typer.Option(help="Arm's .yaml or .urdf; default: what the log carries.")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("identified"),
+    cutoff: Cutoff = None,
+    settings: Settings = None,
+    torque: TorqueChoice = None,
+    joint_states: JointStates = "/joint_states",
+    as_json: Json = False,
+) -> None:
+    """Identify a physically feasible model from recordings.
+
+    Example: ident run excitation.mcap --out identified
+    """
+    changes = settings_of(cutoff, settings)
+    from ident.recordings import Reading
+    from ident.run import run_logs
+
+    reading = Reading(joint_states, torque=torque.value if torque else None)
+    text = run_logs(logs, robot, out, reading, **changes)
+    typer.echo(text.rstrip() if as_json else f"{out / 'report.html'}")

@@ -1,0 +1,1 @@
+"""Closed-loop forward simulation of an identified arm."""

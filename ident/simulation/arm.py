@@ -1,0 +1,109 @@
+"""An arm to be simulated: the identified model, its actuators and sensors, and any effects added to it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import njit, types
+from numpy.typing import NDArray
+
+from ident.simulation.chain import Chain
+
+Array = NDArray[np.float64]
+
+_VECTOR = types.Array(types.float64, 1, "C")
+TERM = types.void(types.float64, _VECTOR, _VECTOR, _VECTOR, types.int64, _VECTOR, _VECTOR, _VECTOR)
+"""Signature of a term: (t, q, qd, load, joint, settings, resistance, level)."""
+
+SETTINGS = 8
+"""A term has at most this many settings."""
+
+
+def term(function: Callable[..., None]) -> Callable[..., None]:
+    """Compile a torque of an effect for the simulation's inner loop.
+
+    The function gets time [s], joint position [rad], velocity [rad/s], rigid-body torque [N m] (each
+    of shape (n,)), the joint (from 0) and the settings; it adds to `resistance` [N m], which the
+    drives must overcome beside the rigid-body torque, or to `level`, the size of the joints' Coulomb
+    friction [N m].
+    """
+    return njit(TERM, cache=True)(function)
+
+
+@dataclass(frozen=True)
+class Term:
+    """One torque of an effect on one joint.
+
+    Attributes:
+        function: compiled by `term`.
+        joint: the joint, from 0.
+        settings: numbers for the function.
+    """
+
+    function: Callable[..., None]
+    joint: int
+    settings: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class SimulatedArm:
+    """All that decides how torque commands turn into encoder readings.
+
+    Attributes:
+        chain: kinematics and gravity.
+        delta: inertial parameters in the order of (8), shape (10 n,).
+        armature: added to the mass matrix [kg m^2], shape (n, n).
+        viscous: joint friction [N m s/rad], shape (n,).
+        friction_rows: speed of each Coulomb element from the joints' speeds, shape (m, n); the first
+            n are the joints themselves.
+        coulomb: level of each element [N m], shape (m,).
+        bristle: presliding distance of each element [rad], shape (m,); 0 sticks rigidly.
+        gain: torque that acts per commanded torque, shape (n,).
+        limit: the drives clip the commanded joint torque here [N m], shape (n,).
+        delay_s: the command acts later by this much [s], shape (n,).
+        zero: encoders read the joint's position less this [rad], shape (n,).
+        give: encoders read this much more per torque that acts [rad/(N m)], shape (n,).
+        slack: half the play between encoder and joint [rad], shape (n,).
+        terms: further torques.
+    """
+
+    chain: Chain
+    delta: Array
+    armature: Array
+    viscous: Array
+    friction_rows: Array
+    coulomb: Array
+    bristle: Array
+    gain: Array
+    limit: Array
+    delay_s: Array
+    zero: Array
+    give: Array
+    slack: Array
+    terms: tuple[Term, ...] = field(default=())
+
+
+def simulated_arm(chain: Chain, delta: Array, viscous: Array, coulomb: Array) -> SimulatedArm:
+    """An arm with links, viscous and stick friction, ideal drives and encoders."""
+    n = len(viscous)
+    none = np.zeros(n)
+    return SimulatedArm(
+        chain=chain,
+        delta=delta,
+        armature=np.zeros((n, n)),
+        viscous=viscous,
+        friction_rows=np.eye(n),
+        coulomb=coulomb,
+        bristle=none,
+        gain=np.ones(n),
+        limit=np.full(n, np.inf),
+        delay_s=none,
+        zero=none,
+        give=none,
+        slack=none,
+    )
+
+
+@term
+def no_term(t, q, qd, load, joint, settings, resistance, level):
+    """Nothing: stands where an arm has no further torques."""

@@ -1,0 +1,373 @@
+"""Closed-loop recordings of arms with hidden effects, for the blind benchmark of `ident gap`.
+
+Rigid-body terms come from the compiled chain that the tests check against Pinocchio; friction
+(`gap_friction.py`) and hidden effects share no code with `ident`, and have other forms.
+"""
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from gap_friction import Friction, Spring, integrate
+from numba import NumbaExperimentalFeatureWarning, njit, types
+from numpy.typing import NDArray
+
+from ident.simulation.chain import (
+    Chain,
+    chain_of,
+    inverse_dynamics,
+    mass_matrix,
+    place,
+    workspace,
+)
+from wamctl.arm.config import ArmFile
+from wamctl.arm.recording import Command, Recording
+from wamctl.arm.robot import Robot, cad_parameters
+from wamctl.arm.trajectory import Reference
+
+Array = NDArray[np.float64]
+
+STICK, DAHL, LUGRE, ERF, SMOOTHSTEP, GUDERMANN, SLIP = range(7)
+NONE, GAUSS, LORENTZ, HYPERBOLA, SECH, LINE = range(6)
+
+_VECTOR = types.Array(types.float64, 1, "C")
+_SIGNATURE = types.void(types.float64, _VECTOR, _VECTOR, _VECTOR, _VECTOR, _VECTOR, _VECTOR)
+_SETTINGS = 16
+
+
+def hidden_torque(function: Callable[..., None]) -> Callable[..., None]:
+    """Compile (t, q, qd, load, settings, torque, level), which adds to `torque` and `level` [N m]."""
+    return njit(_SIGNATURE, cache=True)(function)
+
+
+@hidden_torque
+def nothing(t, q, qd, load, settings, torque, level):
+    """No torque."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """The arm itself.
+
+    Attributes:
+        delta: its true inertial parameters, shape (10 n,).
+        viscous: [N m s/rad], shape (n,).
+        coulomb: [N m], shape (n,).
+        reversal: kind of each joint, shape (n,).
+        scale: width [rad/s] or presliding distance [rad] of each joint's reversal, shape (n,).
+    """
+
+    delta: Array
+    viscous: Array
+    coulomb: Array
+    reversal: NDArray[np.int64]
+    scale: Array
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """What the nominal model does not know.
+
+    Attributes:
+        torques: compiled by `hidden_torque`, with their settings.
+        rotor: added to the mass matrix [kg m^2], shape (n, n).
+        curve, curve_size, curve_speed: extra friction at low speed, each of shape (n,).
+        unequal: relative difference of Coulomb friction by direction, shape (n,).
+        shared: speed of shared motors from the joints', shape (m, n).
+        shared_level: their friction [N m], shape (m,).
+        gravity: [m/s^2], shape (3,), or None for the nominal one.
+        zero: encoders read the position less this [rad], shape (n,).
+        gain: torque that acts per commanded torque, shape (n,).
+        delay_s: [s].
+        lag_s: time constant of a first-order lag of the torque [s].
+        clip: joint torque that the drives give at most [N m], shape (n,).
+        soft: share of the clip over which it bends; 0 is sharp.
+        spring: transmission that gives, with the motor's inertia [kg m^2].
+        push: added last link parameters (payload), shape (10,).
+    """
+
+    torques: tuple[tuple[Callable[..., None], tuple[float, ...]], ...] = ()
+    rotor: Array = field(default_factory=lambda: np.zeros((7, 7)))
+    curve: NDArray[np.int64] = field(default_factory=lambda: np.zeros(7, dtype=np.int64))
+    curve_size: Array = field(default_factory=lambda: np.zeros(7))
+    curve_speed: Array = field(default_factory=lambda: np.ones(7))
+    unequal: Array = field(default_factory=lambda: np.zeros(7))
+    shared: Array = field(default_factory=lambda: np.zeros((0, 7)))
+    shared_level: Array = field(default_factory=lambda: np.zeros(0))
+    gravity: Array | None = None
+    zero: Array = field(default_factory=lambda: np.zeros(7))
+    gain: Array = field(default_factory=lambda: np.ones(7))
+    delay_s: float = 0.0
+    lag_s: float = 0.0
+    clip: Array = field(default_factory=lambda: np.full(7, np.inf))
+    soft: float = 0.0
+    spring: tuple[Spring, float] = (Spring(-1, 0.0, 0.0), 1.0)
+    payload: Array = field(default_factory=lambda: np.zeros(10))
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Torque disturbance that no model explains: an Ornstein-Uhlenbeck process on each joint.
+
+    Attributes:
+        torque: its standard deviation [N m], shape (n,).
+        memory_s: its correlation time [s].
+    """
+
+    torque: Array
+    memory_s: float
+
+
+class _Loop(NamedTuple):
+    """The sampled side: controller, encoders, torque steps."""
+
+    chain: Chain
+    delta: Array
+    stiffness: Array
+    damping: Array
+    smoothing: float
+    motor: Array
+    joint: Array
+    count: Array
+    step: Array
+    period: float
+
+
+class _Truth(NamedTuple):
+    """The arm's side."""
+
+    chain: Chain
+    delta: Array
+    rotor: Array
+    zero: Array
+    gain: Array
+    clip: Array
+    soft: float
+    delay: float
+    lag: float
+    motor_inertia: float
+    shared_level: Array
+    steps: int
+
+
+def record(
+    file: ArmFile,
+    nominal: Robot,
+    body: Body,
+    hidden: Hidden,
+    disturbance: Noise,
+    reference: Reference,
+    seed: int,
+) -> Recording:
+    """Follow a reference and log it as the driver does: one row a cycle, positions in whole counts."""
+    period = file.bus.period_s
+    samples, n = reference.q.shape
+    chain, cad = chain_of(nominal), cad_parameters(nominal)
+    bandwidth = np.array(file.controller.bandwidth_rad_s)
+    motor = np.array(file.transmission.motor_from_joint)
+    loop = _Loop(
+        chain,
+        cad,
+        bandwidth**2,
+        2.0 * file.controller.damping_ratio * bandwidth,
+        1.0 - np.exp(-2 * np.pi * file.controller.velocity_cutoff_hz * period),
+        motor,
+        np.linalg.inv(motor),
+        2 * np.pi / np.array(file.drives.counts_per_revolution, dtype=float),
+        1e-3 * np.array(file.drives.rated_torque_nm),
+        period,
+    )
+    friction = _friction(body, hidden, n)
+    bristles = np.isin(friction.kind, (DAHL, LUGRE, SLIP)).any() or hidden.spring[0].joint >= 0
+    gravity = chain.gravity if hidden.gravity is None else hidden.gravity
+    delta = body.delta.copy()
+    delta[-10:] += hidden.payload
+    truth = _Truth(
+        chain._replace(gravity=np.array(gravity, dtype=float)),
+        delta,
+        hidden.rotor,
+        hidden.zero,
+        hidden.gain,
+        hidden.clip,
+        hidden.soft,
+        hidden.delay_s,
+        hidden.lag_s,
+        hidden.spring[1],
+        hidden.shared_level,
+        10 if bristles else 5,
+    )
+    functions = tuple(f for f, _ in hidden.torques) or (nothing,)
+    settings = np.zeros((len(functions), _SETTINGS))
+    for row, (_, values) in zip(settings, hidden.torques, strict=False):
+        row[: len(values)] = values
+    noise = _coloured(disturbance, samples, n, period, seed)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
+        q, tau = _run(
+            functions, settings, loop, truth, friction, hidden.spring[0], noise,
+            (reference.q, reference.qd, reference.qdd),
+        )  # fmt: skip
+    if not np.isfinite(q).all() or np.abs(q - reference.q).max() > 1.5:
+        raise ValueError("the arm did not follow its reference")
+    stamp = (np.arange(samples) * round(period * 1e9)).astype(np.int64)
+    command = Command(stamp, reference.q, reference.qd, tau)
+    return Recording(file.robot.joints, stamp, q, None, None, command)
+
+
+def _coloured(noise: Noise, samples: int, n: int, period: float, seed: int) -> Array:
+    keep = np.exp(-period / noise.memory_s)
+    fresh = np.random.default_rng(seed).standard_normal((samples, n))
+    out = np.empty_like(fresh)
+    out[0] = fresh[0]
+    for k in range(1, samples):
+        out[k] = keep * out[k - 1] + np.sqrt(1 - keep**2) * fresh[k]
+    return out * noise.torque
+
+
+def _friction(body: Body, hidden: Hidden, n: int) -> Friction:
+    m = n + len(hidden.shared)
+    spring = hidden.spring[0]
+    rows = np.zeros((m, n + 1))
+    rows[:n, :n] = np.eye(n)
+    rows[n:, :n] = hidden.shared
+    if spring.joint >= 0:
+        rows[:, n], rows[:, spring.joint] = rows[:, spring.joint].copy(), 0.0
+    else:
+        rows = np.ascontiguousarray(rows[:, :n])
+    more = np.zeros(m - n)
+    none = np.zeros(m - n, dtype=np.int64)
+    return Friction(
+        rows,
+        np.append(body.reversal, none),
+        np.append(body.scale, more + 1.0),
+        np.append(body.coulomb, hidden.shared_level),
+        np.append(hidden.unequal, more),
+        np.append(hidden.curve, none),
+        np.append(hidden.curve_size, more),
+        np.append(hidden.curve_speed, more + 1.0),
+        np.append(body.viscous, more),
+    )
+
+
+@njit(cache=True)
+def _run(functions, settings, loop, truth, friction, spring, noise, wanted):
+    q_ref, qd_ref, qdd_ref = wanted
+    samples, n = q_ref.shape
+    size, m = friction.rows.shape[1], friction.level.size
+    q_log, tau_log = np.empty((samples, n)), np.empty((samples, n))
+    q, v = np.zeros(size), np.zeros(size)
+    q[:n] = q_ref[0] + truth.zero
+    if size > n:
+        q[n] = q[spring.joint]
+    state = (q, v, np.zeros((m, 3)), np.ones(m, dtype=np.bool_))
+    speed, last, alpha, torque = np.zeros(n), np.empty(n), np.empty(n), np.zeros(n)
+    w, accel, now = workspace(n), np.zeros(n), np.zeros(n)
+    coulomb = friction.level[:n].copy()
+    for k in range(samples):
+        _read(loop, truth, q, spring, q_log[k])
+        if k == 0:
+            last[:] = q_log[0]
+            inverse_dynamics(loop.chain, loop.delta, q_log[0], speed, speed, w, torque)
+            _round(loop, torque)
+            now[:] = torque
+        tau_log[k] = torque
+        for i in range(n):
+            speed[i] += loop.smoothing * ((q_log[k, i] - last[i]) / loop.period - speed[i])
+            last[i] = q_log[k, i]
+            alpha[i] = qdd_ref[k, i] + loop.stiffness[i] * (q_ref[k, i] - last[i])
+            alpha[i] += loop.damping[i] * (qd_ref[k, i] - speed[i])
+        inverse_dynamics(loop.chain, loop.delta, q_log[k], speed, alpha, w, torque)
+        _round(loop, torque)
+        _cycle(
+            functions, settings, loop, truth, friction, spring, (state, accel, now, coulomb), w,
+            (tau_log, k), noise[k],
+        )  # fmt: skip
+    return q_log, tau_log
+
+
+@njit(cache=True)
+def _read(loop, truth, q, spring, out):
+    n = out.size
+    seen = q[:n] - truth.zero
+    if spring.joint >= 0:
+        seen[spring.joint] = q[n] - truth.zero[spring.joint]
+    counts = np.empty(n)
+    for i in range(n):
+        angle = 0.0
+        for j in range(n):
+            angle += loop.motor[i, j] * seen[j]
+        counts[i] = np.floor(angle / loop.count[i] + 0.5) * loop.count[i]
+    for i in range(n):
+        out[i] = 0.0
+        for j in range(n):
+            out[i] += loop.joint[i, j] * counts[j]
+
+
+@njit(cache=True)
+def _round(loop, torque):
+    n = torque.size
+    steps = np.empty(n)
+    for i in range(n):
+        motor = 0.0
+        for j in range(n):
+            motor += loop.joint[j, i] * torque[j]
+        steps[i] = np.floor(motor / loop.step[i] + 0.5) * loop.step[i]
+    for i in range(n):
+        torque[i] = 0.0
+        for j in range(n):
+            torque[i] += loop.motor[j, i] * steps[j]
+
+
+@njit(cache=True)
+def _cycle(functions, settings, loop, truth, friction, spring, present, w, log, noise):
+    """One cycle: inertia and bias at its middle, friction in smaller steps."""
+    state, accel, now, coulomb = present
+    q, v = state[0], state[1]
+    tau_log, k = log
+    n, size = tau_log.shape[1], q.size
+    middle, before, rest = q[:n] + 0.5 * loop.period * v[:n], v[:n].copy(), np.zeros(n)
+    bias, extra, level = np.empty(n), np.zeros(n), coulomb.copy()
+    inverse_dynamics(truth.chain, truth.delta, middle, before, rest, w, bias)
+    inner = np.empty((n, n))
+    mass_matrix(truth.chain, truth.delta, w, inner)
+    load = bias + inner @ accel
+    t = (k + 0.5) * loop.period
+    for f in range(len(functions)):
+        functions[f](t, middle, before, load, settings[f], extra, level)
+    mass, resist = np.zeros((size, size)), np.zeros(size)
+    mass[:n, :n] = inner + truth.rotor
+    resist[:n] = bias + extra + noise
+    if size > n:
+        mass[n, n] = truth.motor_inertia
+    for i in range(n):
+        friction.level[i] = max(level[i], 0.0)
+    commands = np.zeros((truth.steps, size))
+    h = loop.period / truth.steps
+    for s in range(truth.steps):
+        at = int(np.floor(k + s / truth.steps - truth.delay / loop.period + 1e-9))
+        for i in range(n):
+            asked = tau_log[max(0, min(k, at)), i]
+            if truth.lag > 0.0:
+                now[i] += (1.0 - np.exp(-h / truth.lag)) * (asked - now[i])
+                asked = now[i]
+            place_at = n if i == spring.joint else i
+            commands[s, place_at] = truth.gain[i] * _clipped(asked, truth.clip[i], truth.soft)
+    integrate(mass, resist, commands, friction, spring, state, h)
+    for i in range(n):
+        accel[i] = (v[i] - before[i]) / loop.period
+
+
+@njit(cache=True)
+def _clipped(tau, clip, soft):
+    size = abs(tau)
+    knee = (1.0 - soft) * clip
+    if not size > knee:
+        return tau
+    room = clip - knee
+    most = knee + (room * np.tanh((size - knee) / room) if room > 0.0 else 0.0)
+    return most if tau > 0.0 else -most
+
+
+__all__ = ["Body", "Hidden", "Noise", "hidden_torque", "place", "record"]

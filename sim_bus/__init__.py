@@ -1,0 +1,1 @@
+"""Simulated drives and arm on the far side of the wire."""

@@ -1,0 +1,127 @@
+"""The command `sim-bus`."""
+
+import contextlib
+import gc
+import os
+import signal
+import sys
+import traceback
+from pathlib import Path
+from types import FrameType
+from typing import Annotated
+
+import typer
+
+from sim_bus.assembly import Simulation, load_simulation
+from sim_bus.faults.assembly import load_faulty_simulation
+from sim_bus.hub import Hub, open_hub
+from sim_bus.server import Arm, Lockstep, RealTime, Service, serve
+from sim_bus.truth import write_truth
+from wamctl.arm.errors import UserError
+
+app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
+
+_PRIORITY = 40
+
+
+class _Stopped(BaseException):
+    """The operator or the parent process asks to end."""
+
+
+@app.callback()
+def _main() -> None:
+    """Simulated drives and arm on a CAN bus."""
+
+
+@app.command("serve")
+def _serve(
+    config: Annotated[str, typer.Option(help="the arm's file, or the name of a shipped one")],
+    bus: Annotated[str, typer.Option(help="simbus:PATH, or INTERFACE:CHANNEL of python-can")],
+    seed: Annotated[int, typer.Option(min=0, help="which arm, and which chance")] = 0,
+    lockstep: Annotated[bool, typer.Option(help="one period of physics at every SYNC")] = False,
+    truth: Annotated[Path | None, typer.Option(help="write the arm's true parameters here")] = None,
+    faults: Annotated[Path | None, typer.Option(help="fault file: what goes wrong, when")] = None,
+    hidden: Annotated[Path | None, typer.Option(help="file of effects that the arm hides")] = None,
+    stop_with_stdin: Annotated[bool, typer.Option(help="end when standard input ends")] = False,
+    debug: Annotated[bool, typer.Option(help="show where an error came from")] = False,
+) -> None:
+    """Serve the drives and the arm until SIGINT or SIGTERM."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _stop)
+    try:
+        simulation, arm = _load(config, seed, hidden, faults)
+        if truth is not None:
+            write_truth(truth, simulation.truth)
+        simulation.arm.plant.rehearse()
+        hub = open_hub(bus, simulation.is_fd)
+        try:
+            service, clock = _clock(simulation, arm, hub, lockstep)
+            drives = len(simulation.arm.motors)
+            _say(f"sim-bus is ready on {bus}: {drives} drives, seed {seed}, {clock}.")
+            _serve_without_pauses(service, hub, stop_with_stdin)
+        finally:
+            hub.close()
+    except _Stopped:
+        return
+    except UserError as error:
+        if debug:
+            traceback.print_exc()
+        typer.echo(str(error), err=True)
+        raise typer.Exit(error.exit_code) from error
+
+
+def _load(
+    config: str, seed: int, hidden: Path | None, faults: Path | None
+) -> tuple[Simulation, Arm]:
+    if faults is None:
+        simulation = load_simulation(config, seed, hidden)
+        return simulation, simulation.arm
+    return load_faulty_simulation(config, seed, faults, _say, hidden)
+
+
+def _clock(simulation: Simulation, arm: Arm, hub: Hub, lockstep: bool) -> tuple[Service, str]:
+    if lockstep:
+        return Lockstep(arm, hub, simulation.period_ns, simulation.rhythm), "lockstep"
+    return RealTime(arm, hub, simulation.timing), f"real time, {_raise_priority()}"
+
+
+def _raise_priority() -> str:
+    """Real-time scheduling where the system permits it; says what it got."""
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
+    except PermissionError:
+        return "ordinary scheduling"
+    return f"SCHED_FIFO {_PRIORITY}"
+
+
+def _serve_without_pauses(service: Service, hub: Hub, stop_with_stdin: bool) -> None:
+    gc.freeze()
+    gc.disable()  # nothing in the loop makes cycles of references
+    try:
+        serve(service, hub, sys.stdin if stop_with_stdin else None)
+    finally:
+        gc.enable()
+        if isinstance(service, RealTime):
+            _say_at_the_end(
+                f"The bus carried {service.load.frames} frames; "
+                f"its load was {100.0 * service.load.peak:.0f} % in the busiest second."
+            )
+
+
+def _say(sentence: str) -> None:
+    typer.echo(sentence)
+    sys.stdout.flush()
+
+
+def _say_at_the_end(sentence: str) -> None:
+    with contextlib.suppress(OSError):  # nobody may be listening any more
+        os.write(sys.stdout.fileno(), f"{sentence}\n".encode())
+
+
+def _stop(number: int, frame: FrameType | None) -> None:
+    raise _Stopped
+
+
+def main() -> None:
+    """Entry point of the console script."""
+    app()

@@ -1,0 +1,61 @@
+"""The devices on the simulated bus, from the arm's file."""
+
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from sim_bus.drive.canopen_drive import CanopenDrive, DriveSettings
+from sim_bus.drive.dictionary import read_description
+from sim_bus.encoders import Encoders
+from sim_bus.plant import Plant
+from sim_bus.rhythm import Rhythm
+from sim_bus.simulated_arm import MotorNode, Node
+from sim_bus.truth import Truth
+from wamctl.arm.config import CanopenDrivesSection, beside
+
+_SYNC = 0x080
+_FIRST_SERIAL = 4000
+
+
+@dataclass(frozen=True)
+class Devices:
+    """What is on the bus.
+
+    Attributes:
+        encoders: what the motors' devices read.
+        motors: one device per motor.
+        others: devices without a motor.
+        rhythm: the frames of their cycle.
+    """
+
+    encoders: Encoders
+    motors: tuple[MotorNode, ...]
+    others: tuple[Node, ...]
+    rhythm: Rhythm
+
+
+def canopen_devices(
+    drives: CanopenDrivesSection, config: Path, plant: Plant, truth: Truth, fd: bool
+) -> Devices:
+    """One CANopen drive per motor; with `fd` they speak CAN FD.
+
+    Raises:
+        ConfigurationError: the EDS file cannot be read.
+    """
+    counts_per_radian = np.array(drives.counts_per_revolution) / (2.0 * np.pi)
+    encoders = Encoders(
+        plant, counts_per_radian[:, None] * truth.motor_from_joint, np.array(drives.zero_counts)
+    )
+    description = read_description(beside(config, drives.dictionary))
+    pairs = zip(drives.node_ids, drives.rated_torque_nm, strict=True)
+    motors = [
+        CanopenDrive(
+            description.of_node(node_id),
+            DriveSettings(node_id, round(rated * 1000.0), _FIRST_SERIAL + node_id, fd),
+            partial(encoders.read, motor),
+        )
+        for motor, (node_id, rated) in enumerate(pairs)
+    ]
+    return Devices(encoders, tuple(motors), (), Rhythm(_SYNC))

@@ -1,0 +1,1 @@
+"""One simulated CANopen drive: frames in, frames out, with the time as an argument."""

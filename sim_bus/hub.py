@@ -1,0 +1,236 @@
+"""Where the frames of the simulated drives meet the programs on the bus."""
+
+import socket
+import time
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+import can
+
+from sim_bus.errors import SimulatedBusError
+from sim_bus.frame import ERROR, EXTENDED, REMOTE, Frame, pack, unpack, unstamp
+
+_PACKET_BYTES = 128
+
+
+class Source(Protocol):
+    """Something that `select` takes."""
+
+    def fileno(self) -> int:
+        """Its descriptor."""
+        ...
+
+
+class Received(NamedTuple):
+    """A frame that a program has sent.
+
+    Attributes:
+        frame: the frame.
+        sender: the program's connection.
+        sent_ns: when it was sent [ns, monotonic clock], so that a simulation that was held up does
+            not take the frame for a later one; None where nobody knows.
+    """
+
+    frame: Frame
+    sender: object
+    sent_ns: int | None
+
+
+class Hub(Protocol):
+    """Programs on one side of the wire."""
+
+    def sources(self) -> Sequence[Source]:
+        """What to `select` for reading."""
+        ...
+
+    def receive(self, readable: Sequence[Source]) -> list[Received]:
+        """All frames that have come in, after `select` has found these sources readable."""
+        ...
+
+    def deliver(self, frames: Sequence[Frame], sender: object) -> None:
+        """Give frames that arrive together to all programs but their sender."""
+        ...
+
+    def close(self) -> None:
+        """Leave."""
+        ...
+
+
+class SocketHub:
+    """Programs that connect to a socket file.
+
+    A program sends one frame a packet. Frames that reach it together come in one packet, since
+    each packet may wake it up, which costs more than the frame.
+
+    Attributes:
+        overruns: frames that a program was too slow to take.
+
+    Raises:
+        SimulatedBusError: the socket cannot be made.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._clients: dict[int, socket.socket] = {}
+        self.overruns = 0
+        try:
+            path.unlink(missing_ok=True)
+            self._listener.bind(str(path))
+            self._listener.listen()
+        except OSError as error:
+            self._listener.close()
+            raise SimulatedBusError(
+                f"sim-bus cannot make the socket {path} ({error.strerror}): name a path in a "
+                "folder that exists and is writable, with less than 108 characters."
+            ) from error
+
+    def sources(self) -> Sequence[Source]:
+        """The listening socket and all clients."""
+        return [self._listener, *self._clients.values()]
+
+    def receive(self, readable: Sequence[Source]) -> list[Received]:
+        """Frames from the clients; also lets new clients in."""
+        frames: list[Received] = []
+        if self._listener in readable:
+            client, _ = self._listener.accept()
+            self._clients[client.fileno()] = client
+        for client in list(self._clients.values()):
+            frames += self._drain(client)
+        return frames
+
+    def _drain(self, client: socket.socket) -> Iterable[Received]:
+        while True:
+            try:
+                packet = client.recv(_PACKET_BYTES, socket.MSG_DONTWAIT)
+            except BlockingIOError:
+                return
+            except OSError:
+                packet = b""
+            if not packet:
+                self._drop(client)
+                return
+            packed, sent_ns = unstamp(packet)
+            frame = unpack(packed)
+            if frame is not None:
+                yield Received(frame, client, sent_ns)
+
+    def deliver(self, frames: Sequence[Frame], sender: object) -> None:
+        """Give frames that arrive together to all clients but their sender."""
+        packet = b"".join(map(pack, frames))
+        for client in list(self._clients.values()):
+            if client is sender:
+                continue
+            try:
+                client.send(packet, socket.MSG_DONTWAIT)
+            except BlockingIOError:
+                self.overruns += len(frames)
+            except OSError:
+                self._drop(client)
+
+    def _drop(self, client: socket.socket) -> None:
+        self._clients.pop(client.fileno(), None)
+        client.close()
+
+    def close(self) -> None:
+        """Let all clients go and remove the socket file."""
+        for client in list(self._clients.values()):
+            self._drop(client)
+        self._listener.close()
+        self._path.unlink(missing_ok=True)
+
+
+class PythonCanHub:
+    """A bus of python-can, which carries the other programs' frames by itself.
+
+    Raises:
+        SimulatedBusError: the bus cannot be opened.
+    """
+
+    def __init__(self, interface: str, channel: str, fd: bool = False) -> None:
+        settings: dict[str, Any] = {"fd": True} if fd else {}
+        if interface == "udp_multicast":
+            settings["hop_limit"] = 0  # stays on this machine
+        self._own: list[tuple[int, bytes]] = []
+        self._hears_itself = interface == "udp_multicast"
+        try:
+            self._bus = can.Bus(interface=interface, channel=channel, **settings)
+        except (can.CanError, OSError, ValueError, ImportError) as error:
+            raise SimulatedBusError(
+                f"sim-bus cannot open the bus {interface}:{channel} ({error}): "
+                "`--bus simbus:PATH` needs no CAN interface."
+            ) from error
+
+    def sources(self) -> Sequence[Source]:
+        """The bus."""
+        return [self._bus]
+
+    def receive(self, readable: Sequence[Source]) -> list[Received]:
+        """Frames of others."""
+        frames: list[Received] = []
+        while readable and (message := self._bus.recv(0)) is not None:
+            frame = _frame(message)
+            seen = (frame.can_id, frame.data)
+            if self._hears_itself and seen in self._own:
+                self._own.remove(seen)
+            else:
+                frames.append(Received(frame, self, _monotonic_ns(message)))
+        return frames
+
+    def deliver(self, frames: Sequence[Frame], sender: object) -> None:
+        """Send drives' frames; the frames of other programs are on the bus already."""
+        if sender is not self:
+            for frame in frames:
+                self._deliver(frame)
+
+    def _deliver(self, frame: Frame) -> None:
+        if self._hears_itself:
+            self._own.append((frame.can_id, frame.data))
+        self._bus.send(
+            can.Message(
+                arbitration_id=frame.can_id,
+                data=frame.data,
+                is_extended_id=False,
+                is_fd=frame.fd,
+                bitrate_switch=frame.fd,
+            )
+        )
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self._bus.shutdown()
+
+
+def _frame(message: can.Message) -> Frame:
+    can_id = message.arbitration_id
+    can_id |= EXTENDED if message.is_extended_id else 0
+    can_id |= REMOTE if message.is_remote_frame else 0
+    can_id |= ERROR if message.is_error_frame else 0
+    return Frame(can_id, bytes(message.data), message.is_fd)
+
+
+def open_hub(bus: str, fd: bool) -> SocketHub | PythonCanHub:
+    """The hub for `simbus:PATH`, or for `INTERFACE:CHANNEL` in python-can's words.
+
+    Args:
+        bus: its name.
+        fd: whether CAN FD frames are wanted.
+
+    Raises:
+        SimulatedBusError: no such bus.
+    """
+    interface, separator, channel = bus.partition(":")
+    if not separator or not channel:
+        raise SimulatedBusError(
+            f"sim-bus got the bus {bus!r}: name it as INTERFACE:CHANNEL, such as simbus:/tmp/arm "
+            "or socketcan:vcan0."
+        )
+    if interface == "simbus":
+        return SocketHub(Path(channel))
+    return PythonCanHub(interface, channel, fd)
+
+
+def _monotonic_ns(message: can.Message) -> int:
+    """When the kernel took a message, on the monotonic clock [ns]."""
+    return round(message.timestamp * 1e9) + time.monotonic_ns() - time.time_ns()

@@ -1,0 +1,126 @@
+"""The simulated bus as a python-can interface: `can.Bus(interface="simbus", channel=PATH)`."""
+
+import select
+import socket
+import time
+from collections import deque
+from typing import Any
+
+import can
+
+from sim_bus.frame import ERROR, EXTENDED, REMOTE, Frame, stamped, unpack_all
+
+_PACKET_BYTES = 4096
+
+
+class SimulatedBus(can.BusABC):
+    """A client of the socket that `sim-bus serve --bus simbus:PATH` listens on.
+
+    As on a SocketCAN socket, a client does not hear its own frames. `recv` and `send` may run in
+    two threads.
+
+    Args:
+        channel: path of the server's socket.
+        can_filters: as for every python-can bus, filtered in this process.
+        fd: allow CAN FD frames.
+        kwargs: settings of other interfaces (bit rate and the like), without a meaning here.
+
+    Raises:
+        can.CanInitializationError: nobody listens there.
+    """
+
+    def __init__(
+        self, channel: str, can_filters: Any = None, fd: bool = False, **kwargs: Any
+    ) -> None:
+        self.channel = str(channel)
+        self.channel_info = f"simulated bus {self.channel}"
+        self._can_protocol = can.CanProtocol.CAN_FD if fd else can.CanProtocol.CAN_20
+        self._arrived: deque[Frame] = deque()
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        try:
+            self._socket.connect(self.channel)
+        except OSError as error:
+            self._socket.close()
+            self._is_shutdown = True
+            raise can.CanInitializationError(
+                f"no simulated bus listens on {self.channel} ({error.strerror}): "
+                f"start it with `sim-bus serve --bus simbus:{self.channel}`"
+            ) from error
+        super().__init__(channel=self.channel, can_filters=can_filters, **kwargs)
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        """Give a frame to the bus; it does not wait for the wire.
+
+        Raises:
+            can.CanOperationError: the server has gone.
+        """
+        can_id = msg.arbitration_id
+        if msg.is_extended_id:
+            can_id |= EXTENDED
+        if msg.is_remote_frame:
+            can_id |= REMOTE
+        frame = Frame(can_id, bytes(msg.data or b""), msg.is_fd)
+        try:
+            self._socket.send(stamped(frame, time.monotonic_ns()))
+        except OSError as error:
+            raise can.CanOperationError(
+                f"{self.channel_info} no longer takes frames ({error.strerror})"
+            ) from error
+
+    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        if not self._arrived:
+            self._arrived.extend(self._packet(timeout))
+        if not self._arrived:
+            return None, False
+        return _message(self._arrived.popleft(), self.channel), False
+
+    def _packet(self, timeout: float | None) -> list[Frame]:
+        try:
+            packet = self._socket.recv(_PACKET_BYTES, socket.MSG_DONTWAIT)
+        except BlockingIOError:
+            if not select.select([self._socket], [], [], timeout)[0]:
+                return []
+            packet = self._receive()
+        except OSError as error:
+            raise self._closed() from error
+        frames = unpack_all(packet)
+        if not frames:
+            raise self._closed()
+        return frames
+
+    def _receive(self) -> bytes:
+        try:
+            return self._socket.recv(_PACKET_BYTES)
+        except OSError as error:
+            raise self._closed() from error
+
+    def _closed(self) -> can.CanOperationError:
+        return can.CanOperationError(f"{self.channel_info} was closed by its server")
+
+    def fileno(self) -> int:
+        """The descriptor for `select`; once it is readable, `recv` until nothing comes."""
+        return self._socket.fileno()
+
+    def shutdown(self) -> None:
+        """Leave the bus."""
+        super().shutdown()
+        self._socket.close()
+
+    @staticmethod
+    def _detect_available_configs() -> list[Any]:
+        return []
+
+
+def _message(frame: Frame, channel: str) -> can.Message:
+    extended = bool(frame.can_id & EXTENDED)
+    return can.Message(
+        timestamp=time.time(),
+        arbitration_id=frame.can_id & (0x1FFF_FFFF if extended else 0x7FF),
+        is_extended_id=extended,
+        is_remote_frame=bool(frame.can_id & REMOTE),
+        is_error_frame=bool(frame.can_id & ERROR),
+        channel=channel,
+        data=frame.data,
+        is_fd=frame.fd,
+        bitrate_switch=frame.fd,
+    )

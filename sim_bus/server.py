@@ -1,0 +1,217 @@
+"""Serving a simulated arm on a bus, on one of two clocks."""
+
+import os
+import select
+import time
+from collections.abc import Sequence
+from typing import Protocol
+
+from sim_bus.bits import BitTiming
+from sim_bus.frame import Frame
+from sim_bus.hub import Hub, Received, Source
+from sim_bus.rhythm import Rhythm
+from sim_bus.wire import Wire
+
+_LOOK_OUT_NS = 500_000  # for the next frame of a program in lockstep
+_LONGEST_WAIT_NS = 1_000_000  # the physics stays this close behind the clock
+_LONGEST_HOLD_UP_NS = 500_000_000
+
+
+class Arm(Protocol):
+    """What is served; times are arguments [ns]."""
+
+    def boot(self, time_ns: int) -> list[Frame]:
+        """Power-on."""
+        ...
+
+    def receive(self, time_ns: int, frame: Frame) -> list[Frame]:
+        """The answers to a frame of a program, once it has passed."""
+        ...
+
+    def overhear(self, time_ns: int, frame: Frame) -> list[Frame]:
+        """The answers to a frame of the arm's own devices, once it has passed."""
+        ...
+
+    def tick(self, time_ns: int) -> list[Frame]:
+        """What happens by itself up to a time."""
+        ...
+
+    def run_physics(self, time_ns: int) -> None:
+        """Let the arm move until a time, under the torques of the present."""
+        ...
+
+    @property
+    def next_ns(self) -> int:
+        """When `tick` is due at the earliest."""
+        ...
+
+
+class Service(Protocol):
+    """One of the two clocks."""
+
+    def start(self) -> None:
+        """Switch the drives on."""
+        ...
+
+    def take(self, received: Received) -> None:
+        """A frame that a program has sent."""
+        ...
+
+    def catch_up(self, until_ns: int) -> float | None:
+        """Do what is due by an instant of the monotonic clock [ns].
+
+        All frames sent by then have been taken. Returns the time [s] until something will be due;
+        None if only a frame can matter.
+        """
+        ...
+
+
+class RealTime:
+    """The arm on the monotonic clock: every frame takes its time on the wire.
+
+    A frame reaches its receivers when its last bit would have.
+
+    Attributes:
+        load: how busy the bus was.
+    """
+
+    def __init__(self, arm: Arm, hub: Hub, timing: BitTiming) -> None:
+        self._arm = arm
+        self._hub = hub
+        self._wire = Wire(timing)
+        self.load = self._wire.load
+        self._origin_ns = time.monotonic_ns()
+        self._last_ns = 0
+
+    def start(self) -> None:
+        """Switch the drives on."""
+        self._origin_ns = time.monotonic_ns()
+        self._send(0, self._arm.boot(0))
+
+    def take(self, received: Received) -> None:
+        """A frame that waits for the wire since it was sent."""
+        now_ns = time.monotonic_ns()
+        sent_ns = now_ns if received.sent_ns is None else min(received.sent_ns, now_ns)
+        self._wire.offer(sent_ns - self._origin_ns, received.frame, received.sender)
+
+    def catch_up(self, until_ns: int) -> float | None:
+        """Let all frames arrive that are due, and the drives and the arm go on."""
+        now = self._without_pauses(until_ns)
+        while (arrival := self._wire.take(now)) is not None:
+            self._send(arrival.time_ns, self._arm.tick(arrival.time_ns))
+            self._hub.deliver([arrival.frame], arrival.sender)
+            hear = self._arm.overhear if arrival.sender is self else self._arm.receive
+            self._send(arrival.time_ns, hear(arrival.time_ns, arrival.frame))
+        self._send(now, self._arm.tick(now))
+        self._arm.run_physics(now)
+        due = min(self._arm.next_ns, now + _LONGEST_WAIT_NS)
+        wire_ns = self._wire.next_ns()
+        if wire_ns is not None:
+            due = min(due, wire_ns)
+        return max(0, due + self._origin_ns - time.monotonic_ns()) * 1e-9
+
+    def _without_pauses(self, until_ns: int) -> int:
+        """Time of the arm [ns], which stands still while this process is not let run at all."""
+        now = until_ns - self._origin_ns
+        if now - self._last_ns > _LONGEST_HOLD_UP_NS:
+            self._origin_ns = until_ns - self._last_ns
+            now = self._last_ns
+        self._last_ns = now
+        return now
+
+    def _send(self, time_ns: int, frames: list[Frame]) -> None:
+        for frame in frames:
+            self._wire.offer(time_ns, frame, self)
+
+
+class Lockstep:
+    """The arm on virtual time, which goes on by one period at every frame that opens a cycle.
+
+    The physics runs ahead while the program works out the next torques: after the opening frame of
+    cycle k up to where its torques can act, which is the next opening frame, or their own arrival
+    within the cycle. So a run is the same every time, whatever the machine does meanwhile.
+
+    Args:
+        arm: drives and physics.
+        hub: programs on the bus.
+        period_ns: cycle time.
+        rhythm: frames that open and close a cycle.
+    """
+
+    def __init__(self, arm: Arm, hub: Hub, period_ns: int, rhythm: Rhythm) -> None:
+        self._arm = arm
+        self._hub = hub
+        self._period_ns = period_ns
+        self._rhythm = rhythm
+        self._now_ns = 0
+        self._origin_ns = time.monotonic_ns()
+        self._passes = rhythm.sets_up_by_time
+
+    def start(self) -> None:
+        """Switch the drives on."""
+        self._pass_on(self._arm.boot(0))
+
+    def take(self, received: Received) -> None:
+        """A frame that a program has sent."""
+        frame, sender = received.frame, received.sender
+        rhythm, opens = self._rhythm, self._rhythm.opens(frame)
+        if opens:
+            self._passes = False
+            self._now_ns += self._period_ns
+        elif self._passes:
+            periods = (time.monotonic_ns() - self._origin_ns) // self._period_ns
+            self._now_ns = periods * self._period_ns
+        if opens or self._passes:
+            self._pass_on(self._arm.tick(self._now_ns))
+        late_ns = rhythm.torques_after_ns if frame.can_id in rhythm.torque_ids else 0
+        self._hub.deliver([frame], sender)
+        self._pass_on(self._arm.receive(self._now_ns + late_ns, frame))
+        if opens:
+            self._arm.run_physics(self._now_ns + (rhythm.torques_after_ns or self._period_ns))
+        elif frame.can_id == rhythm.closing_id:
+            self._arm.run_physics(self._now_ns + self._period_ns)
+
+    def catch_up(self, until_ns: int) -> float | None:
+        """Nothing is due before the next frame."""
+        return None
+
+    def _pass_on(self, frames: list[Frame]) -> None:
+        """Give the devices' frames to the programs and to the other devices."""
+        while frames:
+            self._hub.deliver(frames, self)
+            frames = [a for frame in frames for a in self._arm.overhear(self._now_ns, frame)]
+
+
+def _wait(sources: Sequence[Source], timeout_s: float | None) -> list[Source]:
+    """The readable sources.
+
+    A program in lockstep answers within a fraction of a millisecond: looking out for it is cheaper
+    than to sleep and be woken up. Time limits, in real time, are slept through.
+    """
+    patient_until = time.monotonic_ns() + (_LOOK_OUT_NS if timeout_s is None else 0)
+    while time.monotonic_ns() < patient_until:
+        readable, _, _ = select.select(sources, [], [], 0.0)
+        if readable:
+            return readable
+    return select.select(sources, [], [], timeout_s)[0]
+
+
+def serve(service: Service, hub: Hub, stop: Source | None) -> None:
+    """Serve until an exception ends it, or the stop source is closed.
+
+    Args:
+        service: the clock.
+        hub: programs on the bus.
+        stop: a stream whose end means to stop.
+    """
+    service.start()
+    until_ns = time.monotonic_ns()
+    while True:
+        timeout_s = service.catch_up(until_ns)
+        sources = [*hub.sources(), *([stop] if stop else [])]
+        readable = _wait(sources, timeout_s)
+        if stop is not None and stop in readable and not os.read(stop.fileno(), 4096):
+            return
+        until_ns = time.monotonic_ns()
+        for received in hub.receive([s for s in readable if s is not stop]):
+            service.take(received)

@@ -1,0 +1,169 @@
+"""The arm with its drives: frames in, frames out, physics in between."""
+
+from collections.abc import Container, Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_bus.encoders import Encoders
+from sim_bus.frame import Frame
+from sim_bus.plant import Plant
+
+Array = NDArray[np.float64]
+
+
+class Node(Protocol):
+    """A device on the bus; times are arguments [ns]."""
+
+    @property
+    def handlers(self) -> Container[int]:
+        """Identifiers of the frames that concern the node."""
+        ...
+
+    @property
+    def next_ns(self) -> int:
+        """When `tick` is due at the earliest."""
+        ...
+
+    def boot(self, time_ns: int) -> list[Frame]:
+        """Power-on."""
+        ...
+
+    def receive(self, time_ns: int, frame: Frame) -> list[Frame]:
+        """The answers to a frame."""
+        ...
+
+    def tick(self, time_ns: int) -> list[Frame]:
+        """What the node does by itself at a time."""
+        ...
+
+
+class MotorNode(Node, Protocol):
+    """A device on the bus that drives one motor."""
+
+    @property
+    def motor_torque_nm(self) -> float:
+        """Torque that the motor makes [N m]."""
+        ...
+
+    @property
+    def is_enabled(self) -> bool:
+        """Whether the power stage drives the motor."""
+        ...
+
+
+class SimulatedArm:
+    """Drives and physics together.
+
+    A stand holds the arm in its start pose until all drives have been enabled for the first time.
+
+    Attributes:
+        plant: the physics.
+        encoders: what the motors' devices read.
+        motors: one device per motor.
+        nodes: all devices.
+        deaf: devices that no frame reaches.
+        mute: devices whose frames never leave them.
+
+    Args:
+        plant: the physics.
+        encoders: what the motors' devices read.
+        motors: one device per motor.
+        others: devices without a motor.
+        braking: drag of motors without power [N m s/rad], motor side, shape (n,).
+    """
+
+    def __init__(
+        self,
+        plant: Plant,
+        encoders: Encoders,
+        motors: Sequence[MotorNode],
+        others: Sequence[Node],
+        braking: Array,
+    ) -> None:
+        self.plant = plant
+        self.motors = tuple(motors)
+        self.nodes: tuple[Node, ...] = (*motors, *others)
+        self.encoders = encoders
+        self.deaf: set[Node] = set()
+        self.mute: set[Node] = set()
+        self._torque_share = np.ones(len(self.motors))
+        self._braking = braking
+        self._motor_torque = np.zeros(len(self.motors))
+        self._drag = braking.copy()
+        self._drives = [(0.0, False)] * len(self.motors)
+        plant.hold()
+
+    @property
+    def is_enabled(self) -> bool:
+        """Whether all motors are driven."""
+        return all(motor.is_enabled for motor in self.motors)
+
+    def boot(self, time_ns: int) -> list[Frame]:
+        """Power-on of all nodes."""
+        return self._sent({node: node.boot(time_ns) for node in self.nodes})
+
+    def receive(self, time_ns: int, frame: Frame) -> list[Frame]:
+        """The answers of all nodes to a frame that has reached them, lowest identifier first."""
+        listeners = [n for n in self.nodes if frame.can_id in n.handlers and n not in self.deaf]
+        if not listeners:
+            return []
+        self._come_to(time_ns)
+        answers = {node: node.receive(time_ns, frame) for node in listeners}
+        self._drive_motors()
+        return self._sent(answers)
+
+    def overhear(self, time_ns: int, frame: Frame) -> list[Frame]:
+        """The answers of all nodes to a frame of one of them."""
+        return self.receive(time_ns, frame)
+
+    def tick(self, time_ns: int) -> list[Frame]:
+        """What the nodes do by themselves up to a time."""
+        if self.next_ns > time_ns:
+            return []
+        self._come_to(time_ns)
+        frames = {n: n.tick(time_ns) for n in self.nodes if n.next_ns <= time_ns}
+        self._drive_motors()
+        return self._sent(frames)
+
+    def run_physics(self, time_ns: int) -> None:
+        """Let the arm move until a time, under the torques of the present."""
+        self.plant.advance(time_ns, self._motor_torque, self._drag)
+
+    def weaken(self, motor: int, share: float) -> None:
+        """From now on only a share comes of a motor's torque; 1 in a healthy arm."""
+        self._torque_share[motor] = share
+        self._set_torques()
+
+    @property
+    def next_ns(self) -> int:
+        """When `tick` is due at the earliest."""
+        return min([node.next_ns for node in self.nodes])
+
+    def _come_to(self, time_ns: int) -> None:
+        self.run_physics(time_ns)
+        self.encoders.set_time(time_ns)
+
+    def _sent(self, frames: dict[Node, list[Frame]]) -> list[Frame]:
+        sent = [f for node, own in frames.items() if node not in self.mute for f in own]
+        sent.sort(key=_identifier)
+        return sent
+
+    def _drive_motors(self) -> None:
+        drives = [(motor.motor_torque_nm, motor.is_enabled) for motor in self.motors]
+        if drives == self._drives:
+            return
+        self._drives = drives
+        self._set_torques()
+        if self.plant.is_held and self.is_enabled:
+            self.plant.release()
+
+    def _set_torques(self) -> None:
+        torques, enabled = zip(*self._drives, strict=True)
+        np.multiply(torques, self._torque_share, out=self._motor_torque)
+        self._drag = np.where(enabled, 0.0, self._braking)
+
+
+def _identifier(frame: Frame) -> int:
+    return frame.can_id

@@ -1,0 +1,189 @@
+"""`wamctl` as its user meets it: processes, signals, exit codes, sentences."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+
+from wamctl.arm.recording import read_recording
+
+WAMCTL = str(Path(sys.executable).with_name("wamctl"))
+SIM_BUS = str(Path(sys.executable).with_name("sim-bus"))
+
+
+def run(*arguments, **options):
+    return subprocess.run(
+        [WAMCTL, *map(str, arguments)], capture_output=True, text=True, timeout=120, **options
+    )
+
+
+@pytest.fixture
+def arm(configure, tmp_path):
+    """A short experiment's file; at the end none of its processes may be left."""
+    before = set(psutil.pids())
+    yield configure(tmp_path)
+    deadline = time.monotonic() + 15
+    while (left := left_over(before)) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert left == []
+
+
+def left_over(before):
+    """Command lines of processes of this project that came since."""
+    found = []
+    for process in psutil.process_iter(["pid", "cmdline", "ppid"]):
+        line = " ".join(process.info["cmdline"] or [])
+        mine = "wamctl.runtime" in line or "--stop-with-stdin" in line
+        if process.info["pid"] not in before and mine and process.info["ppid"] == os.getpid():
+            found.append(line)
+    return found
+
+
+def test_excite_prints_what_it_did(arm, tmp_path):
+    done = run(
+        "excite",
+        "--config",
+        arm,
+        "--bus",
+        "sim",
+        "--lockstep",
+        "--json",
+        "--out",
+        tmp_path / "log.mcap",
+    )
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    assert result["counted_cycles"] == 500
+    assert result["frames"]["lost"] == 0
+    assert result["log"] == str(tmp_path / "log.mcap")
+    assert done.stderr == ""
+
+
+def test_a_bus_that_is_not_there(arm):
+    done = run("excite", "--config", arm, "--bus", "socketcan:nocan7")
+    assert done.returncode == 4
+    assert done.stderr.startswith("Bus socketcan:nocan7 cannot be opened (")
+    assert done.stderr.endswith("`--bus sim` runs the simulated arm and needs no hardware.\n")
+    assert done.stderr.count("\n") == 1
+
+
+def test_an_arm_that_nobody_named_does_not_move(arm, tmp_path):
+    done = run("excite", "--config", arm, "--bus", "can0", stdin=subprocess.DEVNULL)
+    assert done.returncode == 2
+    assert "`--bus sim`" in done.stderr
+    assert list(tmp_path.glob("*.mcap")) == []
+
+
+def test_lockstep_is_refused_where_a_real_arm_may_be(arm):
+    done = run("excite", "--config", arm, "--bus", "socketcan:can0", "--lockstep")
+    assert (done.returncode, done.stderr) == (
+        2,
+        "--lockstep is for simulated arms: on bus socketcan:can0 a SYNC would follow the last one "
+        "at once.\n",
+    )
+
+
+def test_check_asks_the_drives(arm):
+    done = run("check", "--config", arm, "--bus", "sim", "--json")
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["drives"] == [f"drive {k} (node {k})" for k in range(1, 8)]
+    assert 0.5 < found["load"]["worst"] < 0.6
+
+
+def test_home_gives_the_line_for_the_configuration(arm):
+    done = run("home", "--config", arm, "--bus", "sim", input="\n")
+    assert done.returncode == 0
+    assert done.stdout.strip() == (
+        "write into the section `drives` of the arm's file: "
+        "zero_counts: [0, 18416, -18416, 7041, 0, 0, 0]"
+    )
+
+
+def test_ctrl_c_stops_the_arm_and_closes_the_log(arm, tmp_path):
+    log = tmp_path / "log.mcap"
+    with started(arm, log) as process:
+        wait_for_rows(log, process)
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=60)
+    assert process.returncode == 5
+    assert said.startswith("the operator stopped it (SIGINT), ")
+    assert "the arm was braked within 0.08 s and the drives were disabled" in said
+    assert read_recording(log).complete
+
+
+def test_a_killed_writer_stops_the_arm(arm, tmp_path):
+    log = tmp_path / "log.mcap"
+    with started(arm, log) as process:
+        wait_for_rows(log, process)
+        writer_of(process).kill()
+        _, said = process.communicate(timeout=60)
+    assert process.returncode == 5
+    assert f"the process that writes the log {log} ended with status -9, " in said
+    assert len(read_recording(log).q) > 0
+
+
+def test_a_full_disk_stops_the_arm(arm, tmp_path):
+    log = tmp_path / "log.mcap"
+    with started(arm, log) as process:
+        wait_for_rows(log, process)
+        writer_of(process).rlimit(psutil.RLIMIT_FSIZE, (150_000, 150_000))
+        _, said = process.communicate(timeout=60)
+    assert process.returncode == 5
+    assert f"the process that writes the log {log} cannot write any more, " in said
+    assert len(read_recording(log).q) > 0
+
+
+def test_a_killed_loop_leaves_a_log_and_drives_that_stop_by_themselves(arm, tmp_path):
+    log, socket = tmp_path / "log.mcap", tmp_path / "bus"
+    command = [SIM_BUS, "serve", "--config", str(arm), "--bus", f"simbus:{socket}", "--lockstep"]
+    with subprocess.Popen(
+        [*command, "--stop-with-stdin"], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as server:
+        server.stdout.readline()
+        with started(arm, log, bus=f"simbus:{socket}") as process:
+            wait_for_rows(log, process)
+            process.kill()
+            process.communicate(timeout=60)
+        wait_until_closed(log)
+        server.stdin.close()
+        server.stdout.close()
+    assert len(read_recording(log).q) > 100
+
+
+def writer_of(process):
+    children = psutil.Process(process.pid).children()
+    return next(c for c in children if "wamctl.runtime.writer" in c.cmdline())
+
+
+def started(arm, log, bus="sim", **options):
+    command = [WAMCTL, "excite", "--config", arm, "--bus", bus, "--lockstep", "--out", log]
+    return subprocess.Popen(
+        list(map(str, command)),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        **options,
+    )
+
+
+def wait_for_rows(log, process):
+    deadline = time.monotonic() + 60
+    while not (log.exists() and log.stat().st_size > 60_000):
+        assert process.poll() is None
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+
+
+def wait_until_closed(log):
+    """The writer notices that the loop has died, and ends the log."""
+    deadline = time.monotonic() + 30
+    while not read_recording(log).complete:
+        assert time.monotonic() < deadline
+        time.sleep(0.1)

@@ -1,0 +1,135 @@
+"""Recordings of three real arms, from the published tables to figures to be held.
+
+Nothing is tuned to them: rates, couplings, and cut-offs are those of the recordings' own notes, and
+stand in the shipped files.
+"""
+
+import csv
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from ident.cli import main
+
+pytestmark = pytest.mark.data
+
+XMATE_FEASIBLE = {"traj1": 2.80, "traj2": 3.04, "traj3": 3.84}
+"""Published errors of OLS [%], to be undercut with feasible parameters."""
+
+
+def command(*arguments: object) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main([str(a) for a in arguments])
+    assert not ended.value.code
+
+
+def log_of(table: Path, mapping: str, folder: Path) -> Path:
+    log = folder / f"{table.stem}.mcap"
+    command("import", table, "--map", mapping, "--out", log)
+    return log
+
+
+@pytest.fixture(scope="module")
+def xmate(real_data, tmp_path_factory) -> dict:
+    """What the model of trajectory 1 predicts of all three, one period of each."""
+    folder = tmp_path_factory.mktemp("xmate7p")
+    logs = [
+        log_of(real_data / "xmate7p" / f"traj{k}_1per_50Hz.csv", "xmate7p-map.yaml", folder)
+        for k in (1, 2, 3)
+    ]
+    command("run", logs[0], "--out", folder / "model")
+    command("validate", *logs, "--model", folder / "model" / "model.yaml", "--out", folder / "seen")
+    found = json.loads((folder / "seen" / "validate.json").read_text())["logs"]
+    return {Path(log["name"]).stem[:5]: log for log in found}
+
+
+@pytest.mark.parametrize("trajectory", ["traj1", "traj2", "traj3"])
+def test_xmate7p_feasible_parameters_beat_the_published_errors(xmate, trajectory):
+    found = xmate[trajectory]
+    raw = found["raw_torque"]["relative_error_percent"]
+    assert found["cutoff_hz"] == 2.5
+    assert found["relative_error_percent"] < XMATE_FEASIBLE[trajectory]
+    assert raw < 5.0
+
+
+def test_xmate7p_feasible_parameters_hold_where_ols_does_not(xmate):
+    """On trajectory 2 OLS stays a little ahead, as it does in the published study."""
+    errors = {t: {n: e["relative_error_percent"] for n, e in x["estimators"].items()}
+              for t, x in xmate.items()}  # fmt: skip
+    assert errors["traj3"]["feasible"] < 0.9 * errors["traj3"]["ols"]
+    assert errors["traj2"]["feasible"] < 1.06 * errors["traj2"]["ols"]
+
+
+def test_barrett_wam_two_joints(real_data, tmp_path):
+    table = real_data / "barrett_wam7_2dof" / "state_and_gravity_250Hz.csv"
+    log = log_of(table, "barrett_wam7_2dof-map.yaml", tmp_path)
+    command("run", log, "--out", tmp_path / "out")
+    found = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert found["moving"] == [False, True, False, True, False, False, False]
+    assert found["rank"] == 10
+    assert "held: wam/base_yaw_joint" in found["logs"][0]["remarks"][0]
+    by_joint = found["estimators"]["feasible"]["held_out"]["relative_error_percent_by_joint"]
+    assert by_joint[1] <= 2.0
+    assert by_joint[3] <= 3.7
+    friction = {b["name"]: b["feasible"] for b in found["base_parameters"]}
+    assert friction["fc2"] == pytest.approx(2.5, abs=0.5)
+    assert friction["fc4"] == pytest.approx(0.4, abs=0.2)
+
+
+@pytest.fixture(scope="module")
+def staubli(real_data, tmp_path_factory) -> dict:
+    folder = tmp_path_factory.mktemp("staubli")
+    table = real_data / "staubli_tx40" / "motor_position_rad_5kHz.csv"
+    log = log_of(table, "staubli_tx40-map.yaml", folder)
+    command("run", log, "--robot", "staubli_tx40.yaml", "--out", folder / "plain")
+    terms = "terms=viscous,coulomb,offset,rotor_inertia"
+    command("run", log, "--robot", "staubli_tx40.yaml", "--out", folder / "offset", "--set", terms)
+    return {n: json.loads((folder / n / "run.json").read_text()) for n in ("plain", "offset")}
+
+
+def test_staubli_held_out_error_with_the_coupled_wrist(staubli):
+    error = staubli["plain"]["estimators"]["feasible"]["held_out"]
+    assert error["relative_error_percent"] <= 10.3
+    assert error["relative_error_percent_by_joint"][4] < 15
+    assert error["relative_error_percent_by_joint"][5] < 15
+
+
+def test_staubli_reaches_the_published_base_parameters(staubli, real_data):
+    """The published model has offsets too, and the zero of joint 6 half a turn away.
+
+    Half a turn changes the sign of the first moments and of the products of inertia that hold z.
+    """
+    mine = {b["name"].split()[0]: b["ols"] for b in staubli["offset"]["base_parameters"]}
+    with (real_data / "staubli_tx40" / "published_TX40_bp_5.csv").open() as table:
+        published = [(row[0], *map(float, row[1:])) for row in csv.reader(table)]
+    compared = 0
+    for name, ols, ols_sd, wls, wls_sd in published:
+        found = of_published(name.split()[0], mine)
+        spread = max(abs(ols * ols_sd), abs(wls * wls_sd)) / 100
+        if re.match(r"f[vs]", name):
+            close = min(abs(found / ols - 1), abs(found / wls - 1)) < 0.05
+            assert close or abs(found - wls) < spread, name  # fs6 is published with 30 %
+        elif min(ols_sd, wls_sd) < 100 / 3:
+            assert min(abs(found - ols), abs(found - wls)) < 3 * spread, name
+        compared += 1
+    assert compared == len(published) == 60
+
+
+def of_published(name: str, mine: dict[str, float]) -> float:
+    """The published parameter, from mine: theirs count motor 6's share with the joints."""
+    kind, index = re.fullmatch(r"([A-Za-z]+)(\d)", name).groups()
+    own = {"fs": "fc", "off": "fo", "Ia": "ia", "Iam": "ia", "fsm": "fcm", "mx": "l", "my": "l"}
+    if kind.startswith("I") and not kind.startswith("Ia"):
+        key = f"L{index}{kind[1:]}"
+    elif kind.startswith("m"):
+        key = f"l{index}{kind[1:]}"
+    else:
+        key = own.get(kind, kind) + index
+    value = mine[key]
+    if name in ("fv5", "fv6"):
+        value += mine["fvm6"]
+    if name == "Ia5":
+        value += mine["ia6"]
+    return -value if name in ("mx6", "my6", "Ixz6", "Iyz6") else value

@@ -1,0 +1,82 @@
+"""Compiled rows, speeds and distances against Pinocchio and coal; gradients by differences."""
+
+import numpy as np
+import pytest
+
+from ident.excitation import geometry
+from ident.excitation.constraints import lower_bounds
+from ident.excitation.design import Place
+from ident.excitation.link_rows import fill_rows, pull_back
+from ident.excitation.objective import Objective
+from ident.excitation.problem import Penalty, Problem, Smoothness, lagrangian
+from ident.excitation.search import random_start
+from wamctl.arm.collision import collision_shapes
+from wamctl.arm.collision import distances as coal_distances
+from wamctl.arm.motion import point_speeds
+from wamctl.arm.robot import regressor
+
+STEP = 1e-6
+
+
+def test_rows_are_pinocchios(problem: Problem, rng: np.random.Generator) -> None:
+    q, qd, qdd = rng.normal(size=(3, 20, 7))
+    frames, links = problem.columns.frames, problem.columns.links
+    rows = np.zeros((7, 20, links))
+    fill_rows(frames, q, qd, qdd, rows)
+    wanted = regressor(problem.columns.robot, q, qd, qdd)[:, :, np.flatnonzero(frames.column >= 0)]
+    assert np.abs(rows - wanted.transpose(1, 0, 2)).max() < 1e-11
+
+
+@pytest.mark.parametrize("part", [0, 1, 2])
+def test_rows_pull_back(problem: Problem, rng: np.random.Generator, part: int) -> None:
+    motion, direction = rng.normal(size=(3, 20, 7)), np.zeros((3, 20, 7))
+    direction[part] = rng.normal(size=(20, 7))
+    bar = rng.normal(size=(7, 20, problem.columns.links))
+    slopes = np.zeros((3, 20, 7))
+    pull_back(problem.columns.frames, *motion, bar, *slopes)
+
+    def value(moved: np.ndarray) -> float:
+        rows = np.zeros_like(bar)
+        fill_rows(problem.columns.frames, *moved, rows)
+        return float((rows * bar).sum())
+
+    change = value(motion + STEP * direction) - value(motion - STEP * direction)
+    assert (slopes * direction).sum() == pytest.approx(change / (2 * STEP), rel=1e-6)
+
+
+def test_distances_are_coals(place: Place, problem: Problem, rng: np.random.Generator) -> None:
+    q = rng.uniform(-1.5, 1.5, (300, 7))
+    shapes = problem.constraints.shapes
+    found = np.empty((300, len(shapes.pairs)))
+    geometry.distances(problem.constraints.chain, shapes, q, 10.0, found)
+    wanted = coal_distances(place.robot, collision_shapes(place.robot), q)
+    apart = wanted > 0
+    assert apart.mean() > 0.9
+    assert np.abs(found - wanted)[apart].max() < 1e-5
+
+
+def test_speeds_are_pinocchios(place: Place, problem: Problem, rng: np.random.Generator) -> None:
+    q, qd = rng.normal(size=(2, 50, 7))
+    squares = np.empty((50, 2))
+    geometry.point_speeds(problem.constraints.chain, problem.constraints.points, q, qd, squares)
+    frames = (place.arm.limits.elbow_frame, place.arm.limits.tool_frame)
+    assert np.sqrt(squares) == pytest.approx(point_speeds(place.robot, frames, q, qd))
+
+
+@pytest.mark.parametrize("kind", ["condition", "determinant"])
+def test_the_whole_gradient(full_problem: Problem, rng: np.random.Generator, kind: str) -> None:
+    weights = np.ones(len(full_problem.columns.parameters))
+    weights[-5:] = 2.0
+    problem = Problem(
+        full_problem.columns, Objective(kind, weights), full_problem.constraints, full_problem.grid
+    )
+    x = 1.2 * random_start(problem, rng)
+    smooth, count = Smoothness(16.0, 0.05), len(lower_bounds(problem.constraints, 128))
+    penalty = Penalty(np.zeros(count), 3.0)
+    penalty = Penalty(0.7 * lagrangian(problem, x, smooth, penalty)[2], 3.0)
+    _, gradient, prices = lagrangian(problem, x, smooth, penalty)
+    assert (prices != 0).sum() > 50
+    direction = rng.normal(size=x.shape)
+    high = lagrangian(problem, x + STEP * direction, smooth, penalty)[0]
+    low = lagrangian(problem, x - STEP * direction, smooth, penalty)[0]
+    assert (gradient * direction).sum() == pytest.approx((high - low) / (2 * STEP), rel=1e-4)

@@ -1,0 +1,74 @@
+"""Motions for a gap: what they show, and purposes that cannot be read."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ident.effects.catalogue import catalogue
+from ident.excitation.design import Design, Place
+from ident.excitation.library import Purpose, design_motion, purpose_of
+from ident.excitation.motions import MOTIONS, REPEATED
+from wamctl.arm.errors import ConfigurationError, DataError
+
+
+def position_and_velocity(found: Design) -> tuple[np.ndarray, np.ndarray]:
+    values = {q.name: q.values for q in found.quantities}
+    return values["position"], values["velocity"]
+
+
+def test_every_effect_of_the_catalogue_has_a_motion() -> None:
+    assert set(catalogue()) <= {*MOTIONS, *REPEATED}
+
+
+def test_stribeck_turns_one_joint_back_slowly(place: Place) -> None:
+    _, qd = position_and_velocity(design_motion(place, purpose_of("stribeck:4")))
+    assert np.count_nonzero(np.diff(np.sign(qd[:, 3]))) >= 15
+    assert np.mean(np.abs(qd[:, 3]) < 0.1) > 0.3
+    assert np.abs(np.delete(qd, 3, axis=1)).max() == 0.0
+
+
+def test_tilt_sweeps_the_first_joint(place: Place) -> None:
+    q, _ = position_and_velocity(design_motion(place, purpose_of("gravity_tilt")))
+    assert np.ptp(q[:, 0]) > np.pi
+    assert np.ptp(q[:, 1:], axis=0).max() == 0.0
+
+
+def test_a_differential_changes_its_dominant_joint(place: Place) -> None:
+    _, qd = position_and_velocity(design_motion(place, purpose_of("coupled_friction:5")))
+    faster = np.abs(qd[:, 4]) > np.abs(qd[:, 5])
+    assert 0.25 < faster.mean() < 0.75
+    assert np.abs(qd[:, :4]).max() == 0.0
+
+
+def test_a_gap_file_is_a_purpose(tmp_path: Path) -> None:
+    path = tmp_path / "gap.json"
+    effects = [
+        {"name": "stribeck", "joints": [2], "separating_experiment": None},
+        {"name": "backlash", "joints": [4], "separating_experiment": "turn back slowly"},
+    ]
+    path.write_text(json.dumps({"effects": effects}))
+    assert purpose_of(str(path)) == Purpose("backlash", 4)
+
+
+def test_a_gap_file_without_a_question(tmp_path: Path) -> None:
+    path = tmp_path / "gap.json"
+    path.write_text(json.dumps({"effects": []}))
+    with pytest.raises(DataError) as caught:
+        purpose_of(str(path))
+    assert str(caught.value) == (
+        f"{path} asks for no separating experiment: nothing in it is ambiguous."
+    )
+
+
+def test_a_joint_that_is_no_number() -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        purpose_of("stribeck:elbow")
+    assert str(caught.value) == "--for: 'elbow' is not the number of a joint."
+
+
+def test_a_joint_that_the_arm_lacks(place: Place) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        design_motion(place, Purpose("stribeck", 9))
+    assert str(caught.value) == "--for: no joint 9; the arm has 1 to 7."

@@ -1,0 +1,74 @@
+"""Designs under good, bad and impossible limits."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ident.excitation.constraints import constraints_of
+from ident.excitation.design import Place, accepted
+from ident.excitation.fit import fit
+from ident.excitation.grid import series_of
+from ident.excitation.limits import design_limits, possible_pose
+from ident.excitation.problem import Problem
+from wamctl.arm.config import ArmFile
+from wamctl.arm.errors import ConfigurationError
+from wamctl.arm.trajectory_check import check_trajectory, violations
+
+
+def tightened(place: Place, rng: np.random.Generator) -> Place:
+    """The same arm under limits that are smaller by random factors."""
+    old = place.limits
+    names = ("velocity_rad_s", "acceleration_rad_s2", "jerk_rad_s3")
+    new: dict[str, object] = {
+        name: tuple(np.array(getattr(old, name)) * 10 ** rng.uniform(-2, 0, 7)) for name in names
+    }
+    new["elbow_speed_m_s"] = old.elbow_speed_m_s * 10 ** rng.uniform(-1.5, 0)
+    new["tool_speed_m_s"] = old.tool_speed_m_s * 10 ** rng.uniform(-1.5, 0)
+    new["clearance_m"] = rng.uniform(0.0, 0.06)
+    limits = old.model_copy(update=new)
+    arm_limits = place.arm.limits.model_copy(update=new)
+    arm = place.arm.model_copy(update={"limits": arm_limits})
+    return replace(place, arm=arm, limits=limits)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_however_bad_the_limits_they_are_kept(place: Place, problem: Problem, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    under = tightened(place, rng)
+    constraints = constraints_of(under.arm, under.robot, under.limits)
+    wild = 5 * rng.normal(size=(11, 7))
+    wild[-1] = possible_pose(under.arm, under.robot, under.limits, "test")
+    fitted = fit(replace(problem, constraints=constraints), wild)
+    if fitted is None:
+        pytest.skip("this random centre is not allowed; the search tries others")
+    series = series_of(fitted, place.robot.joint_names, 0.1 * np.pi)
+    found = accepted(under, problem.columns, series, 3)
+    assert check_trajectory(under.arm, under.robot, found.trajectory) == []
+    assert [s for q in found.quantities for s in violations(q, found.t)] == []
+
+
+def excitation(arm: ArmFile, **values: object) -> ArmFile:
+    return arm.model_copy(update={"excitation": arm.excitation.model_copy(update=values)})
+
+
+def test_an_empty_range_is_named(place: Place) -> None:
+    arm = excitation(place.arm, position_lower_rad=(-1.0,) * 6 + (2.1,))
+    with pytest.raises(ConfigurationError) as caught:
+        design_limits(arm, "arm.yaml")
+    assert str(caught.value) == (
+        "arm.yaml: excitation: the position range of joint 7 is empty, 2.1 to 2.1 rad, once the "
+        "tighter of the excitation's and the arm's limits is taken."
+    )
+
+
+def test_too_little_torque_to_hold_the_arm_is_named(place: Place) -> None:
+    limits = place.limits.model_copy(update={"motor_torque_nm": (0.01,) * 7})
+    with pytest.raises(ConfigurationError, match=r"no pose was found .* torque of motor 1 is "):
+        possible_pose(place.arm, place.robot, limits, "arm.yaml")
+
+
+def test_too_much_clearance_is_named(place: Place) -> None:
+    limits = place.limits.model_copy(update={"clearance_m": 5.0})
+    with pytest.raises(ConfigurationError, match=r"distance of pedestal and upper arm is "):
+        possible_pose(place.arm, place.robot, limits, "arm.yaml")

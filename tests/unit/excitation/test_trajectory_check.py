@@ -1,0 +1,76 @@
+"""Each limit that a motion can break, by its whole sentence."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ident.excitation.design import Place
+from wamctl.arm.config import ArmFile
+from wamctl.arm.trajectory import Trajectory, read_trajectory
+from wamctl.arm.trajectory_check import check_trajectory
+
+
+def with_limits(arm: ArmFile, **limits: object) -> ArmFile:
+    return arm.model_copy(update={"limits": arm.limits.model_copy(update=limits)})
+
+
+@pytest.fixture(scope="module")
+def shipped() -> Trajectory:
+    return read_trajectory("wam7-excitation.yaml")
+
+
+def resting(shipped: Trajectory, pose: list[float]) -> Trajectory:
+    series = shipped.series
+    still = replace(series, a=0 * series.a, b=0 * series.b, q0=np.array(pose))
+    return replace(shipped, series=still)
+
+
+def test_the_shipped_trajectory_may_run(place: Place, shipped: Trajectory) -> None:
+    assert check_trajectory(place.arm, place.robot, shipped) == []
+
+
+def test_other_joints_are_refused(place: Place, shipped: Trajectory) -> None:
+    series = replace(shipped.series, joint_names=("a", "b"))
+    sentence = check_trajectory(place.arm, place.robot, replace(shipped, series=series))
+    assert sentence == [
+        "the trajectory moves the joints a, b, while the arm's are "
+        + ", ".join(place.robot.joint_names)
+    ]
+
+
+def test_position_names_joint_value_and_bound(place: Place, shipped: Trajectory) -> None:
+    found = check_trajectory(
+        place.arm, place.robot, resting(shipped, [0.0, 0.0, 0.0, 1.5, 0.0, 0.0, 3.25])
+    )
+    assert found == [
+        "position of joint 7 (wam/palm_yaw_joint) is 3.25 rad at 0.000 s, above its limit of 3 rad"
+    ]
+
+
+def test_bodies_too_near_are_named(place: Place, shipped: Trajectory) -> None:
+    found = check_trajectory(
+        place.arm, place.robot, resting(shipped, [0.0, 1.95, 0.0, 0.3, 0.0, 0.0, 0.0])
+    )
+    assert found
+    assert all(s.startswith("distance of table and ") for s in found)
+    assert all("below its limit of 0.02 m" in s for s in found)
+
+
+@pytest.mark.parametrize(
+    ("limit", "value", "start"),
+    [
+        ("velocity_rad_s", (0.3,) * 7, "velocity of joint 1 (wam/base_yaw_joint) is "),
+        ("acceleration_rad_s2", (0.3,) * 7, "acceleration of joint 1 (wam/base_yaw_joint) is "),
+        ("jerk_rad_s3", (0.3,) * 7, "jerk of joint 1 (wam/base_yaw_joint) is "),
+        ("motor_torque_nm", (0.004,) * 7, "torque of motor 1 is "),
+        ("motor_torque_slew_nm_s", (1e-4,) * 7, "torque slew of motor 1 is "),
+        ("elbow_speed_m_s", 0.2, "speed of elbow (wam/link4) is "),
+        ("tool_speed_m_s", 0.2, "speed of tool (wam/link7_dh) is "),
+    ],
+)
+def test_every_limit_is_checked(
+    place: Place, shipped: Trajectory, limit: str, value: object, start: str
+) -> None:
+    arm = with_limits(place.arm, **{limit: value})
+    assert check_trajectory(arm, place.robot, shipped)[0].startswith(start)

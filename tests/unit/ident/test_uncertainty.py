@@ -1,0 +1,83 @@
+"""Intervals that hold the truth as often as they say, where white-noise intervals do not."""
+
+import numpy as np
+import pytest
+from synthetic_arm import recording
+
+from ident.arm import Arm
+from ident.dataset import dataset
+from ident.evidence import gather
+from ident.parameters import Terms
+from ident.problem import ordinary
+from ident.uncertainty import QUANTILE_90, standard_errors
+from wamctl.arm.config import IdentificationSection
+from wamctl.arm.robot import cad_parameters, inverse_dynamics, load_robot
+
+RUNS = 100
+URDF = """<robot name="pendulum"><link name="base"/>
+  <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/>
+    <axis xyz="0 1 0"/><limit lower="-3" upper="3" velocity="5" effort="50"/></joint>
+  <link name="upper"><inertial><origin xyz="0.05 0 -0.2"/><mass value="2"/>
+    <inertia ixx="0.02" iyy="0.03" izz="0.015" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/>
+    <origin xyz="0 0 -0.5"/><axis xyz="0 1 0"/>
+    <limit lower="-3" upper="3" velocity="5" effort="50"/></joint>
+  <link name="lower"><inertial><origin xyz="0.02 0 -0.15"/><mass value="1.5"/>
+    <inertia ixx="0.01" iyy="0.012" izz="0.004" ixy="0" ixz="0" iyz="0"/></inertial></link>
+</robot>"""
+
+
+def multisine(t):
+    """Position, velocity, and acceleration of two joints."""
+    rng = np.random.default_rng(5)
+    omega = 2 * np.pi * 0.1 * np.arange(1, 5)
+    a, b = rng.normal(size=(2, 4, 2)) / np.arange(1, 5)[:, None]
+    sin, cos = np.sin(np.outer(t, omega)), np.cos(np.outer(t, omega))
+    q = sin @ a + cos @ b
+    return q, (cos * omega) @ a - (sin * omega) @ b, -(sin * omega**2) @ a - (cos * omega**2) @ b
+
+
+def correlated(rng, shape):
+    """Noise that remembers nine tenths of itself from sample to sample."""
+    noise = rng.normal(size=shape)
+    for i in range(1, len(noise)):
+        noise[i] += 0.9 * noise[i - 1]
+    return noise
+
+
+@pytest.fixture(scope="module")
+def runs():
+    """Errors of the OLS parameters, their standard errors, and those of white noise, by run."""
+    robot = load_robot(URDF)
+    terms = Terms(True, True, False, False, np.eye(2), False)
+    arm = Arm("two", robot, IdentificationSection(cutoff_hz=5.0), terms, None, "test")
+    t = np.arange(2000) / 50.0
+    q, qd, qdd = multisine(t)
+    fv, fc = np.array([0.5, 0.3]), np.array([0.8, 0.4])
+    tau = inverse_dynamics(robot, q, qd, qdd) + fv * qd + fc * np.sign(qd)
+    delta = np.column_stack([cad_parameters(robot).reshape(2, 10), fv, fc]).ravel()
+    found = []
+    for run in range(RUNS):
+        rng = np.random.default_rng(run)
+        position = q + 2e-5 * rng.normal(size=q.shape)
+        log = recording(robot.joint_names, t, position, tau + 0.2 * correlated(rng, q.shape))
+        evidence = gather([dataset(log, robot.joint_names, "log")], arm)
+        R = evidence.problem().R
+        white = np.sqrt(np.diag(np.linalg.inv(R[:-1, :-1].T @ R[:-1, :-1])))
+        white *= abs(R[-1, -1]) / np.sqrt(evidence.counts.sum())
+        error = ordinary(evidence.problem()) - evidence.base.K @ delta
+        found.append((error, standard_errors(evidence), white))
+    return np.array(found)
+
+
+def test_90_percent_intervals_hold_the_truth_in_85_to_95_percent(runs):
+    error, sd, _ = np.swapaxes(runs, 0, 1)
+    inside = np.abs(error) < QUANTILE_90 * sd
+    assert inside.shape == (RUNS, 10)
+    assert 0.85 < inside.mean() < 0.95
+    assert (inside.mean(axis=0) > 0.8).all()
+
+
+def test_white_noise_intervals_promise_too_much(runs):
+    error, _, white = np.swapaxes(runs, 0, 1)
+    assert np.mean(np.abs(error) < 1.645 * white) < 0.7

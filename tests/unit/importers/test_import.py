@@ -1,0 +1,308 @@
+"""Foreign tables: units, motors, joined files, every kind of file, and all faults at once."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+import scipy.io
+import typer
+import yaml
+from typer.testing import CliRunner
+
+from ident.import_command import import_table
+from ident.importers.recording import import_recording
+from wamctl.arm.errors import ConfigurationError, DataError, UserError
+from wamctl.arm.recording import read_recording
+
+SAMPLES = 50
+T = np.arange(SAMPLES) * 0.004
+Q = np.random.default_rng(0).normal(size=(SAMPLES, 2))
+TAU = np.random.default_rng(1).normal(size=(SAMPLES, 2))
+BASIC: dict[str, Any] = {
+    "joints": ["a", "b"],
+    "time": {"column": "t"},
+    "position": {"columns": ["q1", "q2"]},
+    "effort": {"columns": ["u1", "u2"]},
+}
+
+
+def table(path: Path, columns: dict[str, np.ndarray], delimiter: str = ",") -> Path:
+    rows = np.column_stack(list(columns.values()))
+    lines = [delimiter.join(columns)] + [delimiter.join(map(repr, r)) for r in rows.tolist()]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def basic_table(folder: Path) -> Path:
+    columns = {"t": T, "q1": Q[:, 0], "q2": Q[:, 1], "u1": TAU[:, 0], "u2": TAU[:, 1]}
+    return table(folder / "data.csv", columns)
+
+
+def mapping(folder: Path, content: dict[str, Any]) -> Path:
+    path = folder / "map.yaml"
+    path.write_text(yaml.safe_dump(content))
+    return path
+
+
+def imported(source: Path, content: dict[str, Any]) -> Any:
+    out = source.parent / "log.mcap"
+    import_recording(source, mapping(source.parent, content), out)
+    return read_recording(out)
+
+
+def refused(source: Path, content: dict[str, Any], kind: type[UserError]) -> str:
+    out = source.parent / "log.mcap"
+    with pytest.raises(kind) as caught:
+        import_recording(source, mapping(source.parent, content), out)
+    assert not out.exists()
+    return str(caught.value)
+
+
+def test_columns_become_a_log(tmp_path: Path) -> None:
+    recording = imported(basic_table(tmp_path), BASIC)
+    assert recording.joint_names == ("a", "b")
+    np.testing.assert_array_equal(recording.q, Q)
+    np.testing.assert_array_equal(recording.effort, TAU)
+    np.testing.assert_array_equal(recording.stamp_ns, np.arange(SAMPLES) * 4_000_000)
+    assert recording.command is None
+    assert list(recording.attachments) == ["mapping.yaml"]
+    assert recording.metadata["data.csv"].startswith("sha256 ")
+
+
+def test_numbered_columns_of_a_table_without_header(tmp_path: Path) -> None:
+    path = tmp_path / "data.txt"
+    np.savetxt(path, np.column_stack([T * 1e3, np.degrees(Q), 1e3 * TAU]), delimiter=";")
+    content = {
+        "joints": ["a", "b"],
+        "header": False,
+        "delimiter": ";",
+        "rows": {"first": 3, "last": 40},
+        "time": {"column": 1, "unit": "ms"},
+        "position": {"columns": [3, 2], "unit": "deg", "scale": [1, -2], "offset": [0, 0.5]},
+        "command": {"columns": [4, 5], "unit": "mN m"},
+    }
+    recording = imported(path, content)
+    np.testing.assert_allclose(recording.q, Q[2:40, ::-1] * [1, -2] + [0, 0.5])
+    assert recording.effort is None
+    np.testing.assert_allclose(recording.command.effort, TAU[2:40])
+    assert recording.stamp_ns[0] == 8_000_000
+
+
+def test_motors_become_joints_and_power_is_kept(tmp_path: Path) -> None:
+    matrix = np.array([[10.0, 0.0], [4.0, -8.0]])
+    motor, motor_torque = Q @ matrix.T, TAU @ np.linalg.inv(matrix)
+    angle = table(tmp_path / "angle.csv", {"m1": motor[:, 0], "m2": motor[:, 1]})
+    table(tmp_path / "torque.csv", {"m1": motor_torque[:, 0], "m2": motor_torque[:, 1]})
+    both = ["m1", "m2"]
+    content = {
+        "joints": ["a", "b"],
+        "time": {"rate_hz": 250},
+        "motor_from_joint": matrix.tolist(),
+        "position": {"columns": both, "side": "motor"},
+        "velocity": {"columns": both, "side": "motor", "unit": "rpm"},
+        "effort": {"columns": both, "side": "motor", "file": "torque.csv"},
+    }
+    recording = imported(angle, content)
+    np.testing.assert_allclose(recording.q, Q, atol=1e-12)
+    np.testing.assert_allclose(recording.qd, Q * 2 * np.pi / 60, atol=1e-12)
+    np.testing.assert_allclose(recording.effort, TAU, atol=1e-12)
+    assert set(recording.metadata) == {"angle.csv", "torque.csv"}
+    own = {"columns": both, "side": "motor", "file": "torque.csv",
+           "joint_from_motor": [[1, 1], [0, 2]]}  # fmt: skip
+    recording = imported(angle, content | {"effort": own})
+    expected = np.column_stack([motor_torque.sum(axis=1), 2 * motor_torque[:, 1]])
+    np.testing.assert_allclose(recording.effort, expected, atol=1e-12)
+
+
+def save_npz(path: Path, content: dict[str, Any]) -> None:
+    np.savez(path, **content)
+
+
+def save_mat(path: Path, content: dict[str, Any]) -> None:
+    scipy.io.savemat(path, content)
+
+
+def save_mat_73(path: Path, content: dict[str, Any]) -> None:
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, value in content.items():
+            file[name] = np.atleast_2d(value).T
+    with path.open("r+b") as stream:
+        stream.write(b"MATLAB 7.3 MAT-file".ljust(512))
+
+
+@pytest.mark.parametrize(
+    ("name", "save"), [("d.npz", save_npz), ("d.mat", save_mat), ("d.mat", save_mat_73)]
+)
+def test_arrays_of_binary_files(tmp_path: Path, name: str, save: Any) -> None:
+    path = tmp_path / name
+    save(path, {"t": T, "pos": Q, "u1": TAU[:, 0], "u2": TAU[:, 1]})
+    content = BASIC | {"position": {"columns": "pos"}}
+    recording = imported(path, content)
+    np.testing.assert_array_equal(recording.q, Q)
+    np.testing.assert_array_equal(recording.effort, TAU)
+    save(path, {"t": T, "pos": Q.T, "u1": TAU[:, 0], "u2": TAU[:, 1]})
+    np.testing.assert_array_equal(imported(path, content).q, Q)
+    save(path, {"t": T, "pos": np.zeros((50, 3)), "u1": TAU[:, 0], "u2": TAU[:, 1]})
+    (tmp_path / "log.mcap").unlink()
+    assert refused(path, content, ConfigurationError) == (
+        f"{tmp_path / 'map.yaml'}: position.columns: {name} has there shape (50, 3) for 2 joints."
+    )
+
+
+@pytest.mark.parametrize("version", [5, 7.3])
+def test_structures_of_matlab_files(tmp_path: Path, version: float) -> None:
+    path = tmp_path / "run.mat"
+    if version == 5:
+        save_mat(path, {"log": {"q": Q, "u": TAU, "t": T}})
+    else:
+        save_mat_73(path, {"log/q": Q, "log/u": TAU, "log/t": T})
+    content = {
+        "joints": ["a", "b"],
+        "time": {"column": "log.t"},
+        "position": {"columns": "log.q"},
+        "effort": {"columns": "log.u"},
+    }
+    np.testing.assert_array_equal(imported(path, content).effort, TAU)
+
+
+def test_every_fault_of_a_mapping_at_once(tmp_path: Path) -> None:
+    content = {
+        "joints": ["a", "b"],
+        "time": {"column": "t", "rate_hz": 3},
+        "rows": {"first": 9, "last": 3},
+        "position": {"columns": ["q1", "q2"], "unit": "furlong"},
+        "colour": "red",
+    }
+    assert refused(basic_table(tmp_path), content, ConfigurationError) == (
+        f"{tmp_path / 'map.yaml'}: 4 faults:\n"
+        "  - rows: last 3 lies before first 9\n"
+        "  - time: give either column or rate_hz\n"
+        "  - position.unit: input should be 'rad', 'deg', 'rev', 'm' or 'mm'\n"
+        "  - colour: unknown key"
+    )
+    content = {
+        "header": False,
+        "time": {"rate_hz": 3},
+        "motor_from_joint": [[1, 0], [2, 0]],
+        "position": {"columns": ["q1", 2], "scale": [1, 2, 3]},
+        "effort": {"columns": [1, 2], "joint_from_motor": [[1, 2]]},
+        "joints": ["a", "b"],
+    }
+    assert refused(basic_table(tmp_path), content, ConfigurationError) == (
+        f"{tmp_path / 'map.yaml'}: 4 faults:\n"
+        "  - position.columns: the table has no header, so 'q1' is no column (give its number)\n"
+        "  - position.scale: 3 entries for 2 joints\n"
+        "  - effort.joint_from_motor: 1 rows of 2 entries for 2 joints\n"
+        "  - motor_from_joint: the matrix cannot be inverted (condition number inf)"
+    )
+    assert refused(
+        basic_table(tmp_path),
+        {"time": {"rate_hz": 3}, "position": {"columns": ["q1"], "side": "motor"}},
+        ConfigurationError,
+    ) == (
+        f"{tmp_path / 'map.yaml'}: 3 faults:\n"
+        "  - give effort or command: a torque\n"
+        "  - give joints, or the robot whose joints they are\n"
+        "  - position.side: motor, but motor_from_joint is missing"
+    )
+
+
+def test_every_column_that_is_missing_at_once(tmp_path: Path) -> None:
+    source = basic_table(tmp_path)
+    table(tmp_path / "short.csv", {"u1": T[:9], "u2": T[:9]})
+    content = BASIC | {
+        "time": {"column": "time"},
+        "position": {"columns": ["q1", "q3"]},
+        "velocity": {"columns": ["q1", "q2"]},
+        "effort": {"columns": ["u1", "u2"], "file": "short.csv"},
+    }
+    names = "its columns are t, q1, q2, u1, u2"
+    assert refused(source, content, ConfigurationError) == (
+        f"{tmp_path / 'map.yaml'}: 3 faults:\n"
+        f"  - position.columns: data.csv has no column 'q3'; {names}\n"
+        f"  - time.column: data.csv has no column 'time'; {names}\n"
+        "  - the columns have different numbers of rows: velocity 50, effort 9"
+    )
+
+
+def test_a_cell_that_is_no_number(tmp_path: Path) -> None:
+    path = tmp_path / "data.csv"
+    path.write_text("t,q1,q2,u1,u2\n0,1,2,3,4\n\n1,1,two,3,4\n")
+    assert refused(path, BASIC, DataError) == (
+        f"{path}, line 4, column 'q2': 'two' is not a number."
+    )
+    path.write_text("t,q1,q2,u1,u2\n0,1,2,3,4\n1,1,2\n")
+    assert refused(path, BASIC, DataError) == (
+        f"{path}, line 3: 3 columns, so that column 'u1' is missing."
+    )
+    path.write_text("t,q1,q2,u1,u2\n0,1,2,3,4\n1,1,2,nan,inf\n")
+    assert refused(path, BASIC, DataError) == (
+        f"{path}: effort is not finite in 2 cells, the first in row 2, joint 1;"
+        " choose other rows in the mapping."
+    )
+
+
+def test_tables_that_cannot_be_read(tmp_path: Path) -> None:
+    path = tmp_path / "no.csv"
+    assert refused(path, BASIC, DataError) == f"{path} does not exist."
+    for name in ("x.npz", "x.mat", "x.csv"):
+        path = tmp_path / name
+        path.write_bytes(b"\xff\xfe\x00\x81 garbage")
+        assert refused(path, BASIC, DataError).startswith(f"{path} is not a readable ")
+    path = tmp_path / "text.npz"
+    np.savez(path, t=T, q1=np.array(["x"]), q2=T, u1=T, u2=T)
+    assert refused(path, BASIC, DataError) == f"{path}: 'q1' does not hold numbers."
+
+
+def test_rows_and_times_that_do_not_serve(tmp_path: Path) -> None:
+    source = basic_table(tmp_path)
+    assert refused(source, BASIC | {"rows": {"first": 51}}, DataError) == (
+        f"{source} has 50 rows; rows.first is 51."
+    )
+    columns = {"t": T - 0.1, "q1": T, "q2": T, "u1": T, "u2": T}
+    source = table(tmp_path / "early.csv", columns)
+    assert refused(source, BASIC, DataError) == (
+        f"{source}: the time column runs from -0.1 s to 0.096 s; a log holds 0 s to 2147483648 s."
+    )
+
+
+def test_the_arm_travels_inside_the_log(tmp_path: Path) -> None:
+    columns = {f"x{k}": T for k in range(1, 8)}
+    source = table(tmp_path / "data.csv", columns)
+    names = {"columns": list(columns)}
+    content = {"robot": "xmate7p.yaml", "time": {"rate_hz": 50}, "position": names, "effort": names}
+    recording = imported(source, content)
+    assert recording.joint_names == tuple(f"joint{k}" for k in range(1, 8))
+    assert yaml.safe_load(recording.attachments["config.yaml"])["arm"] == "xmate7p"
+    assert b'<robot name="xmate7p">' in recording.attachments["robot.urdf"]
+    (tmp_path / "log.mcap").unlink()
+    assert refused(source, content | {"position": {"columns": ["x1"]}}, ConfigurationError) == (
+        f"{tmp_path / 'map.yaml'}: position.columns: 1 entries for 7 joints."
+    )
+    other = [f"j{k}" for k in range(1, 8)]
+    assert refused(source, content | {"joints": other}, ConfigurationError) == (
+        f"{tmp_path / 'map.yaml'}: joints: j1, j2, j3, j4, j5, j6, j7 are not those of"
+        " xmate7p.yaml, which are joint1, joint2, joint3, joint4, joint5, joint6, joint7."
+    )
+
+
+def test_the_command(tmp_path: Path) -> None:
+    app = typer.Typer()
+    app.command()(import_table)
+    source, out = basic_table(tmp_path), tmp_path / "log.mcap"
+    arguments = [str(source), "--map", str(mapping(tmp_path, BASIC)), "--out", str(out)]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 0
+    assert result.stdout == (
+        f"{out}: 50 samples of 2 joints\nover 0.196 s. Next: ident run {out}\n"
+    )
+    result = CliRunner().invoke(app, [*arguments, "--json"])
+    assert json.loads(result.stdout) == {
+        "log": str(out),
+        "samples": 50,
+        "seconds": 0.196,
+        "joints": ["a", "b"],
+    }

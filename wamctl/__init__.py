@@ -1,0 +1,1 @@
+"""Drive a torque-controlled arm over CAN and record the experiment."""

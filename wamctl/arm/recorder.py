@@ -1,0 +1,256 @@
+"""The log as a ROS 2 bag: one joint message a topic a cycle, in chunks that survive a cut."""
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+from typing import NoReturn
+
+import numpy as np
+from mcap.writer import Writer
+from numpy.typing import NDArray
+
+from wamctl.arm.errors import DataError
+from wamctl.arm.recording import JOINT_COMMANDS, JOINT_REFERENCE, JOINT_STATES, Recording
+from wamctl.arm.ros2.cdr import JOINT_STATE, TRAJECTORY_POINT, Kind, encode
+from wamctl.arm.ros2.message_definition import definition
+from wamctl.arm.ros2.template import Template
+
+Array = NDArray[np.float64]
+
+DIAGNOSTICS = "/diagnostics"
+CHUNK_NS = 300_000_000
+"""A chunk is closed when it spans this much time [ns], so that a cut loses no more."""
+
+_TOPICS = {
+    JOINT_STATES: "sensor_msgs/msg/JointState",
+    JOINT_COMMANDS: "sensor_msgs/msg/JointState",
+    JOINT_REFERENCE: "trajectory_msgs/msg/JointTrajectoryPoint",
+    DIAGNOSTICS: "diagnostic_msgs/msg/DiagnosticArray",
+}
+_LARGEST_CHUNK = 2**24
+_NS = 1_000_000_000
+
+
+@dataclass(frozen=True)
+class Status:
+    """One component's entry of a diagnostics message.
+
+    Attributes:
+        name: the component, for instance `drive 3`.
+        level: 0 fine, 1 warning, 2 error, 3 stale.
+        message: its state in words.
+        hardware_id: which device.
+        values: further facts.
+    """
+
+    name: str
+    level: int = 0
+    message: str = ""
+    hardware_id: str = ""
+    values: Mapping[str, str] = field(default_factory=dict)
+
+
+class Recorder:
+    """Writes a log, readable up to its last whole chunk wherever it is cut.
+
+    The bytes depend on nothing but the calls: no clock, no host name. Not for use inside the
+    control loop, since closing a chunk takes milliseconds.
+
+    Args:
+        path: the file to write; one that exists is replaced.
+        joint_names: names of the n joints.
+        metadata: facts about the run (versions, commit, seed).
+        attachments: files that travel inside the log, by name (`config.yaml`, `robot.urdf`,
+            `trajectory.yaml`).
+
+    Raises:
+        DataError: the file cannot be written; also from every later call, when the disk is full.
+    """
+
+    def __init__(
+        self,
+        path: Path | str,
+        joint_names: Sequence[str],
+        metadata: Mapping[str, str] | None = None,
+        attachments: Mapping[str, bytes] | None = None,
+    ) -> None:
+        self._path = Path(path)
+        self._names = list(joint_names)
+        self._start_ns: int | None = None
+        self._chunk_ns = 0
+        self._templates: dict[tuple[str, tuple[int, ...]], Template] = {}
+        self._counts = dict.fromkeys(_TOPICS, 0)
+        try:
+            self._file = self._path.open("wb")
+        except OSError as error:
+            raise DataError(_unwritable(self._path, error)) from error
+        # Chunks end by time; the size is only a bound.
+        self._writer = Writer(self._file, chunk_size=_LARGEST_CHUNK, enable_data_crcs=True)
+        try:
+            self._writer.start(profile="ros2", library="wam-ident")
+            self._channels = self._registered()
+            self._writer.add_metadata("wam-ident", dict(metadata or {}))
+            for name, data in (attachments or {}).items():
+                media = "application/xml" if name.endswith(".urdf") else "application/yaml"
+                self._writer.add_attachment(0, 0, name, media, data)
+            self._file.flush()
+        except OSError as error:
+            self._give_up(error)
+
+    def _registered(self) -> dict[str, int]:
+        """Channel of each topic."""
+        schemas = {
+            kind: self._writer.register_schema(kind, "ros2msg", definition(kind).encode())
+            for kind in dict.fromkeys(_TOPICS.values())
+        }
+        return {
+            topic: self._writer.register_channel(topic, "cdr", schemas[kind])
+            for topic, kind in _TOPICS.items()
+        }
+
+    def cycle(
+        self,
+        stamp_ns: int,
+        q: Array,
+        qd: Array | None,
+        effort: Array | None,
+        q_ref: Array,
+        qd_ref: Array,
+        qdd_ref: Array,
+        tau_cmd: Array,
+    ) -> None:
+        """One cycle of the experiment: measurement, command and reference of the same instant.
+
+        Args:
+            stamp_ns: sampling instant (SYNC) [ns].
+            q: measured position [rad], shape (n,).
+            qd: estimated velocity [rad/s], shape (n,), or None.
+            effort: measured joint torque [N m], shape (n,), or None where the drives report none.
+            q_ref: reference position [rad], shape (n,).
+            qd_ref: reference velocity [rad/s], shape (n,).
+            qdd_ref: reference acceleration [rad/s^2], shape (n,).
+            tau_cmd: commanded torque that acts from this instant on [N m], shape (n,).
+        """
+        self.joint_states(stamp_ns, q, qd, effort)
+        self.joint_commands(stamp_ns, q_ref, qd_ref, tau_cmd)
+        self.joint_reference(stamp_ns, q_ref, qd_ref, qdd_ref)
+
+    def joint_states(
+        self, stamp_ns: int, q: Array, qd: Array | None = None, effort: Array | None = None
+    ) -> None:
+        """A measurement: position [rad], velocity [rad/s], joint torque [N m], shape (n,) each."""
+        self.add(JOINT_STATES, stamp_ns, q, qd, effort)
+
+    def joint_commands(
+        self, stamp_ns: int, q: Array | None, qd: Array | None, effort: Array | None
+    ) -> None:
+        """A command: reference position [rad] and velocity [rad/s], commanded torque [N m]."""
+        self.add(JOINT_COMMANDS, stamp_ns, q, qd, effort)
+
+    def joint_reference(self, stamp_ns: int, q: Array, qd: Array, qdd: Array) -> None:
+        """The reference: position [rad], velocity [rad/s], acceleration [rad/s^2]."""
+        self.add(JOINT_REFERENCE, stamp_ns, q, qd, qdd)
+
+    def diagnostics(self, stamp_ns: int, statuses: Sequence[Status]) -> None:
+        """The states of drives, bus and loop."""
+        self._write(DIAGNOSTICS, stamp_ns, encode(_diagnostic_array(stamp_ns, statuses)))
+
+    def add(self, topic: str, stamp_ns: int, *arrays: Array | None) -> None:
+        """A message on one of the joint topics: its first three arrays, None for an empty one."""
+        key = (topic, tuple([0 if a is None else len(a) for a in arrays]))
+        template = self._templates.get(key)
+        if template is None:
+            template = self._templates[key] = self._template(*key)
+        time_ns = stamp_ns
+        if topic == JOINT_REFERENCE:
+            time_ns -= stamp_ns if self._start_ns is None else self._start_ns
+        self._write(topic, stamp_ns, template.filled(time_ns, arrays))
+
+    def _template(self, topic: str, lengths: tuple[int, ...]) -> Template:
+        if topic == JOINT_REFERENCE:
+            return Template(TRAJECTORY_POINT, [], (*lengths, 0))
+        return Template(JOINT_STATE, self._names, lengths)
+
+    def _write(self, topic: str, stamp_ns: int, message: bytes) -> None:
+        if self._start_ns is None:
+            self._start_ns = self._chunk_ns = stamp_ns
+        try:
+            if abs(stamp_ns - self._chunk_ns) >= CHUNK_NS:
+                self._writer.flush()
+                self._chunk_ns = stamp_ns
+            self._writer.add_message(
+                self._channels[topic], stamp_ns, message, stamp_ns, self._counts[topic]
+            )
+        except OSError as error:
+            self._give_up(error)
+        self._counts[topic] += 1
+
+    def close(self) -> None:
+        """Ends the last chunk and writes the index."""
+        if not self._file.closed:
+            try:
+                self._writer.finish()
+                self._file.close()
+            except OSError as error:
+                self._give_up(error)
+
+    def _give_up(self, error: OSError) -> NoReturn:
+        with suppress(OSError):
+            self._file.close()
+        raise DataError(_unwritable(self._path, error)) from error
+
+    def __enter__(self) -> "Recorder":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
+def write_recording(path: Path | str, recording: Recording) -> None:
+    """Writes a whole recording as a log.
+
+    Raises:
+        DataError: the file cannot be written.
+    """
+    columns: dict[str, tuple[Array | None, ...]] = {
+        JOINT_STATES: (recording.q, recording.qd, recording.effort)
+    }
+    stamps_ns = {JOINT_STATES: recording.stamp_ns}
+    if (command := recording.command) is not None:
+        columns[JOINT_COMMANDS] = (command.q, command.qd, command.effort)
+        stamps_ns[JOINT_COMMANDS] = command.stamp_ns
+    if (reference := recording.reference) is not None:
+        columns[JOINT_REFERENCE] = (reference.q, reference.qd, reference.qdd)
+        stamps_ns[JOINT_REFERENCE] = reference.stamp_ns
+    rows = [(t, topic, k) for topic in columns for k, t in enumerate(stamps_ns[topic].tolist())]
+    facts = (recording.joint_names, recording.metadata, recording.attachments)
+    with Recorder(path, *facts) as recorder:
+        for stamp, topic, k in sorted(rows, key=lambda row: row[0]):
+            recorder.add(topic, stamp, *(None if c is None else c[k] for c in columns[topic]))
+
+
+def _diagnostic_array(stamp_ns: int, statuses: Sequence[Status]) -> list[tuple[Kind, object]]:
+    """The fields of diagnostic_msgs/msg/DiagnosticArray in a row."""
+    row: list[tuple[Kind, object]] = [
+        ("int32", stamp_ns // _NS),
+        ("uint32", stamp_ns % _NS),
+        ("string", ""),
+        ("uint32", len(statuses)),
+    ]
+    for status in statuses:
+        row.append(("byte", status.level))
+        row.extend(("string", t) for t in (status.name, status.message, status.hardware_id))
+        row.append(("uint32", len(status.values)))
+        row.extend(("string", text) for pair in status.values.items() for text in pair)
+    return row
+
+
+def _unwritable(path: Path, error: OSError) -> str:
+    return f"The log {path} cannot be written ({error.strerror})."

@@ -1,0 +1,1 @@
+"""CANopen (CiA 301, CiA 402) towards Puck 4 drives."""

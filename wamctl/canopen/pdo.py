@@ -1,0 +1,205 @@
+"""Process data: which PDOs carry the cycle, for both wirings, and their bytes (CiA 301, PDO)."""
+
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import can
+
+from wamctl.arm.config import CanopenDrivesSection
+from wamctl.canopen import dictionary as od
+from wamctl.canopen.dictionary import Object
+from wamctl.canopen.ds402 import TORQUE_MODE
+
+SYNC_ID = 0x80
+EVERY_SYNC, ON_ARRIVAL = 1, 255
+PDOS_PER_DRIVE = 4
+GROUP_SIZE = 4
+_TEMPERATURE_MS, _STAGGER_MS = 500, 13  # not all drives in the same cycle
+_INVALID = 1 << 31
+_NO_RTR = 1 << 30
+
+POSITION_FRAME = struct.Struct("<Hi")  # statusword, position [counts]
+_TORQUE_GROUP = struct.Struct("<4h")  # [per mille of 0x6076]
+_COMMAND = struct.Struct("<Hb")  # controlword, mode
+_COMMAND_AND_TORQUE = struct.Struct("<Hh")
+
+
+@dataclass(frozen=True)
+class Pdo:
+    """One PDO of a drive.
+
+    Attributes:
+        cob_id: its identifier.
+        transmission: its type.
+        entries: the mapped objects.
+        event_ms: it is sent this often, where its type is `ON_ARRIVAL` [ms].
+    """
+
+    cob_id: int
+    transmission: int
+    entries: tuple[Object, ...]
+    event_ms: int = 0
+
+    @property
+    def length(self) -> int:
+        """Data bytes."""
+        return sum(entry.bits for entry in self.entries) // 8
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """The PDOs that a drive receives and sends; those not listed are switched off."""
+
+    received: tuple[Pdo, ...]
+    sent: tuple[Pdo, ...]
+
+
+def wiring(drives: CanopenDrivesSection, slot: int) -> Wiring:
+    """The PDOs of the drive at a place (0, 1, ...) in the configuration.
+
+    Torque frames are of type 1: what is sent after one SYNC is applied by all drives together at
+    the next, so that the master's jitter does not reach the arm.
+    """
+    return Wiring(_received(drives, slot), _sent(drives, slot))
+
+
+def _sent(drives: CanopenDrivesSection, slot: int) -> tuple[Pdo, ...]:
+    node, switch = drives.node_ids[slot], drives.stop_input
+    sent = [Pdo(0x180 + node, EVERY_SYNC, (od.STATUSWORD, od.POSITION))]
+    if drives.temperature_limit_c is not None:
+        temperatures = (od.AMPLIFIER_TEMPERATURE, od.MOTOR_TEMPERATURE)
+        staggered_ms = _TEMPERATURE_MS + _STAGGER_MS * slot
+        sent.append(Pdo(temperature_id(node), ON_ARRIVAL, temperatures, staggered_ms))
+    if switch is not None and switch.node_id == node:
+        sent.append(Pdo(stop_input_id(node), EVERY_SYNC, (od.DIGITAL_INPUTS,)))
+    return tuple(sent)
+
+
+def _received(drives: CanopenDrivesSection, slot: int) -> tuple[Pdo, ...]:
+    node = drives.node_ids[slot]
+    if drives.wiring == "pdo_per_drive":
+        return (Pdo(0x200 + node, EVERY_SYNC, (od.CONTROLWORD, od.TARGET_TORQUE)),)
+    group, place = divmod(slot, GROUP_SIZE)
+    entries = [od.DUMMY_I16] * GROUP_SIZE
+    entries[place] = od.TARGET_TORQUE
+    torque = Pdo(group_id(group), EVERY_SYNC, tuple(entries))
+    command = Pdo(0x300 + node, ON_ARRIVAL, (od.CONTROLWORD, od.MODE))
+    return torque, command
+
+
+def group_id(group: int) -> int:
+    """COB-ID of a shared torque frame: node 0, which no drive has, of RPDO1, RPDO2, ..."""
+    return 0x200 + 0x100 * group
+
+
+def temperature_id(node: int) -> int:
+    """COB-ID of a drive's temperatures: that of its TPDO2."""
+    return 0x280 + node
+
+
+def stop_input_id(node: int) -> int:
+    """COB-ID of the digital inputs of the drive with the stop switch: that of its TPDO3."""
+    return 0x380 + node
+
+
+def received_ids(drives: CanopenDrivesSection) -> set[int]:
+    """COB-IDs of all PDOs that the drives receive."""
+    slots = range(len(drives.node_ids))
+    return {p.cob_id for slot in slots for p in wiring(drives, slot).received}
+
+
+def settings(wanted: Wiring, node: int) -> list[tuple[Object, int]]:
+    """Writes, in order, that give a drive its PDOs (PRE-OPERATIONAL only).
+
+    Order of CiA 301: PDO off, mapping emptied, filled and closed, type, PDO on.
+    """
+    writes = []
+    for communication, mapping, base, pdos in (
+        (0x1400, 0x1600, 0x200, wanted.received),
+        (0x1800, 0x1A00, 0x180, wanted.sent),
+    ):
+        for number in range(PDOS_PER_DRIVE):
+            pdo = pdos[number] if number < len(pdos) else None
+            off = (pdo.cob_id if pdo else base + 0x100 * number + node) | _INVALID
+            flags = _NO_RTR if communication == 0x1800 else 0
+            writes.append((Object(communication + number, 1), off | flags))
+            if pdo is None:
+                continue
+            entries = [(Object(mapping + number, i), e.mapping) for i, e in _numbered(pdo)]
+            writes += [(Object(mapping + number, 0), 0), *entries]
+            writes.append((Object(mapping + number, 0), len(entries)))
+            writes.append((Object(communication + number, 2), pdo.transmission))
+            if pdo.event_ms:
+                writes.append((Object(communication + number, 5), pdo.event_ms))
+            writes.append((Object(communication + number, 1), pdo.cob_id | flags))
+    return writes
+
+
+def _numbered(pdo: Pdo) -> Sequence[tuple[int, Object]]:
+    return list(enumerate(pdo.entries, 1))
+
+
+class GroupFrames:
+    """Commands and torques as shared torque frames; controlwords travel alone, on change."""
+
+    def __init__(self, drives: CanopenDrivesSection, fd: bool) -> None:
+        groups = -(-len(drives.node_ids) // GROUP_SIZE)
+        self._torques = [message(group_id(g), _TORQUE_GROUP.size, fd) for g in range(groups)]
+        self._padding = (0,) * (groups * GROUP_SIZE - len(drives.node_ids))
+        self._commands = [message(0x300 + node, _COMMAND.size, fd) for node in drives.node_ids]
+
+    def command(self, slot: int, controlword: int) -> can.Message | None:
+        """The frame that gives one drive its controlword at once."""
+        frame = self._commands[slot]
+        _COMMAND.pack_into(frame.data, 0, controlword, TORQUE_MODE)
+        return frame
+
+    def torques(self, permille: Sequence[int], controlwords: Sequence[int]) -> list[can.Message]:
+        """The cycle's torque frames, for torques in per mille of each drive's rated torque."""
+        padded = (*permille, *self._padding)
+        for i, frame in enumerate(self._torques):
+            _TORQUE_GROUP.pack_into(frame.data, 0, *padded[GROUP_SIZE * i : GROUP_SIZE * (i + 1)])
+        return self._torques
+
+
+class DriveFrames:
+    """Commands and torques as one frame for each drive."""
+
+    def __init__(self, drives: CanopenDrivesSection, fd: bool) -> None:
+        self._frames = [
+            message(0x200 + node, _COMMAND_AND_TORQUE.size, fd) for node in drives.node_ids
+        ]
+
+    def command(self, slot: int, controlword: int) -> can.Message | None:
+        """None: the controlword goes with the next torque."""
+        return None
+
+    def torques(self, permille: Sequence[int], controlwords: Sequence[int]) -> list[can.Message]:
+        """The cycle's frames, for torques in per mille of each drive's rated torque."""
+        for frame, word, torque in zip(self._frames, controlwords, permille, strict=True):
+            _COMMAND_AND_TORQUE.pack_into(frame.data, 0, word, torque)
+        return self._frames
+
+
+def frames(drives: CanopenDrivesSection, fd: bool) -> GroupFrames | DriveFrames:
+    """The encoder of the configured wiring."""
+    return GroupFrames(drives, fd) if drives.wiring == "group_pdos" else DriveFrames(drives, fd)
+
+
+def message(cob_id: int, length: int, fd: bool) -> can.Message:
+    """A frame to be filled and sent again and again.
+
+    Args:
+        cob_id: its identifier.
+        length: data bytes.
+        fd: a CAN FD frame with bit-rate switch.
+    """
+    return can.Message(
+        arbitration_id=cob_id,
+        is_extended_id=False,
+        data=bytearray(length),
+        is_fd=fd,
+        bitrate_switch=fd,
+        check=True,
+    )

@@ -1,0 +1,192 @@
+"""The command `wamctl`."""
+
+import json
+import logging
+import sys
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+from datetime import datetime
+from functools import partial
+from pathlib import Path
+from types import TracebackType
+from typing import Annotated, TypeVar
+
+import typer
+
+from wamctl.arm.errors import UserError
+from wamctl.bench import Bench, bench
+from wamctl.check import Check, check
+from wamctl.errors import UsageError
+from wamctl.home import home
+from wamctl.monitor import monitor
+from wamctl.printout import print_bench, print_check, print_summary
+from wamctl.runtime.excite import Order, Summary, excite
+from wamctl.runtime.preflight import Prepared, load_arm, prepare
+from wamctl.runtime.session import Connection, Place
+
+app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
+
+Config = Annotated[str, typer.Option(help="the arm's file, or the name of a shipped one")]
+Bus = Annotated[
+    str | None, typer.Option(help="sim, or INTERFACE:CHANNEL; unset: the configuration's bus")
+]
+Trajectory = Annotated[
+    Path | None, typer.Option(help="trajectory file; unset: the configuration's")
+]
+Seed = Annotated[int, typer.Option(min=0, help="which simulated arm, and which chance")]
+Json = Annotated[bool, typer.Option("--json", help="print the result as JSON")]
+Debug = Annotated[bool, typer.Option(help="show where an error came from")]
+R = TypeVar("R", Summary, Bench, Check)
+
+
+@app.callback()
+def _main() -> None:
+    """Drive a torque-controlled arm over CAN, and log what it does."""
+
+
+@app.command("excite")
+def _excite(
+    config: Config,
+    bus: Bus = None,
+    trajectory: Trajectory = None,
+    lockstep: Annotated[bool, typer.Option(help="simulated time, as fast as possible")] = False,
+    out: Annotated[Path | None, typer.Option(help="the log to write")] = None,
+    seed: Seed = 0,
+    yes_move_the_arm: Annotated[
+        str, typer.Option(metavar="NAME", help="the arm's name, instead of typing it")
+    ] = "",
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Run the experiment: check, enable, move, excite, return, disable, and write the log."""
+    with _reported(debug):
+        prepared = prepare(config, trajectory)
+        file = prepared.arm.file
+        place = Place(prepared.path, prepared.arm, bus or file.bus.channel, lockstep, seed)
+        log = out or Path(f"{file.arm}-{datetime.now():%Y%m%d-%H%M%S}.mcap")
+        confirm = partial(_confirm, prepared, yes_move_the_arm)
+        summary = excite(Order(prepared, place, log, confirm))
+        _print(summary, print_summary, as_json)
+
+
+@app.command("bench")
+def _bench(
+    config: Config,
+    bus: Bus = None,
+    seconds: Annotated[float, typer.Option(min=1.0, help="how long to measure [s]")] = 20.0,
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Measure the loop's punctuality beside a bare timer's; the drives stay disabled."""
+    with _reported(debug):
+        path, arm = load_arm(config)
+        measured = bench(Place(path, arm, bus or arm.file.bus.channel), seconds)
+        _print(measured, print_bench, as_json)
+
+
+@app.command("check")
+def _check(
+    config: Config,
+    bus: Annotated[
+        str | None, typer.Option(help="sim, or INTERFACE:CHANNEL; unset: no drive is asked")
+    ] = None,
+    trajectory: Trajectory = None,
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Say everything that can be said without motion: limits, collisions, bus load, drives."""
+    with _reported(debug):
+        prepared = prepare(config, trajectory)
+        place = Place(prepared.path, prepared.arm, bus) if bus else None
+        _print(check(prepared, place), print_check, as_json)
+
+
+@app.command("monitor")
+def _monitor(
+    config: Config,
+    bus: Bus = None,
+    seconds: Annotated[
+        float | None, typer.Option(min=0.0, help="how long [s]; unset: until a key is pressed")
+    ] = None,
+    debug: Debug = False,
+) -> None:
+    """Show joints and drives, live; the drives stay disabled."""
+    with _reported(debug):
+        path, arm = load_arm(config)
+        monitor(Place(path, arm, bus or arm.file.bus.channel), seconds)
+
+
+@app.command("home")
+def _home(config: Config, bus: Bus = None, debug: Debug = False) -> None:
+    """Find the arm's zero: the operator holds it in its home pose; the drives stay disabled."""
+    with _reported(debug):
+        path, arm = load_arm(config)
+        place = Place(path, arm, bus or arm.file.bus.channel)
+        for line in home(place, lambda text: typer.prompt(text, default="", err=True)):
+            typer.echo(line)
+
+
+def _confirm(prepared: Prepared, given: str, connection: Connection) -> None:
+    """Let the operator type the arm's name, unless the arm is the simulated one of this project."""
+    name, channel = prepared.arm.file.arm, connection.channel
+    for note in connection.notes:
+        typer.echo(f"note: {note}", err=True)
+    if channel.is_embedded:
+        return
+    if not given and sys.stdin.isatty():
+        seconds = prepared.excitation.t[-1]
+        typer.echo(
+            f"The arm {name} on {channel} will move for about {seconds:.0f} s. Keep everybody out "
+            "of its reach, and a hand on the emergency stop. Any key stops it.",
+            err=True,
+        )
+        given = typer.prompt("Type the arm's name to go on", err=True)
+    if given != name:
+        raise UsageError(
+            f"The arm does not move: {given!r} is not its name, which the operator must type or "
+            f"give with --yes-move-the-arm {name}."
+        )
+
+
+def _print(result: R, in_words: Callable[[R], None], as_json: bool) -> None:
+    if as_json:
+        content = result.figures() if isinstance(result, Summary) else asdict(result)
+        typer.echo(json.dumps(content, indent=2))
+    else:
+        in_words(result)
+
+
+@contextmanager
+def _reported(debug: bool) -> Iterator[None]:
+    """End the command with one sentence and its exit code."""
+    if not debug:
+        logging.getLogger("canopen").addHandler(logging.NullHandler())
+        logging.getLogger("canopen").propagate = False
+    try:
+        yield
+    except typer.Abort as error:
+        typer.echo("The operator gave no answer, so that nothing was done.", err=True)
+        raise typer.Exit(UsageError.exit_code) from error
+    except UserError as error:
+        if debug:
+            traceback.print_exc()
+        typer.echo(str(error), err=True)
+        raise typer.Exit(error.exit_code) from error
+
+
+def _on_bug(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+    """A bug's one sentence; Python's exit status for it is 1."""
+    if "--debug" in sys.argv:
+        sys.__excepthook__(kind, error, trace)
+        return
+    sys.stderr.write(
+        f"wamctl has a bug ({kind.__name__}: {error}). Run it with --debug and report the trace.\n"
+    )
+
+
+def main() -> None:
+    """Entry point of the console script."""
+    sys.excepthook = _on_bug
+    app()

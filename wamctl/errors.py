@@ -1,0 +1,88 @@
+"""How a command of wamctl ends when it cannot do its work: one sentence and an exit code."""
+
+from wamctl.arm.errors import UserError
+
+
+class UsageError(UserError):
+    """The command was called in a way that it cannot serve; the message is the whole sentence."""
+
+    exit_code = 2
+
+
+class BusError(UserError):
+    """The bus or a drive on it cannot be used; the message is the whole sentence."""
+
+    exit_code = 4
+
+
+class DrivesError(BusError):
+    """Drives that did not pass their set-up; `faults` lists every fault of every drive."""
+
+    def __init__(self, channel: str, faults: list[str]) -> None:
+        self.channel = channel
+        self.faults = faults
+        super().__init__(channel, faults)
+
+    def __str__(self) -> str:
+        if len(self.faults) == 1:
+            return f"{self.faults[0]} (bus {self.channel}). No drive was enabled."
+        lines = "\n".join(f"  - {fault}" for fault in self.faults)
+        return f"{len(self.faults)} faults on bus {self.channel}; no drive was enabled:\n{lines}"
+
+
+class RefusalError(UserError):
+    """The arm stays where it is: the motion to come would break limits, listed in `faults`."""
+
+    exit_code = 5
+
+    def __init__(self, what: str, faults: list[str]) -> None:
+        self.what = what
+        self.faults = faults
+        super().__init__(what, faults)
+
+    def __str__(self) -> str:
+        head = f"{self.what} is refused, and no drive was enabled"
+        if len(self.faults) == 1:
+            return f"{head}: {self.faults[0]}."
+        return f"{head}; {len(self.faults)} faults:\n" + "\n".join(f"  - {f}" for f in self.faults)
+
+
+class StopError(UserError):
+    """The running experiment was ended before its time.
+
+    Attributes:
+        cause: who did what, with value, unit and bound.
+        brakes: whether drives and readings can still be trusted, so that the arm can be braked.
+        at_s: time since the first SYNC [s], set by the loop.
+        phase: what the arm was doing, set by the loop.
+        outcome: what was done about it, set by the experiment.
+    """
+
+    exit_code = 5
+
+    def __init__(self, cause: str, brakes: bool = True) -> None:
+        super().__init__(cause)
+        self.cause = cause
+        self.brakes = brakes
+        self.at_s = 0.0
+        self.phase = ""
+        self.outcome = ""
+
+    def __str__(self) -> str:
+        when = f"{self.at_s:.3f} s after the first SYNC"
+        return f"{self.cause}, {when} in phase {self.phase!r}: {self.outcome}."
+
+
+class SafetyStopError(StopError):
+    """A limit, the operator, or the log ended the experiment."""
+
+    exit_code = 5
+
+
+class BusStopError(StopError):
+    """A drive or the bus ended the experiment."""
+
+    exit_code = 4
+
+    def __init__(self, cause: str) -> None:
+        super().__init__(cause, brakes=False)

@@ -1,0 +1,1 @@
+"""The experiment: clock, loop, safety, logging and its phases."""

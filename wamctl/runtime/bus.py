@@ -1,0 +1,71 @@
+"""Opening a CAN bus from its word, `INTERFACE:CHANNEL`."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import can
+
+from wamctl.arm.config import BusSection
+from wamctl.errors import BusError, UsageError
+
+EMBEDDED = "sim"
+_SIMULATED_ONLY = frozenset({"simbus", "virtual", "udp_multicast"})
+_HINT = "`--bus sim` runs the simulated arm and needs no hardware"
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A bus by python-can's words."""
+
+    interface: str
+    name: str
+
+    def __str__(self) -> str:
+        return f"{self.interface}:{self.name}"
+
+    @property
+    def may_lockstep(self) -> bool:
+        """Whether only simulated drives can be there, which do not mind a bus without a clock."""
+        return self.interface in _SIMULATED_ONLY or self.name.startswith(("vcan", "vxcan"))
+
+    @property
+    def is_embedded(self) -> bool:
+        """Whether it is the simulated bus that this project brings along."""
+        return self.interface == "simbus"
+
+
+def parse_channel(word: str) -> Channel:
+    """The bus that a word names.
+
+    Raises:
+        UsageError: not of the form INTERFACE:CHANNEL, or no such interface.
+    """
+    interface, colon, name = word.partition(":")
+    if not (interface and colon and name):
+        raise UsageError(
+            f"bus {word!r} is neither `sim` nor INTERFACE:CHANNEL, such as socketcan:can0; {_HINT}."
+        )
+    if interface not in can.VALID_INTERFACES:
+        known = ", ".join(sorted(can.VALID_INTERFACES))
+        raise UsageError(
+            f"bus {word!r}: python-can has no interface {interface!r} (it has {known})."
+        )
+    return Channel(interface, name)
+
+
+def open_bus(channel: Channel, section: BusSection) -> can.BusABC:
+    """The open bus.
+
+    Raises:
+        BusError: it is not there or refuses.
+    """
+    settings: dict[str, Any] = {"bitrate": round(section.bitrate_bit_s)}
+    if section.is_fd:
+        settings |= {"fd": True, "data_bitrate": section.data_bitrate_bit_s}
+    if channel.interface == "udp_multicast":
+        settings["hop_limit"] = 0  # stays on this machine
+    try:
+        return can.Bus(interface=channel.interface, channel=channel.name, **settings)
+    except (can.CanError, OSError, ValueError, ImportError) as error:
+        reason = str(error).rstrip(".") or type(error).__name__
+        raise BusError(f"Bus {channel} cannot be opened ({reason}); {_HINT}.") from error

@@ -1,0 +1,22 @@
+"""What the arm is doing."""
+
+from enum import IntEnum
+
+
+class Phase(IntEnum):
+    """Phases of the experiment, in their order; the last two end it early."""
+
+    WAKE = 0
+    ENABLE = 1
+    APPROACH = 2
+    EXCITE = 3
+    RETURN = 4
+    RELEASE = 5
+    DISABLE = 6
+    BRAKE = 7
+    CUT_OFF = 8
+
+    @property
+    def word(self) -> str:
+        """The phase in lower case, for sentences."""
+        return self.name.lower().replace("_", " ")

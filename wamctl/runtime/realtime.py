@@ -1,0 +1,64 @@
+"""What the operating system can do for punctuality, and what to type where it does not."""
+
+import ctypes
+import gc
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+PRIORITY = 45  # above the simulated arm's, below the kernel's own threads
+_LOCK_CURRENT, _LOCK_FUTURE = 1, 2
+
+
+@dataclass(frozen=True)
+class Grants:
+    """What the system granted.
+
+    Attributes:
+        scheduling: in words.
+        memory_locked: whether pages stay in memory.
+        advice: what the operator can type for what is missing.
+    """
+
+    scheduling: str
+    memory_locked: bool
+    advice: tuple[str, ...]
+
+
+@contextmanager
+def punctual(real_time: bool) -> Iterator[Grants]:
+    """Real-time scheduling, locked memory and no garbage collection, until the block is left.
+
+    Children are started with ordinary scheduling.
+
+    Args:
+        real_time: ask the system for it; otherwise only the garbage collection is held.
+    """
+    grants = _ask() if real_time else Grants("ordinary", False, ())
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    try:
+        yield grants
+    finally:
+        gc.enable()
+        gc.unfreeze()
+        if grants.scheduling != "ordinary":
+            os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+        if grants.memory_locked:
+            ctypes.CDLL(None).munlockall()
+
+
+def _ask() -> Grants:
+    advice, scheduling = [], f"SCHED_FIFO {PRIORITY}"
+    try:
+        policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
+        os.sched_setscheduler(0, policy, os.sched_param(PRIORITY))
+    except PermissionError:
+        scheduling = "ordinary"
+        advice.append(f"real-time priority: sudo prlimit --pid $$ --rtprio={PRIORITY}:{PRIORITY}")
+    locked = ctypes.CDLL(None).mlockall(_LOCK_CURRENT | _LOCK_FUTURE) == 0
+    if not locked:
+        advice.append("locked memory: sudo prlimit --pid $$ --memlock=unlimited:unlimited")
+    return Grants(scheduling, locked, tuple(advice))
