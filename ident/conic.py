@@ -1,10 +1,12 @@
 """Quadratic objectives over cones, handed to Clarabel as matrices without a modelling layer."""
 
+# pyright: reportAttributeAccessIssue=false
+
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import clarabel
+import clarabel  # ships no types
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse

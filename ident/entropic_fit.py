@@ -9,12 +9,11 @@ log(x / x0) - 1 with the size x0 of its OLS value keeps it positive.
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.feasible_fit import free_moves
 from ident.feasible_set import LinkSize, link_places, links_of
 from ident.parameters import NON_NEGATIVE
 from ident.problem import Estimate, Problem, least_error, ordinary, with_beta
@@ -158,30 +157,6 @@ def _step_length(cost: Callable[[Array], float], v: Array, step: Array, decremen
     while length > _SHORTEST and cost(v + length * step) > now - 0.1 * length * decrement:
         length /= 2
     return length
-
-
-def nearest_to_cad(problem: Problem, estimate: Estimate) -> Estimate:
-    """The same beta with the delta that lies nearest to CAD, among the many that map to it, (45).
-
-    An estimate on the very edge of the possible has no room to move and stays as it is.
-    """
-    coordinates = _coordinates(problem)
-    if estimate.delta is None:
-        return estimate
-    v = np.linalg.solve(coordinates.T, estimate.delta)
-    moves = np.linalg.solve(coordinates.T, free_moves(problem.base))
-    if not np.isfinite(_prior_value(v, coordinates)):
-        return estimate
-    for _ in range(_MOST_STEPS):
-        g, H = _prior_slopes(v, coordinates)
-        g = moves.T @ g
-        step = _newton_step(moves.T @ H @ moves, g)
-        decrement = float(-g @ step)
-        if decrement < _DECREMENT:
-            break
-        length = _step_length(lambda at: _prior_value(at, coordinates), v, moves @ step, decrement)
-        v = v + length * moves @ step
-    return replace(estimate, delta=coordinates.T @ v)
 
 
 def _prior_value(v: Array, coordinates: _Coordinates) -> float:

@@ -20,10 +20,13 @@ from wamctl.arm.errors import DataError
 Array = NDArray[np.floating]
 
 TIE_BREAK = 1e-11
-"""Weight of the distance to CAD: it decides only among the many delta of one beta, (45)."""
+"""Weight of the distance to CAD: it keeps the solver from wandering where the data say nothing."""
 
 _ACTIVE = 1e-5
 _ATTEMPTS = 4
+_RIDGE = 1e-14
+_CAD_WEIGHT = 1e-10
+_SMALLEST_COST = 1e-6
 _SMALLEST_FRICTION = 1e-3
 
 
@@ -65,13 +68,39 @@ def _solved(problem: Problem, prior_weight: float) -> Estimate:
     error = least_error(problem)
     G = problem.R[:-1, :-1] @ (base.K * scale)
     known = np.array([prior_weight if p.kind == "inertial" else 0.0 for p in parameters])
-    P = 2 * (G.T @ G) / error + 2 * np.diag(known + TIE_BREAK * 1e-3)
+    P = 2 * (G.T @ G) / error + 2 * np.diag(known + _RIDGE)
     c = 2 * known * (start - problem.prior) / scale
     inside = [replace(k, A=k.A * scale, b=k.b - k.A @ start) for k in problem.constraints]
     found = solve(P, c, inside, "The feasible fit")
     delta = start + scale * found.x
     active = active_constraints(problem.constraints, found, error)
     return Estimate(base.K @ delta, delta, active, found.status, found.seconds)
+
+
+def nearest_to_cad(problem: Problem, estimate: Estimate) -> Estimate:
+    """The possible model nearest to CAD among those that fit as the estimate does, (45).
+
+    Moving beta costs its squared torque, relative to the OLS error, over a tiny weight: beta stays
+    but for a change far below its standard error, and CAD decides what the data leave open. Where
+    the solver finds none, the estimate stays.
+    """
+    if estimate.delta is None:
+        return estimate
+    base = problem.base
+    scale = parameter_scale(base.parameters, problem.sizes)
+    G = problem.R[:-1, :-1] @ (base.K * scale)
+    known = np.array([p.kind == "inertial" for p in base.parameters], dtype=float)
+    P = 2 * (G.T @ G) / (least_error(problem) * _CAD_WEIGHT) + 2 * np.diag(known + _SMALLEST_COST)
+    c = 2 * known * (estimate.delta - problem.prior) / scale
+    inside = [replace(k, A=k.A * scale, b=k.b - k.A @ estimate.delta) for k in problem.constraints]
+    try:
+        found = solve(P, c, inside, "The nearest model to CAD")
+    except DataError:
+        return estimate
+    delta = estimate.delta + scale * found.x
+    if not holds(problem.constraints, delta):
+        return estimate
+    return replace(estimate, beta=base.K @ delta, delta=delta)
 
 
 def free_moves(base: BaseMap) -> Array:

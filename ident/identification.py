@@ -12,9 +12,9 @@ from ident.assessment import Assessment, assess
 from ident.culling import Sweep, sweep
 from ident.dataset import Dataset
 from ident.delay import Delay, delay
-from ident.entropic_fit import nearest_to_cad
 from ident.estimators import ESTIMATORS, wanted_estimators
 from ident.evidence import Evidence, gather
+from ident.feasible_fit import nearest_to_cad
 from ident.held_out import HeldOut, check_held_out
 from ident.identifiability import Identifiability, identifiability
 from ident.model import BaseParameter, Filter, Model

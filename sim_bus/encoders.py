@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from sim_bus.plant import Plant
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 
 class Encoders:

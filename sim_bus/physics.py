@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from sim_bus.truth import Truth
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 
 @dataclass

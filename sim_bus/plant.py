@@ -10,7 +10,7 @@ from sim_bus.physics import Moment, Physics
 from sim_bus.time_step import Passive, step
 from wamctl.arm.robot import Robot, with_parameters
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 _NS = 1e-9
 

@@ -10,7 +10,7 @@ from sim_bus.encoders import Encoders
 from sim_bus.frame import Frame
 from sim_bus.plant import Plant
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 
 class Node(Protocol):

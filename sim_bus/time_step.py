@@ -12,7 +12,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 _MOST_CHANGES = 200
 _RIDGE = 1e-12  # keeps frictions that hold the same joints apart
@@ -56,10 +56,13 @@ def step(
         torque: applied to the joints [N m], shape (n,).
         passive: what resists motion, but for dry friction's strength.
         friction: lower bounds, upper bounds and present values of all dry frictions [N m], those
-            of the joints first, shape (3, n + k); the values are overwritten.
+            of the joints first, shape (3, n + k); the values are overwritten, whether they kept the
+            bounds or not.
         h: time step [s].
     """
     n = torque.shape[0]
+    for r in range(friction.shape[1]):
+        friction[2, r] = min(max(friction[2, r], friction[0, r]), friction[1, r])
     linear, stops = passive.linear, passive.stops
     a = np.empty((n, n))
     push = np.empty(n)
@@ -202,7 +205,6 @@ def _find_friction(g: Array, speed: Array, lower: Array, upper: Array, f: Array)
     rows = f.shape[0]
     free = np.empty(rows, dtype=np.bool_)
     for r in range(rows):
-        f[r] = min(max(f[r], lower[r]), upper[r])
         free[r] = lower[r] < f[r] < upper[r]
     for _ in range(_MOST_CHANGES):
         stopped = _go_towards_rest(g, speed, lower, upper, f, free)

@@ -11,7 +11,7 @@ from wamctl.arm.config import SimulationSection, TransmissionSection
 from wamctl.arm.inertial import from_pseudo_inertia, pseudo_inertia
 from wamctl.arm.robot import Robot, cad_parameters
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

@@ -41,7 +41,7 @@ class CoupledInertia:
         qdd = seen.qdd[:, list(hypothesis.joints)]
         columns = np.zeros((*qdd.shape, len(hypothesis.coefficients)))
         columns[:, :, 0] = qdd[:, ::-1]
-        for k in range(1, columns.shape[2]):
+        for k in range(1, len(hypothesis.coefficients)):
             columns[:, k - 1, k] = qdd[:, k - 1]
         return columns
 

@@ -1,5 +1,6 @@
-"""The interface of an effect: what the catalogue knows of one thing that a rigid-body model can miss."""
+"""The interface of an effect: what is known of one thing that a rigid-body model can miss."""
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -11,7 +12,7 @@ from ident.effects.slope import Slopes, torque_slopes
 from ident.simulation.arm import SimulatedArm
 from ident.simulation.chain import Chain
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 Direction = Callable[[int, Array], Array]
 
 
@@ -47,10 +48,10 @@ class ArmFacts:
 
     @property
     def coupled_pairs(self) -> tuple[tuple[int, int], ...]:
-        """Pairs of moving joints that share a motor, from 0; neighbours where the motors are unknown."""
+        """Pairs of moving joints that share a motor, from 0; neighbours if motors are unknown."""
         if self.motor_from_joint is None or not self._differentials():
             joints = self.moving_joints
-            return tuple((a, b) for a, b in zip(joints, joints[1:], strict=False) if b == a + 1)
+            return tuple((a, b) for a, b in itertools.pairwise(joints) if b == a + 1)
         return self._differentials()
 
     def _differentials(self) -> tuple[tuple[int, int], ...]:
@@ -190,9 +191,9 @@ class Effect(Protocol):
         contains: effects that are special cases of it.
         experiment: motion that tells it from them.
         compares: whether it shows only against a model that was trusted before.
-        exact: whether its equation leaves no freedom of form; what an inexact one leaves may be form.
+        exact: whether its equation leaves no freedom of form; else what is left may be form.
         smooth: whether its columns vary no faster than the links move, so that a lower rate does.
-        uses: what of the present model its columns depend on: `direction` of friction, `model` torque.
+        uses: what its columns depend on: `direction` of friction, `model` torque.
         settings: what shapes its columns.
     """
 

@@ -52,7 +52,7 @@ class NonlinearViscous:
         return (np.sign(qd) * np.abs(qd) ** power)[:, None, None]
 
     def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
-        """A drag; sub-linear ones act on the Coulomb level, since their slope at rest is infinite."""
+        """A drag; sub-linear ones act on the Coulomb level: their slope at rest is infinite."""
         settings = (values[0], hypothesis.settings["power"])
         return replace(arm, terms=(*arm.terms, Term(_drag, hypothesis.joints[0], settings)))
 

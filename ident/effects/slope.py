@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ident.simulation.chain import Chain, torques
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 _STEP = 1e-6
 
@@ -41,7 +41,8 @@ def torque_slopes(
     """The slopes along a motion.
 
     Args:
-        chain, delta: the model.
+        chain: kinematics and gravity.
+        delta: inertial parameters.
         motion: position, velocity and acceleration, each of shape (S, n).
         torque: the model's torque on it [N m], shape (S, n).
         joint: from 0.

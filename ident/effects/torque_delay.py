@@ -27,7 +27,11 @@ class TorqueDelay:
     exact = False
     smooth = False
     uses = ()
-    settings = (Setting("about", "s", (-0.01, -0.004, 0.002, 0.004, 0.01, 0.02), -0.05, 0.05, reported=False),)
+    settings = (
+        Setting(
+            "about", "s", (-0.01, -0.004, 0.002, 0.004, 0.01, 0.02), -0.05, 0.05, reported=False
+        ),
+    )
 
     def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
         """All joints alike, and each joint alone, about several delays."""

@@ -29,11 +29,11 @@ class TorqueGain:
         return [Hypothesis(self.id, (j,), (j,), error) for j in arm.moving_joints]
 
     def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
-        """The joint's rigid-body torque; friction's share is absorbed by friction's own parameters."""
+        """The joint's rigid-body torque; friction's own parameters absorb friction's share."""
         return seen.load[:, hypothesis.joints[0]][:, None, None]
 
     def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
-        """A drive that gives another share of the command; friction was fitted in commanded torque."""
+        """A drive that gives another share of the command, in which friction was fitted."""
         j = hypothesis.joints[0]
         gain, viscous, coulomb = arm.gain.copy(), arm.viscous.copy(), arm.coulomb.copy()
         gain[j] /= 1.0 + values[0]

@@ -1,4 +1,4 @@
-"""Constant torque offset, which moving data cannot tell from Coulomb friction with unequal directions."""
+"""Constant torque offset; moving data cannot tell it from direction-dependent Coulomb friction."""
 
 from dataclasses import replace
 

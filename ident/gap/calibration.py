@@ -27,7 +27,7 @@ from ident.gap.table import FOLDS, Nominal, Table, nominal, tabulate
 from ident.simulation.arm import simulated_arm
 from wamctl.arm.errors import DataError
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 Tell = Callable[[str], None]
 
 _CHANCE_DRAWS = 100
@@ -127,7 +127,7 @@ def _with_chance(
 def _disturbance(
     rows: Nominal, left: Sequence[Residual], log: int, data: Dataset, rng: np.random.Generator
 ) -> Array:
-    """Torque noise with the sliding residual's size and spectrum, at the recording's rate, shape (S, n)."""
+    """Torque noise of the sliding residual's size and spectrum, at the log's rate, shape (S, n)."""
     samples = max(len(s.q) for s in data.segments)
     hop = rows.windows.hop
     count = samples // hop + 2

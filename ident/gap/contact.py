@@ -11,7 +11,7 @@ from ident.gap.region import Region
 from ident.gap.residual import residuals
 from ident.gap.table import FOLDS, Nominal, Table
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 _LENGTHS_S = (0.25, 0.5, 1.0, 2.0, 4.0)
 _ROUNDS = 2

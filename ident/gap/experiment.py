@@ -17,12 +17,12 @@ from ident.parameters import Terms
 from ident.recordings import arm_of
 from ident.simulation.chain import chain_of
 from ident.simulation.loop import Controller, Wire
-from wamctl.arm.config import ArmFile, RobotFile, load_robot_file, validate
+from wamctl.arm.config import ArmFile, PuckDrivesSection, RobotFile, load_robot_file, validate
 from wamctl.arm.errors import ConfigurationError
 from wamctl.arm.recording import Recording, read_recording
 from wamctl.arm.robot import cad_parameters
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 _CONFIG = "config.yaml"
 _PER_MILLE = 1e-3
@@ -40,7 +40,7 @@ class Experiment:
     """
 
     arm: Arm
-    file: RobotFile | None
+    file: RobotFile | ArmFile | None
     recordings: tuple[Recording, ...]
     datasets: tuple[Dataset, ...]
 
@@ -85,7 +85,7 @@ def experiment(
     return Experiment(arm, _file(recordings[0], names[0], robot), tuple(recordings), data)
 
 
-def _file(recording: Recording, name: str, robot: Path | None) -> RobotFile | None:
+def _file(recording: Recording, name: str, robot: Path | None) -> RobotFile | ArmFile | None:
     if robot is not None and robot.suffix in (".yaml", ".yml"):
         return load_robot_file(robot)
     if _CONFIG not in recording.attachments:
@@ -95,8 +95,9 @@ def _file(recording: Recording, name: str, robot: Path | None) -> RobotFile | No
         content = yaml.safe_load(recording.attachments[_CONFIG])
     except yaml.YAMLError as error:
         raise ConfigurationError(source, [f"not valid YAML ({error})"]) from error
-    full = isinstance(content, dict) and "drives" in content
-    return validate(ArmFile if full else RobotFile, content, source)
+    if isinstance(content, dict) and "drives" in content:
+        return validate(ArmFile, content, source)
+    return validate(RobotFile, content, source)
 
 
 def base_columns(source: Experiment) -> NDArray[np.int64]:
@@ -146,9 +147,13 @@ def wire_of(source: Experiment) -> Wire | None:
     if not isinstance(source.file, ArmFile):
         return None
     drives = source.file.drives
+    if isinstance(drives, PuckDrivesSection):
+        step_nm = 1.0 / np.array(drives.torque_units_per_nm)
+    else:
+        step_nm = _PER_MILLE * np.array(drives.rated_torque_nm)
     return Wire(
         np.array(source.file.transmission.motor_from_joint),
         np.array(drives.counts_per_revolution, dtype=float),
-        _PER_MILLE * np.array(drives.rated_torque_nm),
+        step_nm,
         source.file.bus.period_s,
     )

@@ -10,7 +10,7 @@ from ident.simulation.chain import chain_of, torques
 from wamctl.arm.recording import Recording
 from wamctl.arm.robot import cad_parameters
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 _FAST_STEPS = (
     12.0  # a sample-to-sample move of so many smallest ones shows a lost or repeated sample
@@ -78,7 +78,7 @@ def _samples(recording: Recording, name: str) -> list[Fault]:
     if count < max(_LEAST_EVENTS, _SHARE * len(step)):
         return []
     text = (
-        f"{name}: {repeated} samples repeat the one before them, and {jumped} times a sample is lost,"
+        f"{name}: {repeated} samples repeat the one before, and {jumped} times a sample is lost,"
         " on all moving joints at once, although the stamps are even."
     )
     return [Fault("dropped_samples", (), text, count)]
@@ -127,7 +127,7 @@ def _signs(source: Experiment, model: Array, torque: Array, power: Array) -> lis
         gain = float(np.median(known))
         if not _GAIN[0] < gain < _GAIN[1]:
             text = (
-                f"The torque is {gain:.3g} times what the arm's own weight asks for, so that its unit is"
+                f"The torque is {gain:.3g} times what the arm's own weight asks for: its unit is"
                 " wrong; give joint torque in N m."
             )
             found.append(Fault("torque_gain", (), text, gain))

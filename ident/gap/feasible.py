@@ -15,7 +15,7 @@ from ident.gap.fit import Fit, solve
 from ident.parameters import Terms
 from ident.problem import Active, Problem, prior_parameters
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 _TIE = 1e-13  # of the largest entry: keeps the triangle of a rounding-tight fit real
 
@@ -58,7 +58,7 @@ def friction_terms(arm: Arm) -> Terms:
 def possible(source: Experiment, model: Fit, base_size: int) -> Possible:
     """The possible parameters nearest to a fit, in units of its noise.
 
-    The effects' coefficients are left free; what they take part in explaining is projected off first.
+    The effects' coefficients are left free; what they explain is projected off first.
 
     Args:
         source: the arm, and where its joints were.
@@ -69,14 +69,14 @@ def possible(source: Experiment, model: Fit, base_size: int) -> Possible:
     terms = friction_terms(arm)
     base = base_map(arm.robot, terms, [posture(d) for d in source.datasets])
     n, b = arm.robot.dof, base_size
-    order = _places(base, b, n)
+    order = np.array(_places(base, b, n))
     rest = np.arange(b + 2 * n, len(model.x))
     right = model.normal @ model.x
     inner = model.normal[np.ix_(order, order)]
     target = right[order]
+    across = model.normal[np.ix_(rest, order)]
+    own = model.normal[np.ix_(rest, rest)]
     if len(rest):
-        across = model.normal[np.ix_(rest, order)]
-        own = model.normal[np.ix_(rest, rest)]
         back = solve(own, np.column_stack([across, right[rest]]))
         inner = inner - across.T @ back[:, :-1]
         target = target - across.T @ back[:, -1]
@@ -123,7 +123,7 @@ def _problem(source: Experiment, base: BaseMap, inner: Array, target: Array, row
     whole = np.block([[inner, target[:, None]], [target[None, :], np.array([[square]])]])
     values, vectors = np.linalg.eigh(whole)
     values = np.maximum(values, _TIE * values[-1])
-    triangle = np.linalg.qr(np.sqrt(values)[:, None] * vectors.T, mode="r")
+    triangle = np.linalg.qr(np.sqrt(values)[:, None] * vectors.T).R
     prior = prior_parameters(source.arm.robot, base)
     sizes = link_sizes(prior, base.parameters)
     constraints = feasible_set(base.parameters, sizes, "pseudo_inertia")

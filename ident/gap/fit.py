@@ -1,4 +1,4 @@
-"""Least squares over all joints with each joint's and region's own noise, from inner products alone."""
+"""Least squares over all joints, each joint and region with its own noise, from inner products."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ident.gap.grams import Grams
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 _ROUNDS = 6
 _SETTLED = 1e-4  # change of log sigma

@@ -1,7 +1,7 @@
-"""Structure that no effect of the catalogue has to explain: free curves of position, speed and time.
+"""Structure beyond the catalogue's effects: free curves of position, speed and time.
 
-They take no part in naming. What they still explain when the catalogue is exhausted is a gap without a
-name, and what they depend on says where to look.
+They take no part in naming. What they still explain when the catalogue is exhausted is a gap
+without a name, and what they depend on says where to look.
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ident.effects.effect import Observed
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 _KNOTS = 12
 _WAVES = 40

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,8 @@ def joint_products(
 
     Args:
         columns: shape (R, p).
-        fold, region: of each row, shape (R,).
+        fold: of each row, shape (R,).
+        region: of each row, shape (R,).
         shape: number of folds, number of regions.
     """
     p = columns.shape[1]

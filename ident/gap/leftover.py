@@ -11,7 +11,7 @@ from ident.gap.region import Region
 from ident.gap.residual import memory_of, residuals
 from ident.gap.table import Nominal, PresentModel, Table, body_step, observed
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 _RIDGE = 1e-6
 

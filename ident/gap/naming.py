@@ -15,7 +15,7 @@ from ident.gap.scan import Score
 from ident.gap.search import SEARCHED, Present, examine, extend, refined
 from ident.gap.table import FOLDS, Nominal, Table
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 _SEAT = 0.2  # of the gain: a joint with this much of it is where the effect sits
 _NEAR = 0.93  # of the leader's gain: whoever reaches it cannot be told apart

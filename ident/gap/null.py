@@ -1,8 +1,8 @@
 """Effect-free data through the identical chain: how large a gain can nothing have?
 
 Two kinds: the fitted arm simulated in closed loop, with its own controller, reference, encoder and
-torque steps, and with several ways of turning round (systematic errors of the chain); and the fitted
-model's torque with the residual's phases drawn anew (chance).
+torque steps, and with several ways of turning round (systematic errors of the chain); and the
+fitted model's torque with the residual's phases drawn anew (chance).
 """
 
 from collections.abc import Sequence
@@ -18,14 +18,14 @@ from ident.gap.experiment import Experiment
 from ident.gap.feasible import Possible
 from ident.gap.region import Region
 from ident.gap.residual import Residual
-from ident.simulation.arm import SimulatedArm, simulated_arm
+from ident.simulation.arm import SimulatedArm
 from ident.simulation.loop import Controller, Wire, run
 from wamctl.arm.recording import Recording
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 _DISTANCES = (0.0, 0.0, 2e-4, 5e-4)
-"""Presliding distances drawn for joints without presliding [rad]: what counts as the same as sticking."""
+"""Presliding distances drawn for joints without presliding [rad]: the same as sticking."""
 
 _ROOM = 2.0
 _LEAST_GAIN = 0.03
@@ -123,8 +123,8 @@ def _wanted(recording: Recording) -> tuple[Array, Array, Array] | None:
 def redrawn(residual: Residual, rng: np.random.Generator) -> Array:
     """A series with the sliding residual's spectrum and other phases, shape (R,).
 
-    Rows where the joint turns round are replaced by draws of the sliding ones first: what happens there
-    is systematic.
+    Rows where the joint turns round are first replaced by draws of the sliding ones: what happens
+    there is systematic.
     """
     values = residual.values.copy()
     if len(values) == 0:

@@ -1,4 +1,4 @@
-"""Regions of the motion whose errors differ in size: reversals, sliding, and reversals of shared motors."""
+"""Regions of motion with errors of their own size: reversals, sliding, shared motors' reversals."""
 
 from enum import IntEnum
 
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ident.gap.windows import Windows
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 
 class Region(IntEnum):
@@ -24,7 +24,7 @@ class Region(IntEnum):
 
 
 SLOW = (0.02, 0.12)
-"""Speeds below which a joint counts as turning [rad/s]: at least, and at most for wide friction curves."""
+"""Speeds below which a joint counts as turning [rad/s]: least, and most (wide friction curves)."""
 
 _WIDTHS_TO_CLEAR = 4.0
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ident.gap.fit import Fit, places
 from ident.gap.table import Table
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 _FORGOTTEN = 0.05  # correlation below which the sum ends
 

@@ -1,4 +1,4 @@
-"""Scores of all hypotheses: how much smaller each makes the residual, everything else fitted again."""
+"""Scores of all hypotheses: how much each shrinks the residual, everything else fitted again."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from ident.gap.fit import Choice, Fit, Slot, fit, places, solve
 from ident.gap.grams import Grams
 from ident.gap.table import Table
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 _EXACT_PER_PLACE = 3
 _LEAST = 0.005  # nats per sample at the present noise: what gains less is not worth an exact fit
@@ -63,8 +63,8 @@ def _reduced(grams: Grams, present: Fit, joint: int) -> tuple[Array, Array]:
     """Weighted products of a joint's reversal shapes and candidates, all else projected off.
 
     Returns:
-        products, shape (m, m), and products with the torque, shape (m,); the joint's present reversal
-        shape is not among what is projected off.
+        products, shape (m, m), and products with the torque, shape (m,); the joint's present
+        reversal shape is not among what is projected off.
     """
     layout = grams.layouts[joint]
     weight = 1 / present.sigma[joint] ** 2
@@ -86,7 +86,7 @@ def _reduced(grams: Grams, present: Fit, joint: int) -> tuple[Array, Array]:
 
 
 def turning_gains(grams: Grams, present: Fit, joint: int) -> tuple[Array, Array]:
-    """Half the drop of the weighted squares that each reversal shape brings, and its coefficient."""
+    """Half the drop of the weighted squares by each reversal shape, and its coefficient."""
     if grams.counts[joint].sum() == 0:
         none = np.zeros(grams.layouts[joint].turnings)
         return none, none
@@ -140,7 +140,7 @@ def _shortlist(table: Table, present: Fit, joint: int, accepted: int) -> list[tu
 def pair_gains(
     reduced: Array, torque: Array, turnings: int, slot: Slot, hypothesis: Hypothesis
 ) -> Array:
-    """Half the drop of the weighted squares for a hypothesis with each reversal shape, shape (T,)."""
+    """Half the drop of weighted squares for a hypothesis with each reversal shape, shape (T,)."""
     columns = turnings + slot.starts[0] + np.arange(slot.width)
     square = np.maximum(np.diag(reduced)[:turnings], 1e-300)
     across = reduced[:turnings, columns]

@@ -14,7 +14,7 @@ from ident.gap.scan import Score, choose_turnings, scan
 from ident.gap.table import Nominal, PresentModel, Table, tabulate
 from ident.gap.turning import TURNINGS, USUAL
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 SEARCHED = (0, 1)
 """Folds on which effects are looked for; the last one is held out."""

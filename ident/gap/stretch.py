@@ -1,5 +1,6 @@
 """Unbroken stretches of the recordings, smoothed and differentiated."""
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,10 +11,10 @@ from ident.dataset import Dataset, Segment
 from ident.gap.windows import Windows
 from ident.signals import Lowpass, extended, fast_length, spectrum
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 MOTION_HZ = 40.0
-"""Cut-off for position, its derivatives and torque: well above the windows', so that it only tames the encoder's steps."""
+"""Cut-off for position, its derivatives and torque: it only tames the encoder's steps."""
 
 DIRECTION_HZ = (20.0, 30.0, 45.0)
 """Cut-offs among which the velocity that friction's direction follows is chosen, joint by joint."""
@@ -51,8 +52,17 @@ class Stretch:
 
     def part(self, samples: slice, fold: int) -> "Stretch":
         """Some of the samples, as another stretch."""
-        cut = (a[samples] for a in (self.t, self.q, self.qd, self.qdd, self.tau))
-        return Stretch(self.log, fold, self.rate_hz, *cut, self.speeds[:, samples])
+        return Stretch(
+            self.log,
+            fold,
+            self.rate_hz,
+            self.t[samples],
+            self.q[samples],
+            self.qd[samples],
+            self.qdd[samples],
+            self.tau[samples],
+            self.speeds[:, samples],
+        )
 
 
 def stretches(datasets: Sequence[Dataset], windows: Windows) -> list[Stretch]:
@@ -109,5 +119,5 @@ def _blocks(whole: Stretch, windows: Windows) -> list[Stretch]:
     edges = np.linspace(0, hops, min(count, max(3, hops // 6)) + 1).astype(int) * windows.hop
     return [
         whole.part(slice(int(a), int(b)), i % _FOLDS)
-        for i, (a, b) in enumerate(zip(edges, edges[1:], strict=False))
+        for i, (a, b) in enumerate(itertools.pairwise(edges))
     ]

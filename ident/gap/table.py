@@ -1,4 +1,4 @@
-"""From stretches to inner products: the nominal columns, the reversal shapes, and the candidates."""
+"""From stretches to inner products: nominal columns, reversal shapes, and candidates."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -17,7 +17,7 @@ from ident.gap.windows import Windows
 from ident.simulation.chain import torques
 from ident.simulation.regressor import regressor
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 FOLDS = 3
 _BODY_RATE_HZ = 100.0
@@ -240,7 +240,7 @@ def _extra_columns(
     """Windowed columns of all hypotheses in one stretch, per joint, shape (R, extra)."""
     s, windows = rows.stretches[stretch], rows.windows
     count = len(rows.torque[stretch])
-    found = [np.zeros((count, w)) for w in widths]
+    found: list[Array] = [np.zeros((count, w)) for w in widths]
     if not hypotheses:
         return found
     views = _Views(s, model, windows)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ident.gap.stretch import DIRECTION_HZ
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 _WIDTHS = (0.001, 0.002, 0.003, 0.0045, 0.0065, 0.009, 0.013, 0.018, 0.026, 0.035)
 

@@ -1,8 +1,8 @@
 """Final values of the effects' parameters, and how sure they are.
 
-Coefficients and settings are estimated together: one Gauss-Newton step from the search's solution, on all
-data. Their covariance is the cluster-robust one, scores summed over blocks of time and all joints, since
-residuals of neighbouring rows are alike.
+Coefficients and settings are estimated together: one Gauss-Newton step from the search's solution,
+on all data. Their covariance is the cluster-robust one, scores summed over blocks of time and all
+joints, since residuals of neighbouring rows are alike.
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from ident.gap.fit import Fit, fit, places, solve
 from ident.gap.search import Present
 from ident.gap.table import FOLDS, Nominal, Table, tabulate
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 _BLOCK_S = 1.5
 _STEP = 0.02  # of a setting: for its derivative
@@ -98,7 +98,7 @@ def _linearised(
 def _torque(table: Table, index: int, theta: Array) -> list[Array]:
     """Torque of a hypothesis per joint, shape (R,)."""
     slot = table.slots[index]
-    found = [np.zeros(len(c)) for c in table.columns]
+    found: list[Array] = [np.zeros(len(c)) for c in table.columns]
     for j, start in zip(slot.joints, slot.starts, strict=True):
         first = table.grams.layouts[j].first_extra + start
         found[j] = table.columns[j][:, first : first + slot.width] @ theta

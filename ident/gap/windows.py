@@ -1,7 +1,7 @@
 """Averages of the equation of motion over short overlapping windows.
 
-A row of the gap's regression is the mean of (2) over a Hann window: torque and every column alike, so
-that nothing is gained or lost by the filter, and a row depends on nothing outside its window.
+A row of the gap's regression is the mean of (2) over a Hann window: torque and every column alike,
+so that nothing is gained or lost by the filter, and a row depends on nothing outside its window.
 """
 
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

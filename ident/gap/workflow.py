@@ -21,7 +21,7 @@ from ident.gap.table import Nominal, nominal, tabulate
 from ident.gap.verdict import Nameless, Verdict, decide, nameless
 from ident.gap.windows import windows_for
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 Tell = Callable[[str], None]
 
 CUTOFF_HZ = 10.0

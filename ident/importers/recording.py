@@ -15,7 +15,7 @@ from wamctl.arm.recorder import write_recording
 from wamctl.arm.recording import Command, Recording
 from wamctl.arm.robot import load_robot
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 _UNITS = {
     "rad": 1.0,

@@ -16,7 +16,7 @@ from scipy.io.matlab import MatReadError
 
 from wamctl.arm.errors import DataError
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 Name = str | int
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"

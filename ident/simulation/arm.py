@@ -1,4 +1,4 @@
-"""An arm to be simulated: the identified model, its actuators and sensors, and any effects added to it."""
+"""An arm to be simulated: the identified model, actuators, sensors, and effects added to it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ident.simulation.chain import Chain
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 _VECTOR = types.Array(types.float64, 1, "C")
 TERM = types.void(types.float64, _VECTOR, _VECTOR, _VECTOR, types.int64, _VECTOR, _VECTOR, _VECTOR)
@@ -22,10 +22,10 @@ SETTINGS = 8
 def term(function: Callable[..., None]) -> Callable[..., None]:
     """Compile a torque of an effect for the simulation's inner loop.
 
-    The function gets time [s], joint position [rad], velocity [rad/s], rigid-body torque [N m] (each
-    of shape (n,)), the joint (from 0) and the settings; it adds to `resistance` [N m], which the
-    drives must overcome beside the rigid-body torque, or to `level`, the size of the joints' Coulomb
-    friction [N m].
+    The function gets time [s], joint position [rad], velocity [rad/s], rigid-body torque [N m]
+    (each of shape (n,)), the joint (from 0) and the settings; it adds to `resistance` [N m], which
+    the drives must overcome beside the rigid-body torque, or to `level`, the size of the joints'
+    Coulomb friction [N m].
     """
     return njit(TERM, cache=True)(function)
 
@@ -54,8 +54,8 @@ class SimulatedArm:
         delta: inertial parameters in the order of (8), shape (10 n,).
         armature: added to the mass matrix [kg m^2], shape (n, n).
         viscous: joint friction [N m s/rad], shape (n,).
-        friction_rows: speed of each Coulomb element from the joints' speeds, shape (m, n); the first
-            n are the joints themselves.
+        friction_rows: speed of each Coulomb element from the joints' speeds, shape (m, n); the
+            first n are the joints themselves.
         coulomb: level of each element [N m], shape (m,).
         bristle: presliding distance of each element [rad], shape (m,); 0 sticks rigidly.
         gain: torque that acts per commanded torque, shape (n,).

@@ -25,7 +25,7 @@ from ident.simulation.vectors import (
 )
 from wamctl.arm.robot import Robot
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 
 class Chain(NamedTuple):
@@ -145,7 +145,7 @@ def place(chain, q, w):
 
 @njit(cache=True)
 def move(chain, qd, qdd, w):
-    """Fill the links' angular velocity and acceleration, and their origins' acceleration less gravity."""
+    """Fill the links' angular velocity and acceleration, and origins' acceleration less gravity."""
     omega, alpha, last = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     a = (-chain.gravity[0], -chain.gravity[1], -chain.gravity[2])
     for k in range(qd.size):
@@ -171,7 +171,9 @@ def inverse_dynamics(chain, delta, q, qd, qdd, w, tau):
     Args:
         chain: kinematics and gravity.
         delta: inertial parameters in the order of (8), shape (10 n,).
-        q, qd, qdd: joint position [rad], velocity [rad/s], acceleration [rad/s^2], shape (n,).
+        q: joint position [rad], shape (n,).
+        qd: velocity [rad/s], shape (n,).
+        qdd: acceleration [rad/s^2], shape (n,).
         w: workspace.
         tau: result.
     """

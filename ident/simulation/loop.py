@@ -9,9 +9,9 @@ from numba import NumbaExperimentalFeatureWarning, njit
 from numpy.typing import NDArray
 
 from ident.simulation.arm import SETTINGS, SimulatedArm, no_term
-from ident.simulation.chain import Chain, inverse_dynamics, mass_matrix, place, workspace
+from ident.simulation.chain import Chain, inverse_dynamics, mass_matrix, workspace
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 _SWEEPS = 12  # of Gauss-Seidel, from the last step's solution
 _STEPS_PER_CYCLE = 4
@@ -91,7 +91,7 @@ class _Law(NamedTuple):
     smoothing: float
     motor: Array
     joint: Array
-    count: Array
+    angle_step: Array
     step: Array
     period: float
 
@@ -129,7 +129,8 @@ def run(
     joints = np.array([t.joint for t in arm.terms] or [0])
     plant = _Arm(
         arm.chain, arm.delta, arm.armature, arm.viscous, arm.friction_rows, arm.coulomb,
-        arm.bristle, arm.gain, arm.limit, arm.delay_s, arm.zero, arm.give, arm.slack, joints, settings,
+        arm.bristle, arm.gain, arm.limit, arm.delay_s, arm.zero, arm.give, arm.slack,
+        joints, settings,
     )  # fmt: skip
     smoothing = 1.0 - np.exp(-2 * np.pi * controller.velocity_cutoff_hz * wire.period_s)
     law = _Law(
@@ -199,7 +200,7 @@ def _read(arm, law, state, acting, out):
         angle = 0.0
         for j in range(n):
             angle += law.motor[i, j] * seen[j]
-        counts[i] = np.floor(angle / law.count[i] + 0.5) * law.count[i]
+        counts[i] = np.floor(angle / law.angle_step[i] + 0.5) * law.angle_step[i]
     for i in range(n):
         out[i] = 0.0
         for j in range(n):
@@ -270,7 +271,7 @@ def _step(functions, arm, state, w, tmp, acting, t, h):
 
 @njit(cache=True)
 def _times(a, rows, out):
-    """a rows^T."""
+    """A rows^T."""
     for i in range(out.shape[0]):
         for e in range(out.shape[1]):
             out[i, e] = 0.0
@@ -302,8 +303,8 @@ def _invert(matrix, out):
 def _stick(arm, state, tmp, h):
     """Impulses [N m s] of the Coulomb elements, by projected Gauss-Seidel.
 
-    Each element is a bristle that breaks at its level: impulse = h level stretch, and the stretch, in
-    parts of the breaking one, grows with distance over `bristle`, ever slower (Dahl); without a
+    Each element is a bristle that breaks at its level: impulse = h level stretch, and the stretch,
+    in parts of the breaking one, grows with distance over `bristle`, ever slower (Dahl); without a
     bristle it holds until the level is reached.
     """
     n, m = state.q.size, arm.coulomb.size
@@ -351,5 +352,6 @@ class _Scratch(NamedTuple):
 def _scratch(n, m):
     return _Scratch(
         np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(m), np.zeros(n), np.zeros(n),
-        np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, m)), np.zeros((m, m)), np.zeros(m), np.zeros(m),
+        np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, m)), np.zeros((m, m)), np.zeros(m),
+        np.zeros(m),
     )  # fmt: skip

@@ -14,7 +14,7 @@ def _write(out, column, z, lever, force, moment):
 
 @njit(cache=True)
 def _link_row(out, z, lever, omega, alpha, a):
-    """Torque about axis z per unit of each of a link's ten parameters; all vectors in the link's frame."""
+    """Torque about axis z per unit of each of a link's parameters; vectors in the link's frame."""
     none = (0.0, 0.0, 0.0)
     column = 0
     for r in range(3):

@@ -1,4 +1,4 @@
-"""Three-vectors as tuples, which the compiler keeps in registers: small arrays cost more than the sums."""
+"""Three-vectors as tuples, which the compiler keeps in registers, unlike small arrays."""
 
 from numba import njit
 

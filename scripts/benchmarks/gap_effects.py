@@ -1,7 +1,7 @@
 """Hidden effects of the blind benchmark, in forms that the catalogue does not use.
 
-A maker gets a random generator, a place, and a size [SI] and gives the hidden truth. Sizes are drawn by
-`gap_cases.py`.
+A maker gets a random generator, a place, and a size [SI] and gives the hidden truth. Sizes are
+drawn by `gap_cases.py`.
 """
 
 from dataclasses import replace
@@ -58,7 +58,7 @@ def one_way_drag(t, q, qd, load, s, torque, level):
 
 @hidden_torque
 def loaded(t, q, qd, load, s, torque, level):
-    """Coulomb level s1 times the load on joint s0; form s2: whole, root of squares, driving only."""
+    """Coulomb level s1 times joint s0's load; form s2: whole, root of squares, driving only."""
     j = int(s[0])
     size = abs(load[j])
     form = int(s[2])
@@ -71,7 +71,7 @@ def loaded(t, q, qd, load, s, torque, level):
 
 @hidden_torque
 def warming(t, q, qd, load, s, torque, level):
-    """Coulomb s1 and viscous s2 that change on joint s0, over time s3; form s4: exponential, line, root."""
+    """Joint s0's Coulomb s1 and viscous s2 change over time s3; s4: exponential, line, root."""
     j = int(s[0])
     form = int(s[4])
     u = t / s[3]
@@ -87,7 +87,7 @@ def warming(t, q, qd, load, s, torque, level):
 
 @hidden_torque
 def cogging(t, q, qd, load, s, torque, level):
-    """Three harmonics s4.. (size, phase) of motor angle s1 q_a + s2 q_b, joints s0 and s3, order s10."""
+    """Harmonics s4.. (size, phase) of motor angle s1 q_a + s2 q_b, joints s0 and s3, order s10."""
     a, b = int(s[0]), int(s[3])
     angle = s[10] * (s[1] * q[a] + s[2] * q[b])
     wave = 0.0
@@ -118,7 +118,7 @@ def stop(t, q, qd, load, s, torque, level):
 
 @hidden_torque
 def rubbing(t, q, qd, load, s, torque, level):
-    """Friction of joint s0 that depends on its position: Coulomb s1, viscous s2, wave number s3, phase s4."""
+    """Friction of joint s0 by its position: Coulomb s1, viscous s2, wave number s3, phase s4."""
     j = int(s[0])
     wave = np.sin(s[3] * q[j] + s[4])
     level[j] += s[1] * wave
@@ -291,7 +291,9 @@ _STIFF = (2e4, 2e4, 8e3, 6e3, 4e2, 4e2, 40.0)
 def _push(joints, size, rng, motor, ranges):
     link = joints[-1]
     forces = np.zeros(DOF)
-    forces[: link + 1] = size * rng.uniform(-1, 1, link + 1) * np.array([1, 1, 0.6, 0.6, 0.1, 0.1, 0.03])[: link + 1]
+    forces[: link + 1] = (
+        size * rng.uniform(-1, 1, link + 1) * np.array([1, 1, 0.6, 0.6, 0.1, 0.1, 0.03])[: link + 1]
+    )
     forces[link] = size * (1, 1, 0.6, 0.6, 0.1, 0.1, 0.03)[link] * rng.choice([-1.0, 1.0])
     return Hidden(torques=((push, (link, *forces, rng.uniform(8.0, 50.0), rng.uniform(0.3, 2.0))),))
 
@@ -305,7 +307,18 @@ def _stop(joints, size, rng, motor, ranges):
     edge = ranges[1][j] if side > 0 else ranges[0][j]
     span = ranges[1][j] - ranges[0][j]
     return Hidden(
-        torques=((stop, (j, edge - side * rng.uniform(0.1, 0.3) * span, side, size, rng.choice([1.0, 1.5, 2.0]))),)
+        torques=(
+            (
+                stop,
+                (
+                    j,
+                    edge - side * rng.uniform(0.1, 0.3) * span,
+                    side,
+                    size,
+                    rng.choice([1.0, 1.5, 2.0]),
+                ),
+            ),
+        )
     )
 
 
@@ -330,7 +343,9 @@ def _cross(joints, size, rng, motor, ranges):
 
 
 def _beat(joints, size, rng, motor, ranges):
-    return Hidden(torques=((beat, (joints[0], size, rng.uniform(2.0, 25.0), rng.uniform(0, 6.28))),))
+    return Hidden(
+        torques=((beat, (joints[0], size, rng.uniform(2.0, 25.0), rng.uniform(0, 6.28))),)
+    )
 
 
 def _stiffening(joints, size, rng, motor, ranges):
@@ -375,7 +390,10 @@ def together(first: Hidden, second: Hidden) -> Hidden:
         name: getattr(second, name)
         for name in vars(fresh)
         if name not in ("torques", "shared", "shared_level")
-        and not np.array_equal(np.asarray(getattr(second, name), dtype=object), np.asarray(getattr(fresh, name), dtype=object))
+        and not np.array_equal(
+            np.asarray(getattr(second, name), dtype=object),
+            np.asarray(getattr(fresh, name), dtype=object),
+        )
     }
     return replace(
         first,

@@ -1,7 +1,7 @@
 """Friction of the benchmark's arms, integrated in steps of 0.2 to 0.4 ms.
 
-Rigid elements stick and slide by an active set; bristles follow their differential equations; smooth
-curves are linearised about each step's start. Nothing of this is shared with `ident`.
+Rigid elements stick and slide by an active set; bristles follow their differential equations;
+smooth curves are linearised about each step's start. Nothing of this is shared with `ident`.
 """
 
 from typing import NamedTuple
@@ -18,7 +18,8 @@ class Friction(NamedTuple):
 
     Attributes:
         rows: speed of each from the generalised speeds, shape (m, size).
-        kind: of reversal, shape (m,): 0 stick, 1 Dahl, 2 LuGre, 3 erf, 4 smoothstep, 5 Gudermann, 6 slips.
+        kind: of reversal, shape (m,): 0 stick, 1 Dahl, 2 LuGre, 3 erf, 4 smoothstep, 5 Gudermann,
+            6 slips.
         scale: width [rad/s] or distance [rad], shape (m,).
         level: Coulomb friction [N m], shape (m,).
         unequal: relative difference by direction, shape (m,).
@@ -317,5 +318,3 @@ def _hold(inverse, rows, who, new):
         for k in range(held):
             new[i] -= response[i, k] * impulse[k]
     return impulse
-
-

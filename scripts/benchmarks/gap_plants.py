@@ -38,7 +38,7 @@ _SETTINGS = 16
 
 
 def hidden_torque(function: Callable[..., None]) -> Callable[..., None]:
-    """Compile (t, q, qd, load, settings, torque, level), which adds to `torque` and `level` [N m]."""
+    """Compile (t, q, qd, load, settings, torque, level), adding to `torque` and `level` [N m]."""
     return njit(_SIGNATURE, cache=True)(function)
 
 
@@ -161,7 +161,7 @@ def record(
     reference: Reference,
     seed: int,
 ) -> Recording:
-    """Follow a reference and log it as the driver does: one row a cycle, positions in whole counts."""
+    """Follow a reference and log as the driver does: one row a cycle, positions in whole counts."""
     period = file.bus.period_s
     samples, n = reference.q.shape
     chain, cad = chain_of(nominal), cad_parameters(nominal)

@@ -10,7 +10,7 @@ from pydantic import Field
 from sim_bus.physics import Act, Physics, See
 from wamctl.arm.config import Section
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 Number = Annotated[float, Field(allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Sizes = Number | tuple[Number, ...]

@@ -326,7 +326,7 @@ class SimulationSection(Section):
     )
     step_s: Positive = Field(le=0.00025, description="inner step of the physics [s]")
     braking_nm_s_rad: NonNegativeVector = Field(
-        description="drag of a motor whose drive is disabled (phases shorted), motor side [N m s/rad]"
+        description="drag of a disabled drive's motor (phases shorted), motor side [N m s/rad]"
     )
     start_pose_rad: Vector = Field(description="where the arm rests when the drives wake up [rad]")
 

@@ -17,7 +17,7 @@ from wamctl.arm.ros2.cdr import JOINT_STATE, TRAJECTORY_POINT, Kind, encode
 from wamctl.arm.ros2.message_definition import definition
 from wamctl.arm.ros2.template import Template
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 DIAGNOSTICS = "/diagnostics"
 CHUNK_NS = 300_000_000

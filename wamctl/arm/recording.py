@@ -19,7 +19,7 @@ from wamctl.arm.ros2.joint_messages import (
 from wamctl.arm.ros2.joint_series import JointSeries, ReferenceSeries, columns_of, joined
 from wamctl.arm.ros2.part import Batch, Cut, Topic
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 Stamps = NDArray[np.int64]
 
 JOINT_STATES = "/joint_states"

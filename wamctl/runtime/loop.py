@@ -79,7 +79,7 @@ class Loop:
             np.array(file.limits.motor_torque_nm), np.array(file.limits.motor_torque_slew_nm_s)
         )
         self._status_cycles = max(1, round(_STATUS_S / file.bus.period_s))
-        self._sent = [np.zeros(arm.robot.dof)] * (drives.delay_cycles + 1)
+        self._sent: list[Array] = [np.zeros(arm.robot.dof)] * (drives.delay_cycles + 1)
         self._incomplete = 0
         self._first_ns = self._last_ns = 0
 

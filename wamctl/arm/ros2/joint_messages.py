@@ -13,7 +13,7 @@ from wamctl.arm.errors import DataError
 from wamctl.arm.ros2.cdr import JOINT_STATE, TRAJECTORY_POINT, columns
 from wamctl.arm.ros2.joint_series import JointSeries, ReferenceSeries, Stamps
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 JOINT_STATE_TYPE = "sensor_msgs/msg/JointState"
 TRAJECTORY_POINT_TYPE = "trajectory_msgs/msg/JointTrajectoryPoint"

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from wamctl.arm.errors import DataError
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 Stamps = NDArray[np.int64]
 
 

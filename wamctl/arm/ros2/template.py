@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from wamctl.arm.ros2.cdr import Fields, Kind, encode, layout
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 _NS = 1_000_000_000
 
 
