@@ -55,7 +55,7 @@ class SafetyNode:
         self._motors = motors
         self._on = True
         self._began_ns: int | None = None
-        self._heard_ns = 0
+        self._heard_ns = -NEVER_NS
 
     def boot(self, time_ns: int) -> list[Frame]:
         """Power-on, which the module does not announce."""
