@@ -25,8 +25,7 @@ TIE_BREAK = 1e-11
 _ACTIVE = 1e-5
 _ATTEMPTS = 4
 _RIDGE = 1e-14
-_CAD_WEIGHT = 1e-10
-_SMALLEST_COST = 1e-6
+_CAD_WEIGHT = 1e-8
 _SMALLEST_FRICTION = 1e-3
 
 
@@ -80,9 +79,12 @@ def _solved(problem: Problem, prior_weight: float) -> Estimate:
 def nearest_to_cad(problem: Problem, estimate: Estimate) -> Estimate:
     """The possible model nearest to CAD among those that fit as the estimate does, (45).
 
-    Moving beta costs its squared torque, relative to the OLS error, over a tiny weight: beta stays
-    but for a change far below its standard error, and CAD decides what the data leave open. Where
-    the solver finds none, the estimate stays.
+    The squared torque of a change of beta, relative to the OLS error, stands beside the distance
+    to CAD with a tiny weight: beta stays, but for a change far below its standard error, and CAD
+    decides what the data leave open.
+
+    Raises:
+        DataError: the solver gives up.
     """
     if estimate.delta is None:
         return estimate
@@ -90,13 +92,10 @@ def nearest_to_cad(problem: Problem, estimate: Estimate) -> Estimate:
     scale = parameter_scale(base.parameters, problem.sizes)
     G = problem.R[:-1, :-1] @ (base.K * scale)
     known = np.array([p.kind == "inertial" for p in base.parameters], dtype=float)
-    P = 2 * (G.T @ G) / (least_error(problem) * _CAD_WEIGHT) + 2 * np.diag(known + _SMALLEST_COST)
-    c = 2 * known * (estimate.delta - problem.prior) / scale
+    P = 2 * (G.T @ G) / least_error(problem) + 2 * np.diag(_CAD_WEIGHT * known + _RIDGE)
+    c = 2 * _CAD_WEIGHT * known * (estimate.delta - problem.prior) / scale
     inside = [replace(k, A=k.A * scale, b=k.b - k.A @ estimate.delta) for k in problem.constraints]
-    try:
-        found = solve(P, c, inside, "The nearest model to CAD")
-    except DataError:
-        return estimate
+    found = solve(P, c, inside, "The search for the model nearest to CAD")
     delta = estimate.delta + scale * found.x
     if not holds(problem.constraints, delta):
         return estimate

@@ -20,6 +20,7 @@ _LEAST_EVENTS = 4
 _CLEAR = 0.7  # correlation that makes a gain meaningful
 _GAIN = (0.25, 4.0)
 _HOLE = 1.5  # periods
+_ROUNDING = 1e-9  # rad: two motors' counts that cancel leave no more
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ def _samples(recording: Recording, name: str) -> list[Fault]:
 
 def _smallest(step: Array) -> float:
     """The smallest move of a joint from sample to sample [rad]."""
-    moved = np.abs(step[step != 0.0])
+    moved = np.abs(step[np.abs(step) > _ROUNDING])
     return float(np.quantile(moved, 0.02)) if len(moved) else 1.0
 
 
