@@ -1,0 +1,82 @@
+"""The simulated arm, whose truth is known: what `ident run` says of OLS, and how well it predicts."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ident.model import Model
+from ident.model_file import load_model, write_model
+from sim_bus.assembly import load_simulation
+from wamctl.arm.config import find_file
+from wamctl.arm.inertial import pseudo_inertia
+from wamctl.arm.trajectory import FourierSeries, Trajectory, read_trajectory, write_trajectory
+
+CONFIG = find_file("wam7.yaml")
+
+
+def run(program: str, *arguments: object) -> None:
+    path = Path(sys.executable).parent / program
+    subprocess.run([path, *map(str, arguments)], check=True, capture_output=True, timeout=300)
+
+
+def recorded(folder: Path, name: str, series: FourierSeries) -> Path:
+    """One period of a motion, on the simulated arm."""
+    trajectory, log = folder / f"{name}.yaml", folder / f"{name}.mcap"
+    write_trajectory(trajectory, Trajectory(series, 1, {}, {}))
+    source = ("--config", CONFIG, "--bus", "sim", "--lockstep")
+    run("wamctl", "excite", *source, "--trajectory", trajectory, "--out", log)
+    return log
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A model of the shipped motion, and a recording of the same motion backwards in time."""
+    folder = tmp_path_factory.mktemp("truth")
+    shipped = read_trajectory(find_file("wam7-excitation.yaml")).series
+    run("ident", "run", recorded(folder, "forwards", shipped), "--out", folder / "model")
+    recorded(folder, "backwards", replace(shipped, a=-shipped.a))
+    return folder
+
+
+def true_model(found: Model) -> Model:
+    """The identified arm's description with the simulated arm's own parameters."""
+    truth = load_simulation(CONFIG, 0).truth
+    assert not truth.rotor_inertia.any()
+    own = {"fv": truth.viscous, "fc": truth.coulomb}
+    links = iter(truth.delta)
+    delta = [
+        next(links) if p.kind == "inertial" else own[p.kind][p.index - 1] for p in found.parameters
+    ]
+    return replace(found, delta=np.array(delta), base_parameters=())
+
+
+def held_out_percent(folder: Path, model: Path, out: str) -> float:
+    run("ident", "validate", folder / "backwards.mcap", "--model", model, "--out", folder / out)
+    (log,) = json.loads((folder / out / "validate.json").read_text())["logs"]
+    return log["relative_error_percent"]
+
+
+def test_it_predicts_another_motion_nearly_as_well_as_the_truth(folder: Path) -> None:
+    found = load_model(folder / "model" / "model.yaml")
+    truth = folder / "truth.yaml"
+    write_model(truth, true_model(found))
+    of_truth = held_out_percent(folder, truth, "truth")
+    assert 0.1 < of_truth < 2.0
+    assert held_out_percent(folder, folder / "model" / "model.yaml", "found") <= 1.1 * of_truth
+
+
+def test_what_it_says_of_feasibility_is_so(folder: Path) -> None:
+    estimators = json.loads((folder / "model" / "run.json").read_text())["estimators"]
+    ols, feasible = estimators["ols"], estimators["feasible"]
+    assert feasible["feasible"]
+    assert feasible["mass_matrix_positive_fraction"] == 1.0
+    links = load_model(folder / "model" / "model.yaml").inertial.reshape(7, 10)
+    assert min(np.linalg.eigvalsh(pseudo_inertia(link))[0] for link in links) > 0
+    assert not ols["feasible"]
+    assert ols["mass_matrix_positive_fraction"] < 1.0
+    assert ols["min_pseudo_inertia_eigenvalue"] < 0
