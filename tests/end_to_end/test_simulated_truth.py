@@ -1,4 +1,4 @@
-"""The simulated arm, whose truth is known: what `ident run` says of OLS, and how well it predicts."""
+"""The simulated arm, whose truth is known: what is said of OLS, and how well the fit predicts."""
 
 import json
 import subprocess
