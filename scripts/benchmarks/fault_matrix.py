@@ -1,0 +1,212 @@
+"""How an experiment ends when something goes wrong: every fault in every phase.
+
+Usage: scripts/benchmarks/fault_matrix.py [SEEDS [FAULT...]], from the root, with .venv's Python.
+For each fault, phase and seed a short experiment runs in lockstep on the embedded bus, with the
+fault at a random drive and moment of that phase. Prints a table: how many of the seeds ended in a
+defined stop (exit code 4 or 5 with its sentence, no torque and drives disabled, a log with every
+row up to the fault), the codes, and the longest time from the fault to the last torque.
+"""
+
+import os
+import re
+import sys
+import tempfile
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from sim_bus.assembly import Simulation
+from sim_bus.faults.assembly import load_faulty_simulation
+from sim_bus.frame import Frame
+from sim_bus.hub import SocketHub
+from sim_bus.server import Arm, Lockstep, serve
+from wamctl.arm.config import find_file
+from wamctl.arm.errors import UserError
+from wamctl.arm.motion import move
+from wamctl.arm.recording import read_recording
+from wamctl.arm.trajectory import FourierSeries, Trajectory, write_trajectory
+from wamctl.runtime.excite import Order, excite
+from wamctl.runtime.preflight import Prepared, prepare
+from wamctl.runtime.session import Place
+
+PERIOD_S = 0.002
+PHASES = ("enable", "move", "excite", "return")
+POSE = np.array([0.0, -1.0, 0.0, 2.5, 0.0, 0.0, 0.0])
+SPEED = (0.6, -0.6, 0.8, -0.8, 1.6, -0.7, 1.8)
+MANY = 100_000
+FAULTS: dict[str, dict[str, object]] = {
+    "drive_fault": {"code": 0x2310},
+    "emergency": {"code": 0x4210},
+    "under_voltage": {},
+    "silent_drive": {},
+    "dead_drive": {},
+    "bus_off": {"node": "host"},
+    "encoder_jump": {"counts": 1000},
+    "stuck_encoder": {},
+    "torque_not_applied": {"share": 0.0},
+    "lost_frames": {"number": MANY},
+    "late_frames": {"number": MANY, "late_ms": 3.0},
+    "doubled_frames": {"number": MANY},
+    "reordered_frames": {"number": MANY},
+    "corrupted_frames": {"number": MANY, "length": 3},
+}
+
+
+class Witness:
+    """An arm that remembers when its drives gave torque, and when cycles began [ns]."""
+
+    def __init__(self, arm: Arm, simulation: Simulation) -> None:
+        self.last_torque_ns = 0
+        self.syncs = 0
+        self._arm, self.drives = arm, simulation.arm.motors
+        self.boot, self.tick, self.overhear = arm.boot, arm.tick, arm.overhear
+
+    @property
+    def next_ns(self) -> int:
+        """When `tick` is due."""
+        return self._arm.next_ns
+
+    def receive(self, time_ns: int, frame: Frame) -> list[Frame]:
+        """Pass a frame on."""
+        self.syncs += frame.can_id == 0x080
+        return self._arm.receive(time_ns, frame)
+
+    def run_physics(self, time_ns: int) -> None:
+        """Pass time on."""
+        if any(d.motor_torque_nm for d in self.drives):
+            self.last_torque_ns = time_ns
+        self._arm.run_physics(time_ns)
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How a run ended.
+
+    Attributes:
+        code: exit code; 0 when it went on to its end.
+        defined: sentence, no torque, drives disabled, and a log that holds what came before.
+        torque_s: from the fault to the last torque [s]; NaN when it went on to its end.
+        sentence: what was said.
+    """
+
+    code: int
+    defined: bool
+    torque_s: float
+    sentence: str
+
+
+def configuration(folder: Path) -> Path:
+    """The shipped arm with an experiment of three seconds."""
+    content = yaml.safe_load(find_file("wam7.yaml").read_text())
+    content["robot"]["urdf"] = str(find_file("wam7.urdf"))
+    content["drives"]["dictionary"] = str(find_file("puck4.eds"))
+    content["excitation"] |= {"trajectory": "short.yaml", "ramp_s": 0.5}
+    joints, speed = tuple(content["robot"]["joints"]), np.array(SPEED)[:, None]
+    series = FourierSeries(joints, np.pi, speed, 0 * speed, POSE + 0.05)
+    write_trajectory(folder / "short.yaml", Trajectory(series, 1, {}, {}))
+    path = folder / "arm.yaml"
+    path.write_text(yaml.safe_dump(content))
+    return path
+
+
+def windows(prepared: Prepared) -> dict[str, tuple[str, int, int]]:
+    """Per phase: what its cycles count from, its first and its last cycle."""
+    limits, robot = prepared.arm.file.limits, prepared.arm.robot
+    motion = prepared.excitation
+    there = len(move(robot, limits, POSE, motion.q[0], PERIOD_S).q)
+    back = len(move(robot, limits, motion.q[-1], POSE, PERIOD_S).q)
+    ends = np.cumsum([there, len(motion.q), back])
+    return {
+        "enable": ("first_cycle", 1, 4),
+        "move": ("enabled", 10, int(ends[0]) - 100),
+        "excite": ("enabled", int(ends[0]) + 10, int(ends[1]) - 100),
+        "return": ("enabled", int(ends[1]) + 10, int(ends[2]) - 100),
+    }
+
+
+@contextmanager
+def serving(arm: Arm, simulation: Simulation, path: Path) -> Iterator[None]:
+    """A thread that serves the arm."""
+    hub = SocketHub(path)
+    reading, writing = os.pipe()
+    service = Lockstep(arm, hub, simulation.period_ns, simulation.rhythm)
+    with os.fdopen(reading) as stop:
+        thread = threading.Thread(target=serve, args=(service, hub, stop))
+        thread.start()
+        try:
+            yield
+        finally:
+            os.close(writing)
+            thread.join()
+            hub.close()
+
+
+def run(config: Path, fault: dict[str, object], seed: int, folder: Path) -> Ending:
+    """One experiment with one fault."""
+    script, log, socket = folder / "faults.yaml", folder / "log.mcap", folder / "bus"
+    script.write_text(yaml.safe_dump({"faults": [fault]}))
+    said: list[str] = []
+    simulation, arm = load_faulty_simulation(config, seed, script, said.append)
+    simulation.arm.plant.rehearse()
+    witness, prepared, error = Witness(arm, simulation), prepare(config), None
+    with serving(witness, simulation, socket):
+        place = Place(prepared.path, prepared.arm, f"simbus:{socket}", lockstep=True)
+        try:
+            excite(Order(prepared, place, log, lambda _: None))
+        except UserError as raised:
+            error = raised
+    if error is None:
+        return Ending(0, False, np.nan, "; ".join(said) or "the fault never began")
+    began_s = float(re.search(r" begins at ([0-9.]+) s", said[0])[1]) if said else np.nan
+    torque_s = max(0.0, witness.last_torque_ns * 1e-9 - began_s)
+    off = not any(d.motor_torque_nm or d.is_enabled for d in witness.drives)
+    rows = len(read_recording(log).q) if log.exists() else 0
+    whole = rows >= int(fault.get("cycles", 0)) if fault["after"] == "enabled" else True
+    return Ending(error.exit_code, bool(said) and off and whole, torque_s, str(error))
+
+
+def drawn(name: str, phase: tuple[str, int, int], random: np.random.Generator) -> dict[str, object]:
+    """A fault at a random drive and moment of a phase."""
+    after, first, last = phase
+    node = int(random.integers(1, 8))
+    place: dict[str, object] = {"node": node}
+    if name.endswith("_frames"):
+        place = {"id": 0x180 + node}
+    when = {"after": after, "cycles": int(random.integers(first, last + 1))}
+    return {"fault": name, **place, **FAULTS[name], **when}
+
+
+def main() -> None:
+    """The table."""
+    seeds = int(sys.argv[1]) if len(sys.argv) > 1 else 20
+    names = sys.argv[2:] or list(FAULTS)
+    print("| fault | " + " | ".join(PHASES) + " | longest to the last torque |")
+    print("| --- " * (len(PHASES) + 2) + "|")
+    with tempfile.TemporaryDirectory() as box:
+        config = configuration(Path(box))
+        phases = windows(prepare(config))
+        for name in names:
+            cells, longest = [], 0.0
+            for phase in PHASES:
+                endings = []
+                for seed in range(seeds):
+                    random = np.random.default_rng([seed, list(FAULTS).index(name)])
+                    with tempfile.TemporaryDirectory() as folder:
+                        fault = drawn(name, phases[phase], random)
+                        endings.append(run(config, fault, seed, Path(folder)))
+                    if not endings[-1].defined:
+                        print(f"{name} {phase} {seed}: {endings[-1].sentence}", file=sys.stderr)
+                stops = [e for e in endings if e.code]
+                codes = "/".join(str(c) for c in sorted({e.code for e in endings}))
+                cells.append(f"{sum(e.defined for e in endings)} of {seeds}, exit {codes}")
+                longest = max([longest, *(e.torque_s for e in stops)])
+            print(f"| {name} | " + " | ".join(cells) + f" | {1e3 * longest:.0f} ms |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
