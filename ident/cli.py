@@ -15,6 +15,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "design": ("ident.design_command:design", "Find a motion that makes the parameters visible."),
     "run": ("ident.run_command:run", "Identify a model from recordings."),
     "validate": ("ident.validate_command:validate", "Test a model on other recordings."),
+    "gap": ("ident.gap_command:gap", "Find what the model misses, by name."),
     "import": ("ident.import_command:import_table", "Turn a foreign table into a log."),
     "export": ("ident.export_command:export", "Write the identified arm for other programs."),
 }

@@ -62,7 +62,7 @@ def calibrated(
     fitted = possible(source, present.fit, len(rows.kept))
     n = source.arm.robot.dof
     nothing = simulated_arm(present.model.facts.chain, np.zeros(10 * n), np.zeros(n), np.zeros(n))
-    arm = null_arm(source, fitted, present.accepted, nothing)
+    arm = null_arm(fitted, present.accepted, nothing)
     gains, structure = [], []
     for draw in range(runs[0]):
         tell(f"effect-free run {draw + 1} of {runs[0]}")

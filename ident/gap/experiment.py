@@ -14,7 +14,7 @@ from ident.dataset import Dataset, TorqueSource, dataset
 from ident.effects.effect import ArmFacts
 from ident.evidence import posture
 from ident.parameters import Terms
-from ident.recordings import arm_of
+from ident.recordings import Reading, arm_of
 from ident.simulation.chain import chain_of
 from ident.simulation.loop import Controller, Wire
 from wamctl.arm.config import ArmFile, PuckDrivesSection, RobotFile, load_robot_file, validate
@@ -58,16 +58,23 @@ class Experiment:
 
 
 def read_experiment(
-    paths: Sequence[Path], robot: Path | None, torque: TorqueSource | None = None
+    paths: Sequence[Path], robot: Path | None = None, reading: Reading | None = None
 ) -> Experiment:
     """The recordings of some logs.
+
+    Args:
+        paths: the logs.
+        robot: file that describes the arm; None: what travels inside the logs.
+        reading: topics and torque to read.
 
     Raises:
         DataError: a log that cannot be used, or logs of different arms.
         ConfigurationError: a robot file that cannot be used.
     """
-    recordings = tuple(read_recording(p) for p in paths)
-    return experiment(recordings, [str(p) for p in paths], robot, torque)
+    chosen = reading or Reading()
+    topics = chosen.joint_states, chosen.joint_commands
+    recordings = tuple(read_recording(p, *topics) for p in paths)
+    return experiment(recordings, [str(p) for p in paths], robot, chosen.torque)
 
 
 def experiment(

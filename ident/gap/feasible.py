@@ -31,6 +31,9 @@ class Possible:
         viscous: shape (n,).
         coulomb: shape (n,).
         effects: coefficients of each effect beside them.
+        x: the same as unknowns of the fit.
+        sd: of the base parameters, were nothing constrained, shape (k,).
+        base: what the links' unknowns stand for.
         active: constraints that hold the solution.
     """
 
@@ -40,6 +43,9 @@ class Possible:
     viscous: Array
     coulomb: Array
     effects: list[Array]
+    x: Array
+    sd: Array
+    base: BaseMap
     active: tuple[Active, ...]
 
 
@@ -89,6 +95,7 @@ def possible(source: Experiment, model: Fit, base_size: int) -> Possible:
     effects = np.zeros(0)
     if len(rest):
         effects = solve(own, right[rest] - across @ found.beta)
+        x[rest] = effects
     widths = [s.width for s in model.choice.slots]
     kinds = [p.kind for p in base.parameters]
     return Possible(
@@ -98,8 +105,16 @@ def possible(source: Experiment, model: Fit, base_size: int) -> Possible:
         delta[[k == "fv" for k in kinds]],
         delta[[k == "fc" for k in kinds]],
         np.split(effects, np.cumsum(widths)[:-1]) if widths else [],
+        x,
+        _spread(inner),
+        base,
         found.active,
     )
+
+
+def _spread(inner: Array) -> Array:
+    """Standard deviations from weighted inner products."""
+    return np.sqrt(np.maximum(np.diag(solve(inner, np.eye(len(inner)))), 0.0))
 
 
 def _places(base: BaseMap, size: int, n: int) -> list[int]:

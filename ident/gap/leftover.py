@@ -14,6 +14,7 @@ from ident.gap.table import Nominal, PresentModel, Table, body_step, observed
 Array = NDArray[np.floating]
 
 _RIDGE = 1e-6
+_SEEN = 1e-5  # of the columns' own squares: what is left of a direction after projection
 
 
 @dataclass(frozen=True)
@@ -99,8 +100,8 @@ def _joint(
     noise = min((rest for _, _, rest, _ in tried), key=lambda r: float(r @ r))
     effective = len(e) / memory_of(noise, table.stretch[rows])
     found = []
-    for group, fitted, _, size in tried:
-        share = min(2 * fitted.gain / square, 1 - 1e-9)
+    for group, fitted, rest, size in tried:
+        share = float(np.clip(1 - float(rest @ rest) / square, 0.0, 1 - 1e-9))
         many = np.log(size / 2) + 1 if group.single else size / 2
         nats = -0.5 * np.log(1 - share) - many / effective
         name = group.name.format(j=joint + 1)
@@ -122,7 +123,9 @@ def _fitted(products: Array, right: Array, scaled: Array, single: bool) -> _Fitt
     products = products / scale[:, None] / scale + _RIDGE * np.eye(len(scale))
     right = right / scale
     if not single:
-        values = np.linalg.solve(products, right)
+        lengths, axes = np.linalg.eigh(products)
+        seen = axes[:, lengths > _SEEN]  # the rest is in the model already
+        values = seen @ ((seen.T @ right) / lengths[lengths > _SEEN])
         return _Fitted(values / scale, float(right @ values) / 2, 0)
     blocks = np.stack([products[i : i + 2, i : i + 2] for i in range(0, len(scale), 2)])
     rights = right.reshape(-1, 2)

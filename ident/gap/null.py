@@ -75,11 +75,11 @@ def raised(
 
 def can_simulate(source: Experiment) -> bool:
     """Whether references are in all recordings."""
-    return all(_wanted(r) is not None for r in source.recordings)
+    return all(_has_reference(r) for r in source.recordings)
 
 
 def null_arm(
-    source: Experiment, fitted: Possible, accepted: Sequence[Hypothesis], chain_arm: SimulatedArm
+    fitted: Possible, accepted: Sequence[Hypothesis], chain_arm: SimulatedArm
 ) -> SimulatedArm:
     """The fitted arm with its accepted effects."""
     arm = replace(chain_arm, delta=fitted.inertial, viscous=fitted.viscous, coulomb=fitted.coulomb)
@@ -100,11 +100,8 @@ def simulated_datasets(
     arm = replace(arm, bristle=np.where(arm.bristle > 0.0, arm.bristle, drawn))
     found = []
     for recording, data, noise in zip(source.recordings, source.datasets, disturbance, strict=True):
-        wanted = _wanted(recording)
-        if wanted is None:
-            raise ValueError("a recording without reference cannot be simulated")
         columns = [recording.joint_names.index(j) for j in source.arm.robot.joint_names]
-        motion = tuple(np.ascontiguousarray(w[:, columns]) for w in wanted)
+        motion = tuple(np.ascontiguousarray(w[:, columns]) for w in wanted_motion(recording))
         result = run(arm, *loop, (motion[0], motion[1], motion[2]), noise)
         t = np.arange(len(result.q)) * loop[1].period_s
         tau = held_mean(t, result.tau_cmd, t, loop[1].period_s)
@@ -113,11 +110,20 @@ def simulated_datasets(
     return found
 
 
-def _wanted(recording: Recording) -> tuple[Array, Array, Array] | None:
+def _has_reference(recording: Recording) -> bool:
+    return recording.reference is not None and len(recording.reference.stamp_ns) > 1
+
+
+def wanted_motion(recording: Recording) -> tuple[Array, Array, Array]:
+    """Reference position, velocity and acceleration, each of shape (S, n).
+
+    Raises:
+        ValueError: the recording has none, see `can_simulate`.
+    """
     series = recording.reference
-    if series is not None and len(series.stamp_ns) > 1:
-        return series.q, series.qd, series.qdd
-    return None
+    if series is None:
+        raise ValueError("a recording without reference cannot be simulated")
+    return series.q, series.qd, series.qdd
 
 
 def redrawn(residual: Residual, rng: np.random.Generator) -> Array:

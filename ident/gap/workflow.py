@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,11 +40,13 @@ class Options:
         null_runs: effect-free runs that are simulated.
         cutoff_hz: of the windows.
         seed: of all that is drawn.
+        model: a model that was trusted before, or None: then the links are fitted, too.
     """
 
     null_runs: int = 4
     cutoff_hz: float = CUTOFF_HZ
     seed: int = 0
+    model: Path | None = None
 
 
 @dataclass(frozen=True)

@@ -28,15 +28,16 @@ _LEFT = 64.0
 
 @dataclass(frozen=True)
 class Series:
-    """One joint's torque over time.
+    """One joint's torque, or motion, over time.
 
     Attributes:
         label: the joint.
-        unit: of its torque or force.
+        unit: of its torque, force, or motion.
         t: time [s], shape (S,).
         measured, predicted: shape (S,).
         counted: samples that the errors count, shape (S,); the others were culled.
         note: the joint's error in words.
+        quantity: what is drawn.
     """
 
     label: str
@@ -46,6 +47,7 @@ class Series:
     predicted: Array
     counted: NDArray[np.bool_]
     note: str
+    quantity: str = "torque"
 
 
 def torque_over_time(series: Series) -> Drawing:
@@ -54,7 +56,7 @@ def torque_over_time(series: Series) -> Drawing:
     t = time_axis("time [s]", series.t, (left, right))
     rest = np.where(series.counted, series.measured - series.predicted, np.nan)
     above = linear_axis(
-        f"torque [{series.unit}]", [series.measured, series.predicted], (158.0, 26.0)
+        f"{series.quantity} [{series.unit}]", [series.measured, series.predicted], (158.0, 26.0)
     )
     below = linear_axis(f"residual [{series.unit}]", [rest], (246.0, 176.0), most=2, zero=True)
     upper, lower = Frame(t, above), Frame(t, below)
@@ -68,10 +70,10 @@ def torque_over_time(series: Series) -> Drawing:
         lower.curve(*thinned(series.t, rest), RESIDUAL),
     ]
     description = (
-        f"Joint {series.label}: measured and predicted torque from {number(t.low)} to"
+        f"Joint {series.label}: measured and predicted {series.quantity} from {number(t.low)} to"
         f" {number(t.high)} s, and their difference; {series.note}."
     )
-    title = f"Torque of joint {series.label} over time"
+    title = f"{series.quantity.capitalize()} of joint {series.label} over time"
     return Drawing(HALF, 284.0, title, description, tuple(marks))
 
 

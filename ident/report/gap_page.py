@@ -1,7 +1,7 @@
 """The page of `ident gap`: what is missing, where it shows, and what is left after it was added."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -75,6 +75,8 @@ class GapReport:
         titles: of the effects in plain words, by id.
         maps: where the residual is.
         torque: blocks of torque over time, before and after.
+        motion: blocks of measured and simulated motion.
+        explained: of each effect by id: its signature, and the motion that tells it from others.
     """
 
     content: Content
@@ -83,6 +85,8 @@ class GapReport:
     titles: Mapping[str, str]
     maps: Sequence[RegionMap] = ()
     torque: Sequence[Block] = ()
+    motion: Sequence[Block] = ()
+    explained: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
     @property
     def labels(self) -> list[str]:
@@ -109,7 +113,8 @@ def gap_page(report: GapReport) -> Page:
         Section("Where it shows", _where(report)),
         Section("Before and after, on held-out data", _held_out(report)),
         Section("Torque over time", report.torque),
-        Section("Simulation against measurement", _forward(report)),
+        Section("Simulation against measurement", [*_forward(report), *report.motion]),
+        Section("Structure without a name", _unexplained(report)),
         Section("Other explanations, and how to tell", _rivals(report)),
         Section("What could not be seen", _unseen(report)),
         provenance_section(content),
@@ -124,8 +129,14 @@ def gap_page(report: GapReport) -> Page:
 
 
 def _verdict(report: GapReport) -> Verdict:
+    status, word = _WORDS[report.content["verdict"]]
+    first, *more = verdict_sentences(report)
+    return Verdict(status, word, first, more)
+
+
+def verdict_sentences(report: GapReport) -> list[str]:
+    """The answer, and what to know beside it."""
     content = report.content
-    status, word = _WORDS[content["verdict"]]
     effects = [f"{report.title(e['name'])} at {report.of(e['joints'])}" for e in content["effects"]]
     sentence = {
         "no_gap": "The model explains these recordings down to their noise.",
@@ -137,9 +148,30 @@ def _verdict(report: GapReport) -> Verdict:
         + (f": {listed(effects)}." if effects else "."),
     }[content["verdict"]]
     more = [_closed(content["held_out"])] if content["verdict"] in ("named", "ambiguous") else []
-    experiments = [e["separating_experiment"] for e in content["effects"]]
-    more += [f"To tell them apart: {text}." for text in experiments if text]
-    return Verdict(status, word, sentence, [m for m in more if m])
+    more += [_what_is_left(report, u) for u in content.get("unexplained", [])]
+    if content["verdict"] == "ambiguous":
+        more += [_experiment(report, e) for e in content["effects"] if e["separating_experiment"]]
+    return [sentence, *(m for m in more if m)]
+
+
+def _what_is_left(report: GapReport, entry: Content) -> str:
+    label = report.labels[entry["joint"] - 1]
+    nearest = [report.title(n["name"]) for n in entry["nearest"]]
+    words = f" The nearest of the catalogue: {listed(nearest)}." if nearest else ""
+    return (
+        f"What is left at joint {label} depends on {entry['depends_on']}"
+        f" ({share(entry['share_of_residual'], 2)} of its residual).{words}"
+    )
+
+
+def _experiment(report: GapReport, effect: Content) -> str:
+    rivals = [f"{report.title(r['name'])} at {report.of(r['joints'])}" for r in effect["rivals"]]
+    motion = report.explained.get(effect["name"], ("", ""))[1]
+    return (
+        f"It may also be {listed(rivals)}."
+        + (f" To tell them apart, {motion}:" if motion else " To tell them apart:")
+        + f" ident design --for {effect['separating_experiment']}."
+    )
 
 
 def _closed(held_out: Content) -> str:
@@ -172,12 +204,16 @@ def _effects(report: GapReport) -> list[Block]:
     for effect in report.content["effects"]:
         what = f"{report.title(effect['name'])}, {report.of(effect['joints'])}"
         blocks.append(Text(f"{what[0].upper()}{what[1:]}: {effect['equation']}"))
+        signature = report.explained.get(effect["name"], ("", ""))[0]
+        if signature:
+            blocks.append(Text(f"How it shows: {signature}."))
         rows = [
             [name, plus_minus(p["value"], p["sd"]), unit_text(p["unit"])]
             for name, p in effect["parameters"].items()
         ]
         columns = [Column("parameter", "words"), Column("value ± sd"), Column("unit", "words")]
-        blocks.append(Table("Its parameters.", columns, rows))
+        if rows:
+            blocks.append(Table("Its parameters.", columns, rows))
         facts = effect["evidence"]
         if facts:
             rows = [[k.replace("_", " "), _fact(v)] for k, v in facts.items()]
@@ -268,6 +304,23 @@ def _compared(
         Gallery([dumbbell(title, quantity, labels, pairs, floor)], caption),
         Table(f"The same in numbers: {quantity}.", heads, rows),
     ]
+
+
+def _unexplained(report: GapReport) -> list[Block]:
+    rows = [
+        [
+            report.labels[u["joint"] - 1],
+            u["depends_on"],
+            share(u["share_of_residual"], 2),
+            listed([report.title(n["name"]) for n in u["nearest"]]) if u["nearest"] else DASH,
+        ]
+        for u in report.content.get("unexplained", [])
+    ]
+    if not rows:
+        return []
+    heads = ("joint", "what is left depends on", "share of the residual", "nearest effects")
+    columns = [Column(h, "numbers" if i == 2 else "words") for i, h in enumerate(heads)]
+    return [Table("Structure that no effect of the catalogue explains.", columns, rows)]
 
 
 def _rivals(report: GapReport) -> list[Block]:
