@@ -80,3 +80,20 @@ def test_what_it_says_of_feasibility_is_so(folder: Path) -> None:
     assert not ols["feasible"]
     assert ols["mass_matrix_positive_fraction"] < 1.0
     assert ols["min_pseudo_inertia_eigenvalue"] < 0
+
+
+def test_culling_lowers_the_error_and_its_controls_do_not(folder: Path) -> None:
+    """Fig. 2 of the paper: the arm sticks near zero velocity, which the model does not hold."""
+    found = json.loads((folder / "model" / "run.json").read_text())
+    culling = found["culling"]
+    at = culling["thresholds_rad_s"].index(0.01)
+
+    def change(curve: str, what: str) -> float:
+        return culling[curve][what][at] / culling[curve][what][0] - 1
+
+    assert change("slow", "mse") < -0.15
+    assert change("slow", "condition_number") < 0.05
+    assert change("random", "mse") > -0.05
+    assert change("other", "mse") > -0.05
+    ols, feasible = (found["estimators"][name]["mse"] for name in ("ols", "feasible"))
+    assert ols <= feasible < 1.1 * ols
