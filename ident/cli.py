@@ -16,6 +16,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "run": ("ident.run_command:run", "Identify a model from recordings."),
     "validate": ("ident.validate_command:validate", "Test a model on other recordings."),
     "gap": ("ident.gap_command:gap", "Find what the model misses, by name."),
+    "simulate": ("ident.simulate_command:simulate", "Simulate an identified arm in closed loop."),
     "import": ("ident.import_command:import_table", "Turn a foreign table into a log."),
     "export": ("ident.export_command:export", "Write the identified arm for other programs."),
 }

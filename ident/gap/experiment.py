@@ -20,7 +20,7 @@ from ident.simulation.loop import Controller, Wire
 from wamctl.arm.config import ArmFile, PuckDrivesSection, RobotFile, load_robot_file, validate
 from wamctl.arm.errors import ConfigurationError
 from wamctl.arm.recording import Recording, read_recording
-from wamctl.arm.robot import cad_parameters
+from wamctl.arm.robot import Robot, cad_parameters
 
 Array = NDArray[np.floating]
 
@@ -89,10 +89,15 @@ def experiment(
         dataset(r, arm.robot.joint_names, name, torque)
         for r, name in zip(recordings, names, strict=True)
     )
-    return Experiment(arm, _file(recordings[0], names[0], robot), tuple(recordings), data)
+    return Experiment(arm, file_of(recordings[0], names[0], robot), tuple(recordings), data)
 
 
-def _file(recording: Recording, name: str, robot: Path | None) -> RobotFile | ArmFile | None:
+def file_of(recording: Recording, name: str, robot: Path | None) -> RobotFile | ArmFile | None:
+    """The arm's configuration: as given, or as it travels inside a log; None where neither is.
+
+    Raises:
+        ConfigurationError: it is invalid.
+    """
     if robot is not None and robot.suffix in (".yaml", ".yml"):
         return load_robot_file(robot)
     if _CONFIG not in recording.attachments:
@@ -137,9 +142,13 @@ def controller_of(source: Experiment) -> Controller | None:
     """The controller of the recordings, with the CAD model, where the configuration names it."""
     if not isinstance(source.file, ArmFile):
         return None
-    section = source.file.controller
+    return controller_for(source.file, source.arm.robot)
+
+
+def controller_for(file: ArmFile, robot: Robot) -> Controller:
+    """The controller of a configuration, with the CAD model."""
+    section = file.controller
     bandwidth = np.array(section.bandwidth_rad_s)
-    robot = source.arm.robot
     return Controller(
         chain_of(robot),
         cad_parameters(robot),
@@ -153,14 +162,19 @@ def wire_of(source: Experiment) -> Wire | None:
     """Encoders and drives of the recordings, where the configuration names them."""
     if not isinstance(source.file, ArmFile):
         return None
-    drives = source.file.drives
+    return wire_for(source.file)
+
+
+def wire_for(file: ArmFile) -> Wire:
+    """Encoders and drives of a configuration."""
+    drives = file.drives
     if isinstance(drives, PuckDrivesSection):
         step_nm = 1.0 / np.array(drives.torque_units_per_nm)
     else:
         step_nm = _PER_MILLE * np.array(drives.rated_torque_nm)
     return Wire(
-        np.array(source.file.transmission.motor_from_joint),
+        np.array(file.transmission.motor_from_joint),
         np.array(drives.counts_per_revolution, dtype=float),
         step_nm,
-        source.file.bus.period_s,
+        file.bus.period_s,
     )

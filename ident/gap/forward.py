@@ -12,7 +12,8 @@ from ident.gap.feasible import Possible
 from ident.gap.null import can_simulate, null_arm, wanted_motion
 from ident.simulation.arm import simulated_arm
 from ident.simulation.chain import chain_of
-from ident.simulation.loop import Run, run
+from ident.simulation.loop import run
+from ident.steady_state import only_steady_state
 
 Array = NDArray[np.floating]
 
@@ -39,7 +40,10 @@ class Forward:
 
 
 def forward(source: Experiment, fitted: Possible, accepted: Sequence[Hypothesis]) -> list[Forward]:
-    """Every recording simulated with a model; none where controller or reference are unknown."""
+    """Every recording simulated with a model; none where controller or reference are unknown.
+
+    The whole recording is simulated; its counted periods are compared.
+    """
     controller, wire = controller_of(source), wire_of(source)
     if controller is None or wire is None or not can_simulate(source):
         return []
@@ -50,10 +54,12 @@ def forward(source: Experiment, fitted: Possible, accepted: Sequence[Hypothesis]
     for recording, data in zip(source.recordings, source.datasets, strict=True):
         columns = [recording.joint_names.index(j) for j in source.arm.robot.joint_names]
         motion = [np.ascontiguousarray(w[:, columns]) for w in wanted_motion(recording)]
-        result: Run = run(arm, controller, wire, (motion[0], motion[1], motion[2]))
-        count = min(len(result.q), len(recording.q))
-        t = np.arange(count) * wire.period_s
-        found.append(Forward(data.name, t, recording.q[:count][:, columns], result.q[:count]))
+        result = run(arm, controller, wire, (motion[0], motion[1], motion[2]))
+        counted = only_steady_state(data, recording, data.name).segments[0]
+        span = slice(*(counted.used or (0, min(len(result.q), len(recording.q)))))
+        t = np.arange(len(result.q)) * wire.period_s
+        measured = recording.q[:, columns]
+        found.append(Forward(data.name, t[span], measured[span], result.q[span]))
     return found
 
 
