@@ -9,6 +9,9 @@ ERROR = 0x2000_0000
 FD_LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
 """Lengths of CAN FD data, by their data length code."""
 
+SETTLED = b"\x06"
+"""Packet from a server in lockstep: all that follows from a program's oldest open frame is out."""
+
 _CLASSIC = struct.Struct("=IB3x8s")
 _FD = struct.Struct("=IBB2x64s")
 _FD_FLAGS = 0x04 | 0x01  # a CAN FD frame, with bit-rate switch

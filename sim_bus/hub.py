@@ -9,17 +9,10 @@ from typing import Any, NamedTuple, Protocol
 import can
 
 from sim_bus.errors import SimulatedBusError
-from sim_bus.frame import ERROR, EXTENDED, REMOTE, Frame, pack, unpack, unstamp
+from sim_bus.frame import ERROR, EXTENDED, REMOTE, SETTLED, Frame, pack, unpack, unstamp
+from sim_bus.look_out import Source
 
 _PACKET_BYTES = 128
-
-
-class Source(Protocol):
-    """Something that `select` takes."""
-
-    def fileno(self) -> int:
-        """Its descriptor."""
-        ...
 
 
 class Received(NamedTuple):
@@ -50,6 +43,10 @@ class Hub(Protocol):
 
     def deliver(self, frames: Sequence[Frame], sender: object) -> None:
         """Give frames that arrive together to all programs but their sender."""
+        ...
+
+    def settle(self, sender: object) -> None:
+        """Tell a program that it has been given all that follows from its oldest open frame."""
         ...
 
     def close(self) -> None:
@@ -120,14 +117,24 @@ class SocketHub:
         """Give frames that arrive together to all clients but their sender."""
         packet = b"".join(map(pack, frames))
         for client in list(self._clients.values()):
-            if client is sender:
-                continue
-            try:
-                client.send(packet, socket.MSG_DONTWAIT)
-            except BlockingIOError:
+            if client is not sender and not self._send(client, packet):
                 self.overruns += len(frames)
-            except OSError:
-                self._drop(client)
+
+    def settle(self, sender: object) -> None:
+        """Tell a client that it has been given all that follows from its oldest open frame."""
+        for client in list(self._clients.values()):
+            if client is sender:
+                self._send(client, SETTLED)
+
+    def _send(self, client: socket.socket, packet: bytes) -> bool:
+        """False for a client that is too slow."""
+        try:
+            client.send(packet, socket.MSG_DONTWAIT)
+        except BlockingIOError:
+            return False
+        except OSError:
+            self._drop(client)
+        return True
 
     def _drop(self, client: socket.socket) -> None:
         self._clients.pop(client.fileno(), None)
@@ -183,6 +190,9 @@ class PythonCanHub:
         if sender is not self:
             for frame in frames:
                 self._deliver(frame)
+
+    def settle(self, sender: object) -> None:
+        """Nothing: a CAN bus has no word for it."""
 
     def _deliver(self, frame: Frame) -> None:
         if self._hears_itself:

@@ -1,6 +1,5 @@
 """The simulated bus as a python-can interface: `can.Bus(interface="simbus", channel=PATH)`."""
 
-import select
 import socket
 import time
 from collections import deque
@@ -8,9 +7,11 @@ from typing import Any
 
 import can
 
-from sim_bus.frame import ERROR, EXTENDED, REMOTE, Frame, stamped, unpack_all
+from sim_bus.frame import ERROR, EXTENDED, REMOTE, SETTLED, Frame, stamped, unpack_all
+from sim_bus.look_out import readable, soon_readable
 
 _PACKET_BYTES = 4096
+_HUNG_S = 60.0
 
 
 class SimulatedBus(can.BusABC):
@@ -23,6 +24,8 @@ class SimulatedBus(can.BusABC):
         channel: path of the server's socket.
         can_filters: as for every python-can bus, filtered in this process.
         fd: allow CAN FD frames.
+        lockstep: the server keeps lockstep. Then no time passes while it has not yet given all
+            that follows from the frames sent, so that `recv` waits for it, whatever its limit.
         kwargs: settings of other interfaces (bit rate and the like), without a meaning here.
 
     Raises:
@@ -30,12 +33,19 @@ class SimulatedBus(can.BusABC):
     """
 
     def __init__(
-        self, channel: str, can_filters: Any = None, fd: bool = False, **kwargs: Any
+        self,
+        channel: str,
+        can_filters: Any = None,
+        fd: bool = False,
+        lockstep: bool = False,
+        **kwargs: Any,
     ) -> None:
         self.channel = str(channel)
         self.channel_info = f"simulated bus {self.channel}"
         self._can_protocol = can.CanProtocol.CAN_FD if fd else can.CanProtocol.CAN_20
-        self._arrived: deque[Frame] = deque()
+        self._arrived: deque[can.Message] = deque()
+        self._lockstep = lockstep
+        self._sent = self._settled = 0
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         try:
             self._socket.connect(self.channel)
@@ -60,6 +70,7 @@ class SimulatedBus(can.BusABC):
         if msg.is_remote_frame:
             can_id |= REMOTE
         frame = Frame(can_id, bytes(msg.data or b""), msg.is_fd)
+        self._sent += 1
         try:
             self._socket.send(stamped(frame, time.monotonic_ns()))
         except OSError as error:
@@ -68,31 +79,44 @@ class SimulatedBus(can.BusABC):
             ) from error
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
-        if not self._arrived:
-            self._arrived.extend(self._packet(timeout))
-        if not self._arrived:
-            return None, False
-        return _message(self._arrived.popleft(), self.channel), False
+        while not self._arrived:
+            packet = self._packet(timeout)
+            if packet is None:
+                return None, False
+            self._take(packet)
+        return self._arrived.popleft(), False
 
-    def _packet(self, timeout: float | None) -> list[Frame]:
-        try:
-            packet = self._socket.recv(_PACKET_BYTES, socket.MSG_DONTWAIT)
-        except BlockingIOError:
-            if not select.select([self._socket], [], [], timeout)[0]:
-                return []
-            packet = self._receive()
-        except OSError as error:
-            raise self._closed() from error
+    def _packet(self, timeout: float | None) -> bytes | None:
+        while True:
+            try:
+                return self._socket.recv(_PACKET_BYTES, socket.MSG_DONTWAIT)
+            except BlockingIOError:
+                if not self._waits(timeout):
+                    return None
+            except OSError as error:
+                raise self._closed() from error
+
+    def _waits(self, timeout: float | None) -> bool:
+        """Whether a packet comes in time."""
+        if timeout == 0:
+            return False
+        if not self._lockstep or self._settled == self._sent:
+            return bool(readable([self._socket], timeout))
+        if soon_readable([self._socket], _HUNG_S):
+            return True
+        raise can.CanOperationError(
+            f"{self.channel_info} has not answered for {_HUNG_S:g} s: is it in lockstep?"
+        )
+
+    def _take(self, packet: bytes) -> None:
+        if packet == SETTLED:
+            self._settled += 1
+            return
         frames = unpack_all(packet)
         if not frames:
             raise self._closed()
-        return frames
-
-    def _receive(self) -> bytes:
-        try:
-            return self._socket.recv(_PACKET_BYTES)
-        except OSError as error:
-            raise self._closed() from error
+        now_s = time.time()
+        self._arrived.extend([_message(frame, self.channel, now_s) for frame in frames])
 
     def _closed(self) -> can.CanOperationError:
         return can.CanOperationError(f"{self.channel_info} was closed by its server")
@@ -111,10 +135,10 @@ class SimulatedBus(can.BusABC):
         return []
 
 
-def _message(frame: Frame, channel: str) -> can.Message:
+def _message(frame: Frame, channel: str, arrived_s: float) -> can.Message:
     extended = bool(frame.can_id & EXTENDED)
     return can.Message(
-        timestamp=time.time(),
+        timestamp=arrived_s,
         arbitration_id=frame.can_id & (0x1FFF_FFFF if extended else 0x7FF),
         is_extended_id=extended,
         is_remote_frame=bool(frame.can_id & REMOTE),

@@ -1,18 +1,16 @@
 """Serving a simulated arm on a bus, on one of two clocks."""
 
 import os
-import select
 import time
-from collections.abc import Sequence
 from typing import Protocol
 
 from sim_bus.bits import BitTiming
 from sim_bus.frame import Frame
-from sim_bus.hub import Hub, Received, Source
+from sim_bus.hub import Hub, Received
+from sim_bus.look_out import Source, readable, soon_readable
 from sim_bus.rhythm import Rhythm
 from sim_bus.wire import Wire
 
-_LOOK_OUT_NS = 500_000  # for the next frame of a program in lockstep
 _LONGEST_WAIT_NS = 1_000_000  # the physics stays this close behind the clock
 _LONGEST_HOLD_UP_NS = 500_000_000
 
@@ -166,6 +164,7 @@ class Lockstep:
         late_ns = rhythm.torques_after_ns if frame.can_id in rhythm.torque_ids else 0
         self._hub.deliver([frame], sender)
         self._pass_on(self._arm.receive(self._now_ns + late_ns, frame))
+        self._hub.settle(sender)
         if opens:
             self._arm.run_physics(self._now_ns + (rhythm.torques_after_ns or self._period_ns))
         elif frame.can_id == rhythm.closing_id:
@@ -182,20 +181,6 @@ class Lockstep:
             frames = [a for frame in frames for a in self._arm.overhear(self._now_ns, frame)]
 
 
-def _wait(sources: Sequence[Source], timeout_s: float | None) -> list[Source]:
-    """The readable sources.
-
-    A program in lockstep answers within a fraction of a millisecond: looking out for it is cheaper
-    than to sleep and be woken up. Time limits, in real time, are slept through.
-    """
-    patient_until = time.monotonic_ns() + (_LOOK_OUT_NS if timeout_s is None else 0)
-    while time.monotonic_ns() < patient_until:
-        readable, _, _ = select.select(sources, [], [], 0.0)
-        if readable:
-            return readable
-    return select.select(sources, [], [], timeout_s)[0]
-
-
 def serve(service: Service, hub: Hub, stop: Source | None) -> None:
     """Serve until an exception ends it, or the stop source is closed.
 
@@ -209,9 +194,10 @@ def serve(service: Service, hub: Hub, stop: Source | None) -> None:
     while True:
         timeout_s = service.catch_up(until_ns)
         sources = [*hub.sources(), *([stop] if stop else [])]
-        readable = _wait(sources, timeout_s)
-        if stop is not None and stop in readable and not os.read(stop.fileno(), 4096):
+        wait = soon_readable if timeout_s is None else readable
+        ready = wait(sources, timeout_s)
+        if stop is not None and stop in ready and not os.read(stop.fileno(), 4096):
             return
         until_ns = time.monotonic_ns()
-        for received in hub.receive([s for s in readable if s is not stop]):
+        for received in hub.receive([s for s in ready if s is not stop]):
             service.take(received)

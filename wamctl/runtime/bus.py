@@ -53,8 +53,13 @@ def parse_channel(word: str) -> Channel:
     return Channel(interface, name)
 
 
-def open_bus(channel: Channel, section: BusSection) -> can.BusABC:
+def open_bus(channel: Channel, section: BusSection, lockstep: bool = False) -> can.BusABC:
     """The open bus.
+
+    Args:
+        channel: which.
+        section: its bit rates and kind of frames.
+        lockstep: on the simulated bus, no time passes while the arm has not answered.
 
     Raises:
         BusError: it is not there or refuses.
@@ -62,6 +67,8 @@ def open_bus(channel: Channel, section: BusSection) -> can.BusABC:
     settings: dict[str, Any] = {"bitrate": round(section.bitrate_bit_s)}
     if section.is_fd:
         settings |= {"fd": True, "data_bitrate": section.data_bitrate_bit_s}
+    if channel.is_embedded:
+        settings["lockstep"] = lockstep
     if channel.interface == "udp_multicast":
         settings["hop_limit"] = 0  # stays on this machine
     try:

@@ -95,8 +95,9 @@ class RealTimeClock:
 class LockstepClock:
     """The next cycle starts when the last one is done; stamps advance by exactly one period.
 
-    A simulated arm answers each cycle in one go: whoever has its first frame has the others at
-    once, but on a busy machine the first may take long.
+    On the embedded bus, waiting begins only when the arm has answered all that was sent, so that no
+    result depends on the machine. On other buses an arm answers each cycle in one go: whoever has
+    its first frame has the others at once, but on a busy machine the first may take long.
     """
 
     waits = True

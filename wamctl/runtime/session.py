@@ -66,7 +66,7 @@ def connected(place: Place, zeroed: bool = True) -> Iterator[Connection]:
     """
     with (
         _channel(place) as channel,
-        open_bus(channel, place.arm.file.bus) as bus,
+        open_bus(channel, place.arm.file.bus, place.lockstep) as bus,
     ):
         drives = open_drives(bus, channel, place.arm.file, place.path, place.lockstep)
         notes = drives.set_up() if zeroed else drives.prepare()

@@ -20,7 +20,8 @@ from sim_bus import safety_node
 from sim_bus.assembly import Simulation, load_simulation
 from sim_bus.faults.assembly import load_faulty_simulation
 from sim_bus.frame import Frame
-from sim_bus.hub import Hub, Received, Source, open_hub
+from sim_bus.hub import Hub, Received, open_hub
+from sim_bus.look_out import Source
 from sim_bus.puck_drive import PuckDrive
 from sim_bus.safety_module import Press
 from sim_bus.safety_node import SafetyNode
@@ -143,7 +144,7 @@ class Muffled:
         self.alters: Callable[[Frame], Frame | None] = lambda frame: frame
         self.accidents: deque[Callable[[], list[Frame]]] = deque()
         self._hub = hub
-        self.sources, self.close = hub.sources, hub.close
+        self.sources, self.settle, self.close = hub.sources, hub.settle, hub.close
 
     def receive(self, readable: Sequence[Source]) -> list[Received]:
         heard = self._hub.receive(readable)

@@ -1,5 +1,6 @@
 """The served arm on its two clocks, seen by a python-can client."""
 
+import threading
 import time
 
 import can
@@ -195,3 +196,25 @@ def test_a_frame_acts_when_it_was_sent_even_if_it_is_read_later():
     assert [f.can_id for f in hub.frames if f.can_id < 0x700] == []
     service.catch_up(began + 1_500_000)
     assert [f.can_id for f in hub.frames if f.can_id < 0x700] == [0x601, 0x581]
+
+
+@pytest.mark.parametrize(("lockstep", "hears"), [(True, [0x181, 0x182]), (False, [])])
+def test_in_lockstep_no_time_passes_until_the_arm_has_answered(tmp_path, lockstep, hears):
+    hub = SocketHub(tmp_path / "bus")
+    with can.Bus(interface="simbus", channel=str(tmp_path / "bus"), lockstep=lockstep) as bus:
+        hub.receive(hub.sources())
+        bus.send(can.Message(arbitration_id=0x080, is_extended_id=False))
+        (sync,) = hub.receive(hub.sources()[1:])
+
+        def answer():
+            hub.deliver([Frame(0x181)], None)
+            time.sleep(0.2)
+            hub.deliver([Frame(0x182)], None)
+            hub.settle(sync.sender)
+
+        thread = threading.Timer(0.2, answer)
+        thread.start()
+        heard = iter(lambda: bus.recv(0.001), None)
+        assert [message.arbitration_id for message in heard] == hears
+        thread.join()
+    hub.close()
