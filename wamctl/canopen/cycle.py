@@ -60,6 +60,9 @@ class Cycle:
         self._rad_per_count = 2 * np.pi / np.array(drives.counts_per_revolution)
         self._zero_counts = np.array(drives.zero_counts)
         self._permille_per_nm = 1000.0 / np.array(drives.rated_torque_nm)
+        self._states: list[State | None] = [None] * n
+        self._read_words: list[int] = []
+        self._enabled = self._disabled = False
         self._goal = Goal.DISABLED
         self._commands: list[int] = [Controlword.DISABLE_VOLTAGE] * n
         self._sent_in = [0] * n
@@ -90,7 +93,7 @@ class Cycle:
         Raises:
             BusStopError: the bus does not send or receive.
         """
-        counts = np.full(len(self.words), np.nan)
+        counts = [np.nan] * len(self.words)
         missing = set(self._slots.values())
         self._count += 1
         try:
@@ -114,7 +117,7 @@ class Cycle:
         except (can.CanError, OSError) as error:
             raise self._failed(error) from error
         self._settled = not missing
-        return self._readings(counts, tuple(sorted(missing)))
+        return self._readings(np.array(counts), tuple(sorted(missing)))
 
     def send(self, tau_motor: Array) -> Array:
         """Controlwords where a state is to change, and the torque frames [N m], shape (n,).
@@ -140,14 +143,16 @@ class Cycle:
         return [*self._frames.torques([0] * n, self._commands), *filter(None, commands), self._sync]
 
     def _send_commands(self) -> None:
-        for slot, word in enumerate(self.words):
-            wanted = ds402.controlword(ds402.state(word), self._goal)
+        wanted = [ds402.controlword(state, self._goal) for state in self._states]
+        if self._arrived and wanted == self._commands:
+            return
+        for slot, word in enumerate(wanted):
             waits = not self._arrived and self._count - self._sent_in[slot] >= _REPEAT
-            if wanted == self._commands[slot] and not waits:
+            if word == self._commands[slot] and not waits:
                 continue
-            self._commands[slot] = wanted
+            self._commands[slot] = word
             self._sent_in[slot] = self._count
-            message = self._frames.command(slot, wanted)
+            message = self._frames.command(slot, word)
             if message is not None:
                 self._bus.send(message)
 
@@ -180,10 +185,10 @@ class Cycle:
             self.counters.foreign += 1
 
     def _readings(self, counts: Array, missing: tuple[int, ...]) -> Readings:
-        states = [ds402.state(word) for word in self.words]
-        enabled = all(s is State.OPERATION_ENABLED for s in states)
-        disabled = not any(s in ds402.ENERGISED for s in states)
-        fault = self._supervision.fault(self._now_s) or self._state_fault(states)
+        if self.words != self._read_words:
+            self._read_states()
+        enabled, disabled = self._enabled, self._disabled
+        fault = self._supervision.fault(self._now_s) or self._state_fault()
         self._arrived |= enabled if self._goal is Goal.ENABLED else disabled
         for slot in missing:
             self.counters.lost += 1
@@ -191,9 +196,17 @@ class Cycle:
         stop = self._inputs.reason()
         return Readings(self.angle(counts), missing, enabled, disabled, fault, stop)
 
-    def _state_fault(self, states: list[State | None]) -> str | None:
+    def _read_states(self) -> None:
+        self._read_words = self.words.copy()
+        self._states = [ds402.state(word) for word in self.words]
+        self._enabled = all(s is State.OPERATION_ENABLED for s in self._states)
+        self._disabled = not any(s in ds402.ENERGISED for s in self._states)
+
+    def _state_fault(self) -> str | None:
+        if self._enabled:
+            return None
         must_be_enabled = self._goal is Goal.ENABLED and self._arrived
-        for name, state, word in zip(self._names, states, self.words, strict=True):
+        for name, state, word in zip(self._names, self._states, self.words, strict=True):
             if state in ds402.FAULTY or (must_be_enabled and state is not State.OPERATION_ENABLED):
                 shown = state.words if state is not None else "no state of CiA 402"
                 return f"{name} shows {shown} (statusword 0x{word:04X})"

@@ -38,7 +38,7 @@ class TorqueGate:
         Raises:
             SafetyStopError: a torque is no number.
         """
-        if not np.isfinite(tau_motor).all():
+        if np.count_nonzero(np.isfinite(tau_motor)) < len(tau_motor):
             motor = int(np.flatnonzero(~np.isfinite(tau_motor))[0])
             raise SafetyStopError(
                 f"torque of motor {motor + 1} came out as {tau_motor[motor]} N m, not a number",
@@ -87,7 +87,10 @@ class Guard:
             )
         ]
         self._angle: Array | None = None
-        self._reference: Array | None = None
+        self._reference = np.zeros(len(mixing))  # of each motor, when its encoder last moved
+        self._moved = np.ones(
+            len(mixing), dtype=bool
+        )  # encoders, since the reference was looked at
 
     def check_readings(self, angle_motor: Array, elapsed_s: float) -> None:
         """Whether the motors can have turned so far since the last cycle.
@@ -99,15 +102,14 @@ class Guard:
         if last is None:
             return
         step, most = np.abs(angle_motor - last), self._motor_step * elapsed_s
-        if (step > most).any():
+        if np.count_nonzero(step > most):
             k = int(np.argmax(step / most))
             raise SafetyStopError(
                 f"position of motor {k + 1} jumped by {step[k]:.3f} rad in {elapsed_s * 1e3:.1f} ms"
                 f" (limit {most[k]:.3f} rad)",
                 brakes=False,
             )
-        if self._reference is not None:
-            self._reference[step > 0.0] = np.nan  # the encoder lives: count anew
+        self._moved |= step > 0.0
 
     def check(self, state: ArmState) -> None:
         """Position, velocity, and speed of elbow and tool.
@@ -117,12 +119,12 @@ class Guard:
         """
         values = np.concatenate([state.q, state.qd])
         outside = (values < self._lower) | (values > self._upper)
-        if outside.any():
+        if np.count_nonzero(outside):
             raise self._passed(values, int(np.flatnonzero(outside)[0]))
         pin.forwardKinematics(self._model, self._data, state.q, state.qd)
         for name, frame, most in self._points:
-            motion = pin.getFrameVelocity(self._model, self._data, frame).linear
-            speed = math.sqrt(motion @ motion)
+            motion = pin.getFrameVelocity(self._model, self._data, frame)
+            speed = math.hypot(*motion.linear.tolist())
             if speed > most:
                 raise SafetyStopError(
                     f"speed of {name} is {speed:.3f} m/s, above its limit of {most:.3f} m/s"
@@ -135,18 +137,17 @@ class Guard:
             SafetyStopError: a joint is too far from its reference, or an encoder stands still.
         """
         error = np.abs(wanted.q - state.q)
-        if (error > self._tracking).any():
+        if np.count_nonzero(error > self._tracking):
             k = int(np.argmax(error / self._tracking))
             raise SafetyStopError(
                 f"tracking error of joint {k + 1} ({self._names[k]}) is {error[k]:.3f} rad, above "
                 f"its limit of {self._tracking[k]:.3f} rad"
             )
         reference = self._transmission.motor_angle(wanted.q)
-        if self._reference is None:
-            self._reference = reference.copy()
-        np.copyto(self._reference, reference, where=np.isnan(self._reference))
+        np.copyto(self._reference, reference, where=self._moved)
+        self._moved.fill(False)
         way = np.abs(reference - self._reference)
-        if (way > self._motor_stuck).any():
+        if np.count_nonzero(way > self._motor_stuck):
             k = int(np.argmax(way / self._motor_stuck))
             raise SafetyStopError(
                 f"encoder of motor {k + 1} stands still while its reference went {way[k]:.2f} rad "
