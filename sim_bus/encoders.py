@@ -35,10 +35,10 @@ class Encoders:
         if motor in self._stuck:
             return self._stuck[motor]
         if self._readings is None:
-            counts = self._counts_from_joint @ self._plant.seen_at(self._time_ns)
-            counts += self._zero_counts
-            speeds = self._counts_from_joint @ self._plant.qd
-            self._readings = list(zip(_register(counts), _register(speeds), strict=True))
+            seen = np.array([self._plant.seen_at(self._time_ns), self._plant.qd])
+            numbers = seen @ self._counts_from_joint.T
+            numbers[0] += self._zero_counts
+            self._readings = list(zip(*_register(numbers), strict=True))
         return self._readings[motor]
 
     def jump(self, motor: int, counts: int) -> None:
@@ -56,6 +56,6 @@ class Encoders:
         self._stuck.pop(motor, None)
 
 
-def _register(numbers: Array) -> list[int]:
+def _register(numbers: Array) -> list[list[int]]:
     """The numbers as 32-bit registers hold them, which overflow."""
     return np.rint(numbers).astype(np.int64).astype(np.int32).tolist()

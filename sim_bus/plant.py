@@ -92,7 +92,7 @@ class Plant:
             return
         if not self.is_held:
             passive = self._passive
-            if braking.any():
+            if np.count_nonzero(braking):
                 passive = _damped(passive, self._at_joints(braking))
             if self._physics.on_motors or self._physics.on_joints or self._physics.sights:
                 self._run_with_effects(steps, motor_torque, passive)

@@ -3,6 +3,7 @@
 import struct
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property, lru_cache
 
 from sim_bus.frame import Frame
 
@@ -64,13 +65,13 @@ class Heard:
             return None
         return int.from_bytes(self.data[2:], "little", signed=True)
 
-    @property
+    @cached_property
     def torques(self) -> tuple[int, int, int, int] | None:
         """Packed torques; None unless the frame has eight bytes and is a SET."""
         if len(self.data) != 8 or not self.is_set:
             return None
-        bits = f"{int.from_bytes(self.data[1:], 'big'):056b}"
-        a, b, c, d = (_signed(bits[k : k + TORQUE_BITS]) for k in range(0, 56, TORQUE_BITS))
+        packed = int.from_bytes(self.data[1:], "big")
+        a, b, c, d = (_fold(packed >> k, TORQUE_BITS) for k in (42, 28, 14, 0))
         return a, b, c, d
 
     @property
@@ -78,9 +79,10 @@ class Heard:
         """Packed position of a motor; None for frames that are not one."""
         if self.group != _POSITIONS_GROUP or len(self.data) not in (3, 6) or self.data[0] & 0xC0:
             return None
-        return _signed(f"{int.from_bytes(self.data[:3], 'big'):024b}"[2:])
+        return _fold(int.from_bytes(self.data[:3], "big"), POSITION_BITS)
 
 
+@lru_cache(maxsize=8)  # many nodes hear the same frame
 def hear(frame: Frame) -> Heard | None:
     """A frame taken apart; None for what Pucks do not listen to (extended, remote, empty)."""
     if frame.can_id > 0x7FF or not frame.data:
@@ -121,10 +123,7 @@ def _packed(counts: int) -> bytes:
     return (counts % (1 << POSITION_BITS)).to_bytes(3, "big")
 
 
-def _signed(bits: str) -> int:
-    return int(bits, 2) - (int(bits[0]) << len(bits))
-
-
 def _fold(value: int, bits: int) -> int:
+    """The lowest bits of a value as a signed number."""
     half = 1 << bits - 1
     return (value + half) % (2 * half) - half

@@ -10,7 +10,7 @@ from sim_bus.drive.dictionary import Abort, Description, Getter, Key, ObjectDict
 from sim_bus.drive.ds402 import Statusword
 from sim_bus.drive.emergency import ErrorCode, Errors
 from sim_bus.drive.motor import MODE, MotorControl
-from sim_bus.drive.pdo import LAST_SYNCHRONOUS, Pdo
+from sim_bus.drive.pdo import LAST_SYNCHRONOUS, Pdo, Values
 from sim_bus.drive.sdo import SdoServer
 from sim_bus.frame import Frame, carried_length
 
@@ -167,7 +167,7 @@ class CanopenDrive:
         self._timed: list[Pdo] = []
         self._synchronous: list[Pdo] = []
         self._receiving: list[Pdo] = []
-        self._latched: dict[int, bytes] = {}
+        self._latched: dict[int, Values] = {}
         self._event_ns: dict[int, int] = {}
         self._syncs = 0
         self._watch_ns = 0
@@ -185,7 +185,9 @@ class CanopenDrive:
         self._synchronous = [p for p in transmitting if p.kind <= LAST_SYNCHRONOUS]
         # A buffer of type 0 is applied at every SYNC, and holds zeros before its first frame.
         self._latched = {
-            p.number: bytes(p.mapping.layout.size) for p in self._receiving if p.kind == 0
+            p.number: p.mapping.unpack(bytes(p.mapping.layout.size))
+            for p in self._receiving
+            if p.kind == 0
         }
         self._timed = [p for p in transmitting if p.kind > LAST_SYNCHRONOUS and p.event_ms]
         self._event_ns = {p.number: self._now + p.event_ms * _MS for p in self._timed}
@@ -244,7 +246,7 @@ class CanopenDrive:
         for p in self._receiving:
             latched = self._latched.get(p.number)
             if latched is not None:
-                self._apply(p, latched)
+                self._apply(latched)
                 if p.kind != 0:
                     del self._latched[p.number]
 
@@ -259,22 +261,21 @@ class CanopenDrive:
         elif self.errors.present:
             self._complain(ErrorCode.PDO_TOO_SHORT, False)
             self._complain(ErrorCode.PDO_TOO_LONG, False)
+        values = p.mapping.unpack(data[:size])
         if p.kind <= LAST_SYNCHRONOUS:
-            self._latched[p.number] = data[:size]
+            self._latched[p.number] = values
         else:
-            self._apply(p, data[:size])
+            self._apply(values)
 
     def _complain(self, code: int, is_present: bool) -> None:
         self._emergency(self.errors.enter(code) if is_present else self.errors.leave(code))
 
-    def _apply(self, p: Pdo, data: bytes) -> None:
-        mapping = p.mapping
-        self.objects.values.update(zip(mapping.keys, mapping.layout.unpack(data), strict=True))
+    def _apply(self, values: Values) -> None:
+        self.objects.values.update(values)
         self._act()
 
     def _transmit(self, p: Pdo) -> None:
-        mapping = p.mapping
-        self._emit(p.cob_id, mapping.layout.pack(*[get() for get in mapping.getters]))
+        self._emit(p.cob_id, p.mapping.pack())
 
     def _act(self) -> None:
         was_enabled = self.motor.is_enabled

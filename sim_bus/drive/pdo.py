@@ -22,6 +22,10 @@ _RESERVED = (
 )
 
 
+Values = tuple[tuple[Key, int], ...]
+"""Numbers that a PDO has brought, by their keys."""
+
+
 @dataclass(frozen=True)
 class Mapping:
     """The objects in a PDO, one after the other.
@@ -35,6 +39,14 @@ class Mapping:
     keys: tuple[Key, ...]
     getters: tuple[Getter, ...]
     layout: struct.Struct
+
+    def pack(self) -> bytes:
+        """The present values."""
+        return self.layout.pack(*[get() for get in self.getters])
+
+    def unpack(self, data: bytes) -> Values:
+        """The values that a PDO brings."""
+        return tuple(zip(self.keys, self.layout.unpack(data), strict=True))
 
 
 @dataclass(frozen=True)
