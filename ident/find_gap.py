@@ -19,7 +19,7 @@ from ident.gap.content import (
     where_content,
 )
 from ident.gap.detectable import visibility
-from ident.gap.experiment import read_experiment
+from ident.gap.experiment import read_experiment, trusting
 from ident.gap.feasible import Possible, possible
 from ident.gap.forward import Forward, forward, rms
 from ident.gap.model import model_with
@@ -61,7 +61,7 @@ class _Outcome:
 
 def gap_logs(
     paths: Sequence[Path],
-    robot: Path | None,
+    known: tuple[Path | None, Path | None],
     out: Path,
     reading: Reading,
     options: Options,
@@ -71,7 +71,8 @@ def gap_logs(
 
     Args:
         paths: the logs.
-        robot: file that describes the arm; None: what travels inside the logs.
+        known: file that describes the arm, None: what travels inside the logs; and a model that
+            was trusted before, None: the links are fitted to the logs.
         out: folder for the results.
         reading: topics and torque to read.
         options: of the search.
@@ -82,7 +83,10 @@ def gap_logs(
     """
     start = time.perf_counter()
     tell("reading")
+    robot, trusted = known
     source = read_experiment(paths, robot, reading)
+    if trusted is not None:
+        source = trusting(source, trusted)
     outcome = _outcome(search(source, options, tell), tell)
     content = _content(outcome) | {"provenance": provenance(source.arm, paths)}
     tell("writing the report")

@@ -35,8 +35,8 @@ def gap(
     from ident.recordings import Reading
 
     reading = Reading(joint_states, torque=torque.value if torque else None)
-    options = Options(null_runs=null_runs, model=model)
-    text, sentences = gap_logs(logs, robot, out, reading, options, _Told().tell)
+    options = Options(null_runs=null_runs)
+    text, sentences = gap_logs(logs, (robot, model), out, reading, options, _Told().tell)
     if as_json:
         typer.echo(text.rstrip())
         return

@@ -27,6 +27,7 @@ class ArmFacts:
         moving: which joints move in the recordings, shape (n,).
         peak_torque: largest commanded torque of each joint [N m], shape (n,).
         duration_s: length of the longest recording [s].
+        trusted: whether delta was known before, so that it can be asked what has changed since.
     """
 
     chain: Chain
@@ -35,6 +36,7 @@ class ArmFacts:
     moving: NDArray[np.bool_]
     peak_torque: Array
     duration_s: float
+    trusted: bool = False
 
     @property
     def dof(self) -> int:

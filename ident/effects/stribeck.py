@@ -30,7 +30,7 @@ class Stribeck:
     uses = ("direction",)
     settings = (
         Setting("speed", "rad/s", (0.015, 0.025, 0.04, 0.06, 0.09, 0.13, 0.2, 0.3), 0.008, 0.5),
-        Setting("exponent", "1", (0.6, 1.0, 2.0), 0.4, 2.5),
+        Setting("exponent", "1", (0.7, 1.0, 1.4, 2.0), 0.7, 2.0, whole=True),
     )
 
     def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:

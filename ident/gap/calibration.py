@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.dataset import Dataset
+from ident.gap.contact import find_burst
 from ident.gap.experiment import Experiment, controller_of, wire_of
 from ident.gap.feasible import possible
 from ident.gap.fit import Fit, fit
@@ -23,7 +24,8 @@ from ident.gap.residual import Residual, residuals
 from ident.gap.scan import chance_gains
 from ident.gap.search import SEARCHED, Present, all_hypotheses, begin, examine, extend
 from ident.gap.stretch import stretches
-from ident.gap.table import FOLDS, Nominal, Table, nominal, tabulate
+from ident.gap.table import FOLDS, Known, Nominal, Table, nominal, tabulate
+from ident.gap.trusted import known_torque
 from ident.simulation.arm import simulated_arm
 from wamctl.arm.errors import DataError
 
@@ -74,18 +76,19 @@ def calibrated(
             data = simulated_datasets(source, arm, (loop[0], loop[1]), noise, rng)
         except DataError:
             continue
-        gain, most = _run(rows, present, data)
+        gain, most = _run(rows, present, data, known_torque(source))
         gains.append(gain)
         structure.append(most)
     return raised(threshold, gains, structure)
 
 
 def _run(
-    rows: Nominal, present: Present, data: Sequence[Dataset]
+    rows: Nominal, present: Present, data: Sequence[Dataset], known: Known | None
 ) -> tuple[dict[str, float], float]:
     """Largest gain of each effect, and of nameless structure, in effect-free data."""
     facts = present.model.facts
-    simulated = nominal(stretches(data, rows.windows), rows.windows, facts, rows.kept)
+    parts = stretches(data, rows.windows)
+    simulated = nominal(parts, rows.windows, facts, rows.kept, known)
     now = begin(simulated, facts)
     if present.accepted:
         now = extend(simulated, now, present.accepted)
@@ -99,6 +102,8 @@ def _run(
             effect = s.hypothesis.effect
             gains[effect] = max(gains.get(effect, 0.0), s.gain)
     table = tabulate(simulated, now.model, now.accepted)
+    burst = find_burst(simulated, table, now.fit, now.fit.choice)
+    gains["contact"] = 0.0 if burst is None else burst.gain
     left = leftovers(simulated, now.model, table, now.fit, SEARCHED)
     return gains, max((x.gain for x in left), default=0.0)
 

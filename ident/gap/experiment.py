@@ -1,7 +1,7 @@
 """The recordings of one arm, and what is known of the loop that made them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +13,14 @@ from ident.base_parameters import base_map
 from ident.dataset import Dataset, TorqueSource, dataset
 from ident.effects.effect import ArmFacts
 from ident.evidence import posture
+from ident.model import Model
+from ident.model_file import load_model
 from ident.parameters import Terms
 from ident.recordings import Reading, arm_of
 from ident.simulation.chain import chain_of
 from ident.simulation.loop import Controller, Wire
 from wamctl.arm.config import ArmFile, PuckDrivesSection, RobotFile, load_robot_file, validate
-from wamctl.arm.errors import ConfigurationError
+from wamctl.arm.errors import ConfigurationError, DataError
 from wamctl.arm.recording import Recording, read_recording
 from wamctl.arm.robot import Robot, cad_parameters
 
@@ -37,12 +39,14 @@ class Experiment:
         file: the arm's configuration, where one is known.
         recordings: as read.
         datasets: the same, uniform, joints in the robot's order.
+        trusted: a model that was known before; None: the links are fitted to the recordings.
     """
 
     arm: Arm
     file: RobotFile | ArmFile | None
     recordings: tuple[Recording, ...]
     datasets: tuple[Dataset, ...]
+    trusted: Model | None = None
 
     @property
     def moving(self) -> NDArray[np.bool_]:
@@ -113,7 +117,12 @@ def file_of(recording: Recording, name: str, robot: Path | None) -> RobotFile | 
 
 
 def base_columns(source: Experiment) -> NDArray[np.int64]:
-    """Places of the base inertial parameters among the links' parameters, shape (b,)."""
+    """Places of the base inertial parameters among the links' parameters, shape (b,).
+
+    None are left to fit where a model is trusted.
+    """
+    if source.trusted is not None:
+        return np.zeros(0, dtype=np.int64)
     terms = Terms(
         viscous=False,
         coulomb=False,
@@ -126,16 +135,41 @@ def base_columns(source: Experiment) -> NDArray[np.int64]:
 
 
 def facts_of(source: Experiment) -> ArmFacts:
-    """What the effects may know, with the CAD parameters."""
+    """What the effects may know, with the trusted parameters, or those of the CAD."""
+    trusted = source.trusted
     tau = [s.tau for d in source.datasets for s in d.segments]
     return ArmFacts(
         chain_of(source.arm.robot),
-        cad_parameters(source.arm.robot),
+        cad_parameters(source.arm.robot) if trusted is None else trusted.inertial,
         source.motor_from_joint,
         source.moving,
         np.max([np.abs(t).max(axis=0) for t in tau], axis=0),
         max(d.samples / d.rate_hz for d in source.datasets),
+        trusted is not None,
     )
+
+
+def trusting(source: Experiment, path: Path) -> Experiment:
+    """The same with a model that was known before.
+
+    Raises:
+        DataError: a model of another arm, or one that holds effects already.
+        ConfigurationError: a file that cannot be read.
+    """
+    model = load_model(path)
+    joints = source.arm.robot.joint_names
+    if model.robot.joint_names != joints:
+        raise DataError(
+            f"{path} is a model of the joints {', '.join(model.robot.joint_names)}, but the"
+            f" recordings have {', '.join(joints)}."
+        )
+    if model.effects:
+        names = ", ".join(str(e.get("name")) for e in model.effects)
+        raise DataError(
+            f"{path} holds effects already ({names}); changes are told against a model of"
+            " ident run: give that one with --model."
+        )
+    return replace(source, trusted=model)
 
 
 def controller_of(source: Experiment) -> Controller | None:

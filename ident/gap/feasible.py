@@ -12,6 +12,7 @@ from ident.feasible_fit import feasible
 from ident.feasible_set import feasible_set, link_sizes
 from ident.gap.experiment import Experiment
 from ident.gap.fit import Fit, solve
+from ident.model import Model
 from ident.parameters import Terms
 from ident.problem import Active, Problem, prior_parameters
 
@@ -64,13 +65,16 @@ def friction_terms(arm: Arm) -> Terms:
 def possible(source: Experiment, model: Fit, base_size: int) -> Possible:
     """The possible parameters nearest to a fit, in units of its noise.
 
-    The effects' coefficients are left free; what they explain is projected off first.
+    The effects' coefficients are left free; what they explain is projected off first. A trusted
+    model stays as it is; only the joints' friction beside it is the fit's.
 
     Args:
         source: the arm, and where its joints were.
         model: the free solution.
         base_size: number of base inertial parameters.
     """
+    if source.trusted is not None:
+        return _trusted(source, source.trusted, model)
     arm = source.arm
     terms = friction_terms(arm)
     base = base_map(arm.robot, terms, [posture(d) for d in source.datasets])
@@ -109,6 +113,23 @@ def possible(source: Experiment, model: Fit, base_size: int) -> Possible:
         _spread(inner),
         base,
         found.active,
+    )
+
+
+def _trusted(source: Experiment, known: Model, model: Fit) -> Possible:
+    n = source.arm.robot.dof
+    terms = friction_terms(source.arm)
+    return Possible(
+        terms,
+        known.delta,
+        known.inertial,
+        np.maximum(model.x[:n], 0.0),
+        np.maximum(model.x[n : 2 * n], 0.0),
+        model.effects,
+        model.x,
+        np.zeros(0),
+        base_map(source.arm.robot, terms, [posture(d) for d in source.datasets]),
+        (),
     )
 
 

@@ -53,6 +53,9 @@ def model_with(
         fit: the free solution behind them.
         accepted: effects.
     """
+    effects = effects_entries(accepted, fitted.effects)
+    if source.trusted is not None:
+        return replace(source.trusted, effects=effects)
     return Model(
         arm=source.arm.name,
         estimator="feasible",
@@ -71,7 +74,7 @@ def model_with(
         ),
         noise=_noise(source, fit),
         logs=tuple(d.name for d in source.datasets),
-        effects=effects_entries(accepted, fitted.effects),
+        effects=effects,
     )
 
 

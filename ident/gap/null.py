@@ -29,6 +29,8 @@ _DISTANCES = (0.0, 0.0, 2e-4, 5e-4)
 
 _ROOM = 2.0
 _LEAST_GAIN = 0.03
+_LEAST_BESIDE_TRUSTED = 0.1
+_LEAST_BURST = 0.15  # a stretch of time is found among hundreds, in any residual
 
 
 @dataclass(frozen=True)
@@ -50,9 +52,14 @@ class Threshold:
         return self.gain.get(effect, _LEAST_GAIN)
 
 
-def least_threshold() -> Threshold:
-    """What every data set asks for, before anything is simulated."""
-    return Threshold(dict.fromkeys(catalogue(), _LEAST_GAIN), 2 * _LEAST_GAIN, 0)
+def least_threshold(trusted: bool = False) -> Threshold:
+    """What every data set asks for, before anything is simulated.
+
+    A trusted model brings errors of its own, which no simulation of it shows: more is asked then.
+    """
+    least = _LEAST_BESIDE_TRUSTED if trusted else _LEAST_GAIN
+    gain = dict.fromkeys(catalogue(), least) | {"contact": _LEAST_BURST}
+    return Threshold(gain, 2 * least, 0)
 
 
 def raised(

@@ -12,7 +12,7 @@ from ident.gap.table import Table
 
 Array = NDArray[np.floating]
 
-_EXACT_PER_PLACE = 3
+EXACT_PER_PLACE = 3
 _LEAST = 0.005  # nats per sample at the present noise: what gains less is not worth an exact fit
 _COST = 0.01  # nats per further coefficient
 
@@ -97,19 +97,22 @@ def turning_gains(grams: Grams, present: Fit, joint: int) -> tuple[Array, Array]
     return np.where(coefficient > 0.0, torque[:count] ** 2 / square / 2, 0.0), coefficient
 
 
-def scan(table: Table, present: Fit, accepted: int = 0) -> list[Score]:
+def scan(
+    table: Table, present: Fit, accepted: int = 0, exact: int = EXACT_PER_PLACE
+) -> list[Score]:
     """Scores of the best hypotheses of each effect and place, best first.
 
     Args:
         table: inner products, of the data to use as one fold.
         present: the model so far.
         accepted: so many hypotheses of the table, the first ones, are in the model already.
+        exact: so many hypotheses of each effect and place are fitted exactly.
     """
     grams = table.grams
     tried: list[tuple[int, Choice]] = []
     for j in range(grams.dof):
         if grams.counts[j].sum() > 0:
-            tried += _shortlist(table, present, j, accepted)
+            tried += _shortlist(table, present, j, accepted, exact)
     for i, h in enumerate(table.hypotheses[accepted:], accepted):
         if len(h.rows) > 1:
             tried.append((i, present.choice.with_slot(table.slots[i])))
@@ -117,7 +120,9 @@ def scan(table: Table, present: Fit, accepted: int = 0) -> list[Score]:
     return sorted((s for s in scores if s is not None), key=lambda s: -s.merit)
 
 
-def _shortlist(table: Table, present: Fit, joint: int, accepted: int) -> list[tuple[int, Choice]]:
+def _shortlist(
+    table: Table, present: Fit, joint: int, accepted: int, exact: int
+) -> list[tuple[int, Choice]]:
     """The most promising hypotheses on one joint, each with its best reversal shape."""
     grams, layout = table.grams, table.grams.layouts[joint]
     reduced, torque = _reduced(grams, present, joint)
@@ -131,7 +136,7 @@ def _shortlist(table: Table, present: Fit, joint: int, accepted: int) -> list[tu
     short = []
     rows = int(grams.counts[joint].sum())
     for found in by_effect.values():
-        for gain, i, turning in sorted(found, reverse=True)[:_EXACT_PER_PLACE]:
+        for gain, i, turning in sorted(found, reverse=True)[:exact]:
             if gain > _LEAST * rows:
                 short.append((i, present.choice.turned(joint, turning).with_slot(table.slots[i])))
     return short

@@ -1,5 +1,6 @@
 """The model so far, and the next effect: fit, score, refine, take in."""
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -10,7 +11,7 @@ from ident.effects.catalogue import catalogue
 from ident.effects.effect import ArmFacts, Effect, Hypothesis
 from ident.gap.fit import Choice, Fit, fit
 from ident.gap.region import SLOW, slow_speed
-from ident.gap.scan import Score, choose_turnings, scan
+from ident.gap.scan import EXACT_PER_PLACE, Score, choose_turnings, scan
 from ident.gap.table import Nominal, PresentModel, Table, tabulate
 from ident.gap.turning import TURNINGS, USUAL
 
@@ -19,7 +20,10 @@ Array = NDArray[np.floating]
 SEARCHED = (0, 1)
 """Folds on which effects are looked for; the last one is held out."""
 
-_REFINEMENTS = 2
+_REFINEMENTS = 3
+_EXACT_OF_REFINED = 20
+_PROMISING = 0.8  # of the best form's gain: others are tuned no further
+_CLOSER = 2.5  # times closer with each refinement
 _FINER = 7  # points of each refinement
 
 
@@ -68,8 +72,10 @@ def _settled(rows: Nominal, present: Present) -> Present:
 
 def _updated(rows: Nominal, model: PresentModel, found: Fit) -> PresentModel:
     b, n = len(rows.kept), model.facts.dof
-    delta = np.zeros_like(model.facts.delta)
-    delta[rows.kept] = found.x[:b]
+    delta = model.facts.delta.copy()
+    if b:
+        delta[:] = 0.0
+        delta[rows.kept] = found.x[:b]
     turnings = found.choice.turnings
     return PresentModel(
         replace(model.facts, delta=delta),
@@ -81,12 +87,16 @@ def _updated(rows: Nominal, model: PresentModel, found: Fit) -> PresentModel:
 
 
 def all_hypotheses(facts: ArmFacts) -> list[Hypothesis]:
-    """Everything that the catalogue can look for in recordings alone."""
-    return [h for e in catalogue().values() if not e.compares for h in e.hypotheses(facts)]
+    """Everything that the catalogue can look for, in recordings alone or beside a trusted model."""
+    effects = [e for e in catalogue().values() if facts.trusted or not e.compares]
+    return [h for e in effects for h in e.hypotheses(facts)]
 
 
 def examine(
-    rows: Nominal, present: Present, hypotheses: Sequence[Hypothesis]
+    rows: Nominal,
+    present: Present,
+    hypotheses: Sequence[Hypothesis],
+    exact: int = EXACT_PER_PLACE,
 ) -> tuple[Table, list[Score]]:
     """Scores of hypotheses beside the model so far, on the folds that are searched."""
     table = tabulate(rows, present.model, [*present.accepted, *hypotheses])
@@ -94,31 +104,56 @@ def examine(
     accepted = len(present.accepted)
     choice = Choice(present.model.turnings, tuple(table.slots[i] for i in range(accepted)))
     now = fit(searched.grams, choice, present.fit.sigma)
-    return table, scan(searched, now, accepted)
+    return table, scan(searched, now, accepted, exact)
 
 
 def refined(rows: Nominal, present: Present, score: Score) -> Score:
-    """The same effect at the same place with its settings tuned."""
+    """The same effect at the same place with its settings tuned, every form of it by itself."""
     effect = catalogue()[score.hypothesis.effect]
-    for width in range(_REFINEMENTS):
-        near = _neighbours(effect, score.hypothesis, width)
+    best = {_form(effect, score.hypothesis): score}
+    for finer in range(_REFINEMENTS):
+        near = [n for s in best.values() for n in _neighbours(effect, s.hypothesis, finer)]
         if not near:
             return score
-        _, found = examine(rows, present, [score.hypothesis, *near])
-        score = found[0] if found and found[0].merit > score.merit else score
-    return score
+        _, found = examine(rows, present, [score.hypothesis, *near], _EXACT_OF_REFINED)
+        for s in found:
+            form = _form(effect, s.hypothesis)
+            if form not in best or s.merit > best[form].merit:
+                best[form] = s
+        most = max(s.merit for s in best.values())
+        best = {form: s for form, s in best.items() if s.merit > _PROMISING * most}
+    return max(best.values(), key=lambda s: s.merit)
+
+
+def _form(effect: Effect, hypothesis: Hypothesis) -> tuple[float, ...]:
+    """Settings of which only the grid's own values make sense."""
+    names = [s.name for s in effect.settings if s.whole]
+    return tuple(hypothesis.settings[n] for n in names if n in hypothesis.settings)
 
 
 def _neighbours(effect: Effect, hypothesis: Hypothesis, finer: int) -> list[Hypothesis]:
-    """Hypotheses with one setting moved by less than the step of its grid."""
-    near = []
+    """Hypotheses with the settings moved by less than the step of their grids.
+
+    Settings are moved together, at first over all forms: a speed and an exponent stand in for each
+    other.
+    """
+    choices: list[list[tuple[str, float]]] = []
+    forms: list[list[tuple[str, float]]] = []
     for setting in effect.settings:
-        if setting.name not in hypothesis.settings or len(setting.grid) < 2 or setting.whole:
+        if setting.name not in hypothesis.settings or len(setting.grid) < 2:
+            continue
+        if setting.whole and not finer:
+            forms.append([(setting.name, x) for x in setting.grid])
+        if setting.whole:
             continue
         value = hypothesis.settings[setting.name]
-        step = np.diff(np.log(np.abs(setting.grid))).max() / 4**finer
-        for factor in np.exp(np.linspace(-step, step, _FINER)):
-            other = float(np.clip(abs(value) * factor, setting.lower, setting.upper))
-            changed = {**hypothesis.settings, setting.name: float(np.copysign(other, value))}
-            near.append(replace(hypothesis, settings=changed))
-    return near
+        step = np.diff(np.log(np.abs(setting.grid))).max() / _CLOSER**finer
+        sizes = abs(value) * np.exp(np.linspace(-step, step, _FINER))
+        moved = np.copysign(np.clip(sizes, setting.lower, setting.upper), value)
+        choices.append([(setting.name, float(x)) for x in moved])
+    if not choices:
+        return []
+    return [
+        replace(hypothesis, settings={**hypothesis.settings, **dict(changed)})
+        for changed in itertools.product(*choices, *forms)
+    ]

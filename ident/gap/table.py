@@ -1,6 +1,6 @@
 """From stretches to inner products: nominal columns, reversal shapes, and candidates."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,6 +18,7 @@ from ident.simulation.chain import torques
 from ident.simulation.regressor import regressor
 
 Array = NDArray[np.floating]
+Known = Callable[[Stretch], Array]
 
 FOLDS = 3
 _BODY_RATE_HZ = 100.0
@@ -96,9 +97,21 @@ class Table:
 
 
 def nominal(
-    parts: Sequence[Stretch], windows: Windows, facts: ArmFacts, kept: NDArray[np.int64]
+    parts: Sequence[Stretch],
+    windows: Windows,
+    facts: ArmFacts,
+    kept: NDArray[np.int64],
+    known: Known | None = None,
 ) -> Nominal:
-    """The rows of the rigid-body model with friction."""
+    """The rows of the rigid-body model with friction.
+
+    Args:
+        parts: the samples.
+        windows: of the rows.
+        facts: of the arm.
+        kept: base inertial parameters, to be fitted.
+        known: torque of a trusted model [N m], shape (S, n); it is taken off the measured one.
+    """
     every = body_step(windows)
     coarse = windows.coarser(every)
     base, turnings = [], []
@@ -116,7 +129,7 @@ def nominal(
         tuple(base),
         tuple(turnings),
         tuple(windows.mean(s.qd) for s in parts),
-        tuple(windows.mean(s.tau) for s in parts),
+        tuple(windows.mean(s.tau if known is None else s.tau - known(s)) for s in parts),
     )
 
 

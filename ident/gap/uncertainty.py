@@ -176,5 +176,8 @@ def _named(
         for name in names:
             values[name] = Value(h.settings[name], float(sd[last]), units[name])
             last += 1
+        for s in effect.settings:
+            if s.whole and s.reported and s.name in h.settings:
+                values[s.name] = Value(h.settings[s.name], 0.0, s.unit)  # chosen, not estimated
         found.append(values)
     return found

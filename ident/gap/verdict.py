@@ -13,6 +13,7 @@ from ident.gap.naming import Found
 from ident.gap.null import Threshold
 
 _UNEXPLAINED = 0.2  # of a joint's gap: with more left, a name is only an analogy
+_ANALOGY = 2.0  # nats: so much structure beside an effect says that its form is another one
 
 
 class Kind(StrEnum):
@@ -91,7 +92,7 @@ def decide(
     parts = (tuple(found), burst, tuple(left), tuple(faults))
     if faults:
         return Verdict(Kind.DATA_FAULT, *parts)
-    if any(x.unexplained > _UNEXPLAINED for x in left):
+    if any(x.unexplained > _UNEXPLAINED or x.leftover.gain > _ANALOGY for x in left):
         return Verdict(Kind.UNKNOWN, *parts)
     if any(f.rivals for f in found):
         return Verdict(Kind.AMBIGUOUS, *parts)

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +18,7 @@ from ident.gap.scan import Score
 from ident.gap.search import SEARCHED, Present, all_hypotheses, begin
 from ident.gap.stretch import stretches
 from ident.gap.table import Nominal, nominal, tabulate
+from ident.gap.trusted import known_torque
 from ident.gap.verdict import Nameless, Verdict, decide, nameless
 from ident.gap.windows import windows_for
 
@@ -40,13 +40,11 @@ class Options:
         null_runs: effect-free runs that are simulated.
         cutoff_hz: of the windows.
         seed: of all that is drawn.
-        model: a model that was trusted before, or None: then the links are fitted, too.
     """
 
     null_runs: int = 4
     cutoff_hz: float = CUTOFF_HZ
     seed: int = 0
-    model: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -82,7 +80,11 @@ def search(source: Experiment, options: Options, tell: Tell) -> Search:
     windows = windows_for(rate, min(options.cutoff_hz, _HIGHEST_SHARE * rate))
     tell("fitting the nominal model")
     rows = nominal(
-        stretches(source.datasets, windows), windows, facts_of(source), base_columns(source)
+        stretches(source.datasets, windows),
+        windows,
+        facts_of(source),
+        base_columns(source),
+        known_torque(source),
     )
     start = begin(rows, facts_of(source))
     found, end, scores, threshold = _sequence(source, rows, start, options, tell)
@@ -96,7 +98,7 @@ def _sequence(
 ) -> tuple[list[Found], Present, list[list[Score]], Threshold]:
     """Effects taken in one after the other until nothing is left that may be believed."""
     found: list[Found] = []
-    present, threshold = start, least_threshold()
+    present, threshold = start, least_threshold(source.trusted is not None)
     scores: list[list[Score]] = []
     calibrations = 0
     while (

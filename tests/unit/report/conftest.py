@@ -160,7 +160,7 @@ def gap_content(run_content: dict[str, Any]) -> dict[str, Any]:
                 "equation": "tau += J^T (Fm sgn(J qd))",
                 "evidence": {"gain": 0.123, "held_out": "better on both logs"},
                 "rivals": [{"name": "stribeck", "joints": [2], "evidence": 0.09}],
-                "separating_experiment": "move joints 1 and 2 together in all directions",
+                "separating_experiment": "coupled_friction:1",
             }
         ],
         "where": [
@@ -191,7 +191,9 @@ def gap_report(gap_content: dict[str, Any], run_content: dict[str, Any]) -> GapR
     before[:2, :2] = np.nan
     maps = (RegionMap(1, *edges, before, 0.2 * before),)
     titles = {"coupled_friction": "friction on the motors of a shared drive"}
-    return GapReport(gap_content, "bench", run_content["joints"], titles, maps)
+    explained = {"coupled_friction": ("turns with the motor", "move joints 1 and 2 together")}
+    joints = run_content["joints"]
+    return GapReport(gap_content, "bench", joints, titles, maps, explained=explained)
 
 
 @pytest.fixture(scope="session")

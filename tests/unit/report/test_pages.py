@@ -194,7 +194,10 @@ def test_gap_page_has_the_numbers_of_gap_json(pages: dict[str, str]) -> None:
     ) in text
     assert "falls from 3.21 % to 1.23 %: 94 % of what could be closed." in text
     assert "0.0412 ± 0.0031" in text
-    assert "To tell them apart: move joints 1 and 2 together in all directions." in text
+    assert "How it shows: turns with the motor." in text
+    assert (
+        "To tell them apart, move joints 1 and 2 together: ident design --for coupled_friction:1."
+    ) in text
     assert "gravity tilt at the whole arm" in text
 
 

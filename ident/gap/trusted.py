@@ -1,0 +1,33 @@
+"""The torque of a model that was trusted before."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.gap.experiment import Experiment
+from ident.gap.stretch import Stretch
+from ident.gap.table import Known
+from ident.model import Model
+from ident.simulation.chain import Chain, chain_of, torques
+
+Array = NDArray[np.floating]
+
+
+def known_torque(source: Experiment) -> Known | None:
+    """What the trusted model says of a stretch, but for the joints' own friction; None without one.
+
+    The joints' viscous and Coulomb friction are fitted anew: they change from day to day.
+    """
+    model = source.trusted
+    if model is None:
+        return None
+    chain = chain_of(source.arm.robot)
+    return lambda stretch: _torque(model, chain, stretch)
+
+
+def _torque(model: Model, chain: Chain, s: Stretch) -> Array:
+    drive = model.terms.drive_matrix
+    motion = (np.ascontiguousarray(a) for a in (s.q, s.qd, s.qdd))
+    speed = s.qd @ drive.T
+    motor = model.parameter("fvm") * speed + model.parameter("fcm") * np.sign(speed)
+    motor = motor + model.parameter("ia") * (s.qdd @ drive.T)
+    return torques(chain, model.inertial, *motion) + model.parameter("fo") + motor @ drive

@@ -1,0 +1,74 @@
+"""Recordings of a simulated WAM in closed loop, with torques that the catalogue does not know."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ident.arm import arm_from_file
+from ident.gap.experiment import Experiment, controller_for, experiment, wire_for
+from ident.simulation.arm import SimulatedArm, Term, simulated_arm, term
+from ident.simulation.chain import chain_of
+from ident.simulation.loop import run
+from wamctl.arm.config import load_arm_file, shipped_file
+from wamctl.arm.recording import Command, Recording
+from wamctl.arm.robot import cad_parameters
+from wamctl.arm.ros2.joint_series import ReferenceSeries
+from wamctl.arm.trajectory import Trajectory, read_trajectory, reference, trajectory_yaml
+
+PERIODS = 2
+ATTACHED = {
+    "config.yaml": shipped_file("wam7.yaml").read_bytes(),
+    "robot.urdf": shipped_file("wam7.urdf").read_bytes(),
+}
+
+
+@term
+def lorentz(t, q, qd, load, joint, settings, resistance, level):
+    """Extra friction dF / (1 + (qd / vs)^2): a form that no effect of the catalogue has."""
+    level[joint] += settings[0] / (1.0 + (qd[joint] / settings[1]) ** 2)
+
+
+@term
+def bump(t, q, qd, load, joint, settings, resistance, level):
+    """A torque where the joint passes one place."""
+    resistance[joint] += settings[0] * np.exp(-(((q[joint] - settings[1]) / settings[2]) ** 2))
+
+
+def wam(*terms: Term) -> SimulatedArm:
+    """The shipped arm, a little heavier than its CAD, with friction and further torques."""
+    file = load_arm_file("wam7.yaml")
+    robot = arm_from_file(Path("wam7.yaml"), ()).robot
+    viscous = np.array(file.simulation.viscous_nm_s_rad)
+    coulomb = np.array(file.simulation.coulomb_nm)
+    heavier = 1.05 * cad_parameters(robot)
+    return replace(simulated_arm(chain_of(robot), heavier, viscous, coulomb), terms=terms)
+
+
+def recorded(arm: SimulatedArm, periods: int = PERIODS) -> Recording:
+    """The arm on the shipped excitation, logged as the driver does."""
+    file = load_arm_file("wam7.yaml")
+    robot = arm_from_file(Path("wam7.yaml"), ()).robot
+    shipped = read_trajectory("wam7-excitation.yaml")
+    trajectory = Trajectory(shipped.series, periods, {}, {})
+    motion = reference(shipped.series, periods, file.excitation.ramp_s, file.bus.period_s)
+    wanted = motion.q, motion.qd, motion.qdd
+    rng = np.random.default_rng(1)
+    noise = 2e-3 * np.array(file.simulation.coulomb_nm) * rng.normal(size=motion.q.shape)
+    result = run(arm, controller_for(file, robot), wire_for(file), wanted, noise)
+    stamps = np.round(motion.t * 1e9).astype(np.int64)
+    return Recording(
+        joint_names=tuple(robot.joint_names),
+        stamp_ns=stamps,
+        q=result.q,
+        qd=None,
+        effort=None,
+        command=Command(stamps, motion.q, motion.qd, result.tau_cmd),
+        reference=ReferenceSeries(stamps, *wanted),
+        attachments={**ATTACHED, "trajectory.yaml": trajectory_yaml(trajectory).encode()},
+    )
+
+
+def source_of(recording: Recording) -> Experiment:
+    """The recording with its arm."""
+    return experiment([recording], ["log.mcap"])

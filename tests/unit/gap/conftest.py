@@ -1,0 +1,34 @@
+"""One effect-free recording and one with a hidden effect, searched once for all tests."""
+
+import pytest
+from closed_loop import bump, lorentz, recorded, source_of, wam
+
+from ident.gap.experiment import Experiment
+from ident.gap.workflow import Options, Search, search
+from ident.simulation.arm import Term
+from wamctl.arm.recording import Recording
+
+
+@pytest.fixture(scope="session")
+def plain() -> Recording:
+    return recorded(wam())
+
+
+@pytest.fixture(scope="session")
+def source(plain) -> Experiment:
+    return source_of(plain)
+
+
+@pytest.fixture(scope="session")
+def nothing_hidden(source) -> Search:
+    return search(source, Options(null_runs=1), lambda _: None)
+
+
+@pytest.fixture(scope="session")
+def sticky() -> Recording:
+    return recorded(wam(Term(lorentz, 3, (0.9, 0.07))))
+
+
+@pytest.fixture(scope="session")
+def bumpy() -> Recording:
+    return recorded(wam(Term(bump, 3, (2.0, 1.6, 0.12))))

@@ -1,0 +1,132 @@
+"""Parts of the search that stand alone: windows, regions, thresholds, verdicts."""
+
+import numpy as np
+import pytest
+
+from ident.effects.catalogue import catalogue
+from ident.effects.effect import Coefficient, Hypothesis
+from ident.excitation.library import MOTIONS, REPEATED
+from ident.gap.contact import Burst
+from ident.gap.faults import Fault
+from ident.gap.fit import Choice, Fit
+from ident.gap.leftover import Leftover
+from ident.gap.naming import Found
+from ident.gap.null import least_threshold, raised
+from ident.gap.region import SLOW, Region, regions, slow_speed
+from ident.gap.scan import Score
+from ident.gap.verdict import Kind, Nameless, decide, nameless
+from ident.gap.windows import Windows, windows_for
+
+
+def score_of(effect: str) -> Score:
+    hypothesis = Hypothesis(effect, (1,), (1,), (Coefficient("size", "N m"),))
+    ones = np.ones((2, 1))
+    fit = Fit(Choice((0, 0)), np.ones(1), ones, ones.astype(int), np.eye(1))
+    return Score(0, hypothesis, fit, 0.5)
+
+
+def found(effect: str = "stribeck", rivals: tuple[Score, ...] = (), explained: float = 3.0):
+    gains = np.array([0.0, 0.5])
+    removed = np.array([0.0, explained])
+    return Found(score_of(effect), (1,), gains, removed, (0.4,), rivals, None, np.inf)
+
+
+BURST = Burst(0, 3.0, 4.0, (1,), np.array([2.0]), 0.3, np.zeros(4, dtype=bool))
+FAULT = Fault("dropped_samples", (), "log: 9 samples repeat.", 9.0)
+LARGE = Nameless(Leftover(1, "the position of joint 2", 0.4, 0.5), 0.6)
+CLEAR = Nameless(Leftover(1, "the position of joint 2", 2.5, 0.99), 0.05)
+SMALL = Nameless(Leftover(1, "the position of joint 2", 0.4, 0.5), 0.05)
+
+
+@pytest.mark.parametrize(
+    ("faults", "effects", "burst", "left", "kind"),
+    [
+        ([], [], None, [], Kind.NO_GAP),
+        ([], [found()], None, [], Kind.NAMED),
+        ([], [], BURST, [], Kind.NAMED),
+        ([], [found()], None, [SMALL], Kind.NAMED),
+        ([], [found(rivals=(score_of("nonlinear_viscous"),))], None, [], Kind.AMBIGUOUS),
+        ([], [found()], None, [LARGE], Kind.UNKNOWN),
+        ([], [], None, [LARGE], Kind.UNKNOWN),
+        ([], [found()], None, [CLEAR], Kind.UNKNOWN),
+        ([FAULT], [found()], BURST, [LARGE], Kind.DATA_FAULT),
+    ],
+)
+def test_verdict(faults, effects, burst, left, kind):
+    assert decide(faults, effects, burst, left).kind == kind
+
+
+def test_structure_is_measured_against_what_the_effects_explained():
+    threshold = least_threshold()
+    left = [
+        Leftover(1, "the position of joint 2", 0.9, 0.5),
+        Leftover(1, "time, periodically", 0.5, 0.4),
+        Leftover(0, "the position of joint 1", 0.5 * threshold.leftover, 0.4),
+    ]
+    (only,) = nameless(left, [found(explained=3.0)], np.array([1.0, 2.0]), threshold)
+    assert only.leftover is left[0]
+    assert only.unexplained == pytest.approx(1.0 / (1.0 + 3.0))
+
+
+def test_thresholds_are_twice_what_nothing_reaches_and_never_fall():
+    first = least_threshold()
+    assert set(first.gain) == set(catalogue())
+    second = raised(first, [{"stribeck": 0.2, "payload": 0.001}, {"stribeck": 0.1}], [0.05, 0.0])
+    assert second.of("stribeck") == pytest.approx(0.4)
+    assert second.of("payload") == first.of("payload")
+    assert (second.leftover, second.draws) == (pytest.approx(0.1), 2)
+    assert raised(second, [{"stribeck": 0.0}], [0.0]).of("stribeck") == pytest.approx(0.4)
+
+
+def test_windows_are_weighted_means_that_overlap_by_half():
+    windows = windows_for(500.0, 10.0)
+    assert (windows.hop, windows.cutoff_hz) == (25, 10.0)
+    rng = np.random.default_rng(0)
+    samples = rng.normal(size=(260, 2))
+    rows = windows.mean(samples)
+    weight = np.sin(np.pi * (np.arange(50) + 0.5) / 50) ** 2
+    expected = [weight @ samples[25 * k : 25 * k + 50] / weight.sum() for k in range(9)]
+    assert rows == pytest.approx(np.array(expected), abs=1e-12)
+    assert windows.least(samples) == pytest.approx(
+        np.array([samples[25 * k : 25 * k + 50].min(axis=0) for k in range(9)])
+    )
+    t = np.arange(260) / 500.0
+    assert windows.centres(t) == pytest.approx(25 * np.arange(1, 10) / 500.0)
+
+
+def test_a_window_with_half_the_cutoff_keeps_half_a_sine():
+    windows = Windows(25, 500.0)
+    t = np.arange(5000) / 500.0
+    rows = windows.mean(np.exp(2j * np.pi * windows.cutoff_hz * t).real[:, None])
+    assert np.abs(rows).max() == pytest.approx(0.5, abs=0.02)
+
+
+def test_regions_tell_turning_sliding_and_turning_of_a_shared_motor():
+    windows = Windows(10, 500.0)
+    speed = np.column_stack(
+        [np.repeat([1.0, 0.0, 1.0, 1.0, 1.0], 10), np.repeat([0.5, 0.5, 1.0, -1.0, 0.5], 10)]
+    )
+    differential = np.array([[1.0, 1.0], [1.0, -1.0]])
+    slow = np.array([0.02, 0.02])
+    alone = regions(speed, slow, None, windows)
+    assert alone[:, 0].tolist() == [Region.TURNING, Region.TURNING, Region.SLIDING, Region.SLIDING]
+    assert (alone[:, 1] == Region.SLIDING).all()
+    shared = regions(speed, slow, differential, windows)
+    # the motors turn with q1 + q2 and q1 - q2: each stands still where the speeds are as large
+    assert shared[:, 1].tolist() == [
+        Region.SLIDING,
+        Region.MOTOR_TURNING,
+        Region.MOTOR_TURNING,
+        Region.MOTOR_TURNING,
+    ]
+    assert shared[0, 0] == Region.TURNING
+
+
+def test_wide_friction_curves_have_a_wide_slow_region():
+    assert slow_speed(1e-4) == SLOW[0]
+    assert slow_speed(0.02) == pytest.approx(0.08)
+    assert slow_speed(1.0) == SLOW[1]
+
+
+def test_every_effect_has_a_separating_motion():
+    assert set(catalogue()) <= {*MOTIONS, *REPEATED}

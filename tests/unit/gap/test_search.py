@@ -1,0 +1,113 @@
+"""The search: scores against brute force, silence without an effect, and honest answers."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from closed_loop import source_of
+
+from ident.gap.comparison import held_out, sides, where
+from ident.gap.detectable import visibility
+from ident.gap.faults import faults
+from ident.gap.feasible import possible
+from ident.gap.fit import places
+from ident.gap.search import SEARCHED, all_hypotheses
+from ident.gap.table import tabulate
+from ident.gap.verdict import Kind
+from ident.gap.workflow import Options, search
+
+
+def brute_force(table, choice, sigma, rounds=40):
+    """Stacked least squares of all joints, weights by joint and region, until they settle."""
+    chosen = places(table.grams, choice)
+    size = 1 + max(int(p.unknown.max()) for p in chosen)
+    rows = np.isin(table.fold, SEARCHED)
+    for _ in range(rounds):
+        blocks, rights = [], []
+        for j, p in enumerate(chosen):
+            weight = 1 / sigma[j][table.region[rows, j]]
+            block = np.zeros((rows.sum(), size))
+            block[:, p.unknown] = table.columns[j][rows][:, p.local] * weight[:, None]
+            blocks.append(block)
+            rights.append(table.columns[j][rows, -1] * weight)
+        W = np.concatenate(blocks)
+        scale = np.linalg.norm(W, axis=0)
+        scale[scale == 0.0] = 1.0
+        x = np.linalg.lstsq(W / scale, np.concatenate(rights), rcond=1e-9)[0] / scale
+        sigma = sigma.copy()
+        for j, p in enumerate(chosen):
+            left = table.columns[j][rows, -1] - table.columns[j][rows][:, p.local] @ x[p.unknown]
+            for region in range(sigma.shape[1]):
+                here = table.region[rows, j] == region
+                if here.any():
+                    sigma[j, region] = np.sqrt(np.mean(left[here] ** 2))
+    return sigma
+
+
+def log_likelihood(sigma, counts):
+    per_joint = (np.log(sigma) * counts).sum(axis=1) / counts.sum(axis=1)
+    return -float(per_joint.sum())
+
+
+def test_scores_agree_with_refitting_everything_from_the_rows(nothing_hidden):
+    found = nothing_hidden
+    for score in (found.first_scores[0], found.first_scores[-1]):
+        table = tabulate(found.rows, found.start.model, [score.hypothesis])
+        with_it = replace(score.fit.choice, slots=(table.slots[0],))
+        before = brute_force(table, found.start.fit.choice, found.start.fit.sigma)
+        after = brute_force(table, with_it, found.start.fit.sigma)
+        counts = score.fit.counts
+        gain = log_likelihood(after, counts) - log_likelihood(before, counts)
+        assert score.gain == pytest.approx(gain, abs=2e-3)
+
+
+def test_nothing_is_named_where_nothing_is_hidden(nothing_hidden):
+    verdict = nothing_hidden.verdict
+    assert verdict.kind == Kind.NO_GAP
+    assert (verdict.found, verdict.burst, verdict.faults) == ((), None, ())
+
+
+def test_a_torque_at_one_place_gets_no_wrong_name(bumpy):
+    found = search(source_of(bumpy), Options(null_runs=1), lambda _: None)
+    assert found.verdict.kind == Kind.UNKNOWN
+    assert {n.leftover.joint for n in found.verdict.nameless} >= {3}
+
+
+def test_errors_and_gap_of_an_effect_free_arm(nothing_hidden):
+    found = nothing_hidden
+    x = possible(found.source, found.start.fit, len(found.rows.kept)).x
+    both = sides(found, x, x)
+    errors = held_out(found, both)
+    assert errors.before.relative_percent == errors.after.relative_percent
+    assert errors.noise_floor.relative_percent < errors.before.relative_percent
+    assert where(found, both) == []
+    assert errors.closed == 0.0
+
+
+def test_what_could_not_be_seen_and_what_could(nothing_hidden):
+    seen = visibility(nothing_hidden)
+    known = {h.effect for h in all_hypotheses(nothing_hidden.end.model.facts)}
+    assert set(seen.sizes) | {e for e, j in seen.unseen.items() if not j} >= known
+    # a rotor about the vertical axis is the link's own inertia
+    assert 0 in seen.unseen["rotor_inertia"]
+    assert seen.unseen["payload"] == ()
+    sizes = seen.sizes["stribeck"]
+    assert set(sizes) == set(range(7))
+    assert all(0.0 < size < 1.0 for size in sizes.values())
+
+
+def test_repeated_samples_are_a_fault_of_the_data(plain):
+    q = plain.q.copy()
+    places_ = np.arange(2000, len(q) - 2000, 97)
+    q[places_] = q[places_ - 1]
+    found = faults(source_of(replace(plain, q=q)))
+    assert [f.name for f in found] == ["dropped_samples"]
+    assert f"{len(places_)} samples repeat the one before" in found[0].text
+    assert faults(source_of(plain)) == []
+
+
+def test_torque_in_another_unit_is_a_fault_of_the_data(plain):
+    command = replace(plain.command, effort=1000.0 * plain.command.effort)
+    found = faults(source_of(replace(plain, command=command)))
+    assert [f.name for f in found] == ["torque_gain"]
+    assert found[0].count == pytest.approx(1050.0, rel=0.1)
