@@ -80,7 +80,7 @@ class Loop:
         )
         self._status_cycles = max(1, round(_STATUS_S / file.bus.period_s))
         self._sent: list[Array] = [np.zeros(arm.robot.dof)] * (drives.delay_cycles + 1)
-        self._incomplete = 0
+        self._disturbed = self._late = 0
         self._first_ns = self._last_ns = 0
 
     @property
@@ -157,13 +157,14 @@ class Loop:
     def _check_drives(self, readings: Readings) -> None:
         if readings.fault is not None:
             raise BusStopError(readings.fault)
-        self._incomplete = self._incomplete + 1 if readings.missing else 0
-        if self._incomplete >= self._arm.file.safety.missed_cycles:
+        late, before = self._drives.counters.late, self._late
+        self._late = late
+        self._disturbed = self._disturbed + 1 if readings.missing or late > before else 0
+        limit = self._arm.file.safety.missed_cycles
+        if self._disturbed >= limit:
             silent = ", ".join(self._drives.names[slot] for slot in readings.missing)
-            raise BusStopError(
-                f"no position from {silent} in {self._incomplete} cycles in a row "
-                f"(limit {self._arm.file.safety.missed_cycles})"
-            )
+            what = f"no position from {silent}" if silent else "late or doubled positions"
+            raise BusStopError(f"{what} in {self._disturbed} cycles in a row (limit {limit})")
 
     def _check_host(self, readings: Readings) -> None:
         reason = self._operator() or readings.stop

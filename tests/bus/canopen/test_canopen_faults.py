@@ -67,6 +67,12 @@ def began_ns(arm) -> int:
             "no position from drive 6 (node 6) in 8 cycles in a row (limit 8)",
             10,
         ),
+        (
+            {"fault": "doubled_frames", "id": 0x183, "number": 1000},
+            4,
+            "late or doubled positions in 8 cycles in a row (limit 8)",
+            10,
+        ),
     ],
     ids=lambda value: value["fault"] if isinstance(value, dict) else None,
 )
