@@ -83,7 +83,7 @@ def calibrated(
 
 
 def _run(
-    rows: Nominal, present: Present, data: Sequence[Dataset], known: Known | None
+    rows: Nominal, present: Present, data: Sequence[Dataset], known: tuple[Known, Array] | None
 ) -> tuple[dict[str, float], float]:
     """Largest gain of each effect, and of nameless structure, in effect-free data."""
     facts = present.model.facts

@@ -129,7 +129,8 @@ def trusted(grams: Grams) -> Array:
     """Smallest residual that is believed, per joint [N m], shape (n,)."""
     squares = [p[..., -1, -1].sum() for p in grams.products]
     rows = np.maximum(grams.counts.sum(axis=(1, 2)), 1)
-    return np.maximum(_TRUST * np.sqrt(np.array(squares) / rows), 1e-12)
+    rounding = np.maximum(_TRUST * np.sqrt(np.array(squares) / rows), 1e-12)
+    return rounding if grams.least is None else np.maximum(rounding, grams.least)
 
 
 def fit(grams: Grams, choice: Choice, start: Array | None = None) -> Fit:

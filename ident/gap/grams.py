@@ -55,12 +55,14 @@ class Grams:
         layouts: per joint.
         products: per joint, shape (folds, regions, p, p).
         counts: rows per joint, fold and region, shape (n, folds, regions).
+        least: error that a trusted model brings [N m], shape (n,), or None.
     """
 
     base: int
     layouts: tuple[Layout, ...]
     products: tuple[Array, ...]
     counts: NDArray[np.int64]
+    least: Array | None = None
 
     @property
     def dof(self) -> int:
@@ -75,6 +77,7 @@ class Grams:
             self.layouts,
             tuple(p[chosen].sum(axis=0, keepdims=True) for p in self.products),
             self.counts[:, chosen].sum(axis=1, keepdims=True),
+            self.least,
         )
 
 

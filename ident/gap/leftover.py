@@ -101,7 +101,7 @@ def _joint(
     effective = len(e) / memory_of(noise, table.stretch[rows])
     found = []
     for group, fitted, rest, size in tried:
-        share = float(np.clip(1 - float(rest @ rest) / square, 0.0, 1 - 1e-9))
+        share = float(np.clip((square - float(rest @ rest)) / max(square, len(e)), 0.0, 1 - 1e-9))
         many = np.log(size / 2) + 1 if group.single else size / 2
         nats = -0.5 * np.log(1 - share) - many / effective
         name = group.name.format(j=joint + 1)

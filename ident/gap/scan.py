@@ -14,6 +14,7 @@ Array = NDArray[np.floating]
 
 EXACT_PER_PLACE = 3
 _LEAST = 0.005  # nats per sample at the present noise: what gains less is not worth an exact fit
+_NOTHING = 1e-9  # of the largest square
 _COST = 0.01  # nats per further coefficient
 
 
@@ -92,9 +93,14 @@ def turning_gains(grams: Grams, present: Fit, joint: int) -> tuple[Array, Array]
         return none, none
     reduced, torque = _reduced(grams, present, joint)
     count = grams.layouts[joint].turnings
-    square = np.maximum(np.diag(reduced)[:count], 1e-300)
+    square = _seen(np.diag(reduced)[:count])
     coefficient = torque[:count] / square
     return np.where(coefficient > 0.0, torque[:count] ** 2 / square / 2, 0.0), coefficient
+
+
+def _seen(square: Array) -> Array:
+    """Squares of columns, infinite where projection has left nothing of one, shape (T,)."""
+    return np.where(square > _NOTHING * max(float(square.max()), 1e-200), square, np.inf)
 
 
 def scan(
@@ -147,7 +153,7 @@ def pair_gains(
 ) -> Array:
     """Half the drop of weighted squares for a hypothesis with each reversal shape, shape (T,)."""
     columns = turnings + slot.starts[0] + np.arange(slot.width)
-    square = np.maximum(np.diag(reduced)[:turnings], 1e-300)
+    square = _seen(np.diag(reduced)[:turnings])
     across = reduced[:turnings, columns]
     rest = (
         reduced[np.ix_(columns, columns)]

@@ -36,6 +36,7 @@ class Nominal:
         base: windowed base columns, per stretch, shape (R, n, b).
         turnings: windowed reversal shapes, per stretch, shape (R, n, T).
         viscous, torque: per stretch, shape (R, n).
+        least: error that a trusted model brings [N m], shape (n,), or None.
         formed: windowed columns of hypotheses that later models can use again.
     """
 
@@ -46,6 +47,7 @@ class Nominal:
     turnings: tuple[Array, ...]
     viscous: tuple[Array, ...]
     torque: tuple[Array, ...]
+    least: Array | None = None
     formed: dict[tuple[object, ...], Array] = field(default_factory=dict, repr=False)
 
 
@@ -101,7 +103,7 @@ def nominal(
     windows: Windows,
     facts: ArmFacts,
     kept: NDArray[np.int64],
-    known: Known | None = None,
+    known: tuple[Known, Array] | None = None,
 ) -> Nominal:
     """The rows of the rigid-body model with friction.
 
@@ -110,7 +112,8 @@ def nominal(
         windows: of the rows.
         facts: of the arm.
         kept: base inertial parameters, to be fitted.
-        known: torque of a trusted model [N m], shape (S, n); it is taken off the measured one.
+        known: of a trusted model: its torque [N m], shape (S, n), which is taken off the measured
+            one, and its error [N m], shape (n,).
     """
     every = body_step(windows)
     coarse = windows.coarser(every)
@@ -129,7 +132,8 @@ def nominal(
         tuple(base),
         tuple(turnings),
         tuple(windows.mean(s.qd) for s in parts),
-        tuple(windows.mean(s.tau if known is None else s.tau - known(s)) for s in parts),
+        tuple(windows.mean(s.tau if known is None else s.tau - known[0](s)) for s in parts),
+        None if known is None else known[1],
     )
 
 
@@ -221,7 +225,7 @@ def tabulate(rows: Nominal, model: PresentModel, hypotheses: Sequence[Hypothesis
         layouts.append(Layout(where, turnings.shape[2], extra.shape[1]))
         products.append(product)
         counts.append(count)
-    grams = Grams(base.shape[2], tuple(layouts), tuple(products), np.array(counts))
+    grams = Grams(base.shape[2], tuple(layouts), tuple(products), np.array(counts), rows.least)
     t = np.concatenate(
         [
             rows.windows.centres(s.t)[: len(y)]

@@ -12,8 +12,10 @@ from ident.simulation.chain import Chain, chain_of, torques
 Array = NDArray[np.floating]
 
 
-def known_torque(source: Experiment) -> Known | None:
-    """What the trusted model says of a stretch, but for the joints' own friction; None without one.
+def known_torque(source: Experiment) -> tuple[Known, Array] | None:
+    """What the trusted model says of a stretch, but for the joints' own friction, and its error.
+
+    None without a trusted model. The error is the residual of the model's own fit, per joint [N m].
 
     The joints' viscous and Coulomb friction are fitted anew: they change from day to day.
     """
@@ -21,7 +23,7 @@ def known_torque(source: Experiment) -> Known | None:
     if model is None:
         return None
     chain = chain_of(source.arm.robot)
-    return lambda stretch: _torque(model, chain, stretch)
+    return lambda stretch: _torque(model, chain, stretch), np.nan_to_num(model.noise)
 
 
 def _torque(model: Model, chain: Chain, s: Stretch) -> Array:
