@@ -5,8 +5,8 @@ from pathlib import Path
 from ident.arm import arm_from_file
 from ident.excitation.design import Design, Place, design
 from ident.excitation.islands import Report
-from ident.excitation.library import design_motion, purpose_of
 from ident.excitation.limits import design_limits
+from ident.excitation.purpose import design_motion, purpose_of
 from ident.excitation.settings import DesignSettings
 from ident.excitation.view import view_page
 from ident.report.design_page import DesignReport, design_page

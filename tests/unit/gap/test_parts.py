@@ -5,7 +5,7 @@ import pytest
 
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Coefficient, Hypothesis
-from ident.excitation.library import MOTIONS, REPEATED
+from ident.excitation.purpose import MOTIONS, REPEATED
 from ident.gap.contact import Burst
 from ident.gap.faults import Fault
 from ident.gap.fit import Choice, Fit

@@ -8,8 +8,8 @@ import pytest
 
 from ident.effects.catalogue import catalogue
 from ident.excitation.design import Design, Place
-from ident.excitation.library import Purpose, design_motion, purpose_of
 from ident.excitation.motions import MOTIONS, REPEATED
+from ident.excitation.purpose import Purpose, design_motion, purpose_of
 from wamctl.arm.errors import ConfigurationError, DataError
 
 
