@@ -253,15 +253,18 @@ def _where(report: GapReport) -> list[Block]:
 def _held_out(report: GapReport) -> list[Block]:
     held_out = report.content["held_out"]
     sides = ("before", "after", "noise_floor")
-    return _compared(
+    blocks = _compared(
         report.labels,
         {side: held_out.get(side, {}).get("rms_by_joint") for side in sides},
-        (
-            "Rms residual torque while the joint moves; stretches in which it turns round are left"
-            " out",
-            "rms residual [N·m]",
-        ),
+        ("Rms residual torque", "rms residual [N·m]"),
     )
+    if blocks:
+        words = (
+            "While the joints move: where one turns round, dry friction is whatever holds it, which"
+            " no motion tells. What an effect brings there shows in the simulation below."
+        )
+        blocks.insert(0, Text(words))
+    return blocks
 
 
 def _forward(report: GapReport) -> list[Block]:
