@@ -66,6 +66,8 @@ class Wire:
         self._current: Arrival | None = None
         self._offered = 0
         self.load = Load()
+        for fd in (False, True):  # compiles what counts the bits before the clock runs
+            frame_ns(Frame(0, b"", fd), timing)
 
     def offer(self, time_ns: int, frame: Frame, sender: object) -> None:
         """A frame that is ready to be sent from `time_ns` on."""

@@ -89,7 +89,8 @@ def test_lockstep_is_refused_where_a_real_arm_may_be(arm):
     )
 
 
-def test_check_asks_the_drives(arm):
+def test_check_asks_the_drives(arm, tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))  # nothing is compiled yet
     done = run("check", "--config", arm, "--bus", "sim", "--json")
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
