@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import yaml
@@ -19,13 +19,26 @@ from wamctl.arm.config import (
     validate,
 )
 from wamctl.arm.errors import ConfigurationError, DataError
-from wamctl.arm.recording import Recording
 from wamctl.arm.robot import Robot, load_robot
 
 TERM_NAMES = ("viscous", "coulomb", "offset", "rotor_inertia")
 """Terms that a model may hold beside the links: fields of `Terms`, and words of the settings."""
 
 _CONFIG, _URDF = "config.yaml", "robot.urdf"
+
+
+class Carrier(Protocol):
+    """What an arm's files can travel in: a recording, or the survey of one."""
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Its joints."""
+        ...
+
+    @property
+    def attachments(self) -> dict[str, bytes]:
+        """The files by name."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -79,19 +92,19 @@ def arm_from_file(path: Path, joints: tuple[str, ...]) -> Arm:
     return _plain(_text(found), joints, str(found))
 
 
-def arm_from_log(recording: Recording, log: str) -> Arm:
+def arm_from_log(carrier: Carrier, log: str) -> Arm:
     """The arm whose configuration and URDF travel inside the log.
 
     Raises:
         DataError: the log carries no URDF.
         ConfigurationError: what it carries is invalid.
     """
-    attached = recording.attachments
+    attached = carrier.attachments
     if _URDF not in attached:
         raise DataError(f"{log} carries no {_URDF}: name the arm with --robot FILE.yaml or .urdf.")
     urdf = attached[_URDF].decode("utf-8", errors="replace")
     if _CONFIG not in attached:
-        return _plain(urdf, recording.joint_names, f"{log}:{_URDF}")
+        return _plain(urdf, carrier.joint_names, f"{log}:{_URDF}")
     source = f"{log}:{_CONFIG}"
     try:
         content = yaml.safe_load(attached[_CONFIG])

@@ -1,41 +1,58 @@
-"""Recordings as uniform samples of position and torque, joints in the robot's order."""
+"""Recordings as uniform samples of position and torque, joints in the robot's order.
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import pairwise
-from typing import Literal
+They are read from the log again whenever they are wanted, part by part, so that memory does not
+grow with the log's length.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from itertools import groupby
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ident.errors import JointMismatchError
+from ident.instants import Instants, TorqueSource, chosen_torque, instants
+from ident.survey import GAP_PERIODS, Survey, survey
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import Recording
 
 Array = NDArray[np.floating]
-TorqueSource = Literal["commanded", "measured"]
 
 _JITTER = 0.02
 """Stamps that stray less than this part of a period count as uniform."""
-
-_GAP_PERIODS = 10
-"""A hole of more periods than this is never bridged."""
 
 _HELD = 0.05
 """A joint that spans less than this [rad or m] is held, and its place is not known any better."""
 
 
 @dataclass(frozen=True)
-class Segment:
+class Span:
     """An unbroken stretch of uniform samples.
+
+    Attributes:
+        start_s: time of its first sample since the recording's first [s].
+        length: number of samples.
+        used: first and end of the samples that rows are wanted of; the others only feed the filter.
+    """
+
+    start_s: float
+    length: int
+    used: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Consecutive uniform samples: a span, or a part of one.
 
     Attributes:
         start_s: time of its first sample since the recording's first [s].
         q: position [rad], shape (S, n).
         tau: joint torque [N m], shape (S, n).
         reference: the wanted position [rad], shape (S, n), or None.
-        used: first and end of the samples that rows are wanted of; the others only feed the filter.
-            None: all.
+        used: as of its span; None: all.
     """
 
     start_s: float
@@ -44,10 +61,9 @@ class Segment:
     reference: Array | None = None
     used: tuple[int, int] | None = None
 
-    @property
-    def span(self) -> range:
-        """Places of the used samples."""
-        return range(*(self.used or (0, len(self.q))))
+
+Parts = Iterator[tuple[int, Segment]]
+"""Consecutive parts of all spans, each with the number of its span."""
 
 
 @dataclass(frozen=True)
@@ -57,32 +73,67 @@ class Dataset:
     Attributes:
         name: the log's name.
         rate_hz: of the samples.
-        segments: unbroken stretches, in order of time.
+        spans: unbroken stretches, in order of time.
         torque: which torque it is.
+        place: where each held joint is [rad], shape (n,); zero for moving ones.
         moving: which joints move, shape (n,).
+        has_reference: whether the wanted position is known.
         facts: what was repaired or left out, one sentence each.
+        read: reads all samples from the start.
     """
 
     name: str
     rate_hz: float
-    segments: tuple[Segment, ...]
+    spans: tuple[Span, ...]
     torque: TorqueSource
+    place: Array
     moving: NDArray[np.bool_]
+    has_reference: bool
     facts: tuple[str, ...]
+    read: Callable[[], Parts]
 
     @property
     def samples(self) -> int:
-        """Number of used samples in all segments."""
-        return sum(len(s.span) for s in self.segments)
+        """Number of used samples in all spans."""
+        return sum(stop - start for start, stop in (s.used for s in self.spans))
 
     @property
     def span_s(self) -> tuple[float, float]:
         """Time of the first used sample, and of the end [s]."""
-        first, last = self.segments[0], self.segments[-1]
+        used = [s for s in self.spans if s.used[1] > s.used[0]]
         return (
-            first.start_s + first.span.start / self.rate_hz,
-            last.start_s + last.span.stop / self.rate_hz,
+            used[0].start_s + used[0].used[0] / self.rate_hz,
+            used[-1].start_s + used[-1].used[1] / self.rate_hz,
         )
+
+    @cached_property
+    def segments(self) -> tuple[Segment, ...]:
+        """The spans with used samples as a whole, for what cannot do with parts of them."""
+        found = []
+        for number, parts in groupby(self.read(), key=itemgetter(0)):
+            span, together = self.spans[number], [part for _, part in parts]
+            if span.used[1] > span.used[0]:
+                wanted = [p.reference for p in together if p.reference is not None]
+                found.append(
+                    Segment(
+                        span.start_s,
+                        np.concatenate([p.q for p in together]),
+                        np.concatenate([p.tau for p in together]),
+                        np.concatenate(wanted) if wanted else None,
+                        None if span.used == (0, span.length) else span.used,
+                    )
+                )
+        return tuple(found)
+
+    def along_reference(self) -> "Dataset":
+        """The same recording, had the arm moved as wanted."""
+
+        def read() -> Parts:
+            for number, part in self.read():
+                if part.reference is not None:
+                    yield number, replace(part, q=part.reference)
+
+        return replace(self, read=read)
 
 
 def dataset(
@@ -91,167 +142,135 @@ def dataset(
     name: str,
     torque: TorqueSource | None = None,
 ) -> Dataset:
-    """The recording's samples on a uniform grid.
+    """A recording in memory as a dataset; errors are those of `survey` and `dataset_of`."""
+    return dataset_of(survey(recording, name), joint_names, torque)
+
+
+def dataset_of(
+    found: Survey, joint_names: Sequence[str], torque: TorqueSource | None = None
+) -> Dataset:
+    """The samples of a log on a uniform grid.
 
     Args:
-        recording: as read.
+        found: the log.
         joint_names: the robot's joints, n of them.
-        name: what to call the log.
         torque: which one to use; None takes the commanded one where there is one.
 
     Raises:
-        DataError: joints, stamps, or torque that cannot be used.
+        DataError: joints or torque that cannot be used.
     """
-    columns = _columns(recording, joint_names, name)
-    stamps, order, facts = _increasing(recording.stamp_ns, name)
-    t = (stamps - stamps[0]) * 1e-9
-    period = float(np.median(np.diff(stamps))) * 1e-9
-    torque = torque or ("commanded" if _has_command(recording) else "measured")
-    q = _held_fixed(recording.q[order][:, columns])
-    tau = _torque(recording, torque, stamps, period, name)[:, columns]
-    wanted = _wanted(recording, stamps)
-    wanted = None if wanted is None else wanted[:, columns]
-    pieces = _unbroken(t, period)
-    if len(pieces) > 1:
-        holes = ", ".join(f"{t[b.start]:.3f} s" for b in pieces[1:])
-        facts.append(f"holes of more than {_GAP_PERIODS} periods end at {holes}")
-    segments = tuple(
-        _uniform(t[p], q[p], tau[p], None if wanted is None else wanted[p], period) for p in pieces
-    )
-    moving = np.ptp(q, axis=0) > 0
+    columns = _columns(found, joint_names)
+    chosen = chosen_torque(found, torque)
+    facts = []
+    if found.repeated:
+        facts.append(f"{found.repeated} samples repeat the stamp before them and were left out")
+    if len(found.spans_s) > 1:
+        holes = ", ".join(f"{start:.3f} s" for start, _ in found.spans_s[1:])
+        facts.append(f"holes of more than {GAP_PERIODS} periods end at {holes}")
+    low, high = found.low[columns], found.high[columns]
+    moving = high - low >= _HELD
     if not moving.any():
-        raise DataError(f"{name}: no joint moves by more than {_HELD} rad; nothing can be learned.")
+        raise DataError(
+            f"{found.name}: no joint moves by more than {_HELD} rad; nothing can be learned."
+        )
     held = tuple(n for n, moves in zip(joint_names, moving, strict=True) if not moves)
     if held:
         facts.append(f"held: {', '.join(held)}")
-    return Dataset(name, round(1 / period, 6), segments, torque, moving, tuple(facts))
+    spans = tuple(_span(start, stop, found.period_s) for start, stop in found.spans_s)
+    place = np.where(moving, 0.0, _place((low + high) / 2))
+    return Dataset(
+        name=found.name,
+        rate_hz=round(1 / found.period_s, 6),
+        spans=spans,
+        torque=chosen,
+        place=place,
+        moving=moving,
+        has_reference=found.reference,
+        facts=tuple(facts),
+        read=partial(_uniform, found, spans, chosen, columns, np.where(moving, np.nan, place)),
+    )
 
 
-def _held_fixed(q: Array) -> Array:
-    """Positions with each held joint at one place: its middle, or the right angle next to it."""
-    low, high = q.min(axis=0), q.max(axis=0)
-    middle = (low + high) / 2
+def in_memory(data: Dataset, rate_hz: float, segments: Sequence[Segment]) -> Dataset:
+    """The same recording with other samples."""
+    spans = tuple(Span(s.start_s, len(s.q), (0, len(s.q))) for s in segments)
+    return replace(data, rate_hz=rate_hz, spans=spans, read=lambda: enumerate(segments))
+
+
+def _place(middle: Array) -> Array:
+    """Where held joints are: at the right angle next to their middle, if that is near."""
     right_angle = np.round(middle / (np.pi / 2)) * (np.pi / 2)
-    place = np.where(np.abs(middle - right_angle) < _HELD, right_angle, middle)
-    return np.where(high - low < _HELD, place, q)
+    return np.where(np.abs(middle - right_angle) < _HELD, right_angle, middle)
 
 
-def _columns(recording: Recording, joint_names: Sequence[str], name: str) -> list[int]:
-    present = recording.joint_names
+def _columns(found: Survey, joint_names: Sequence[str]) -> list[int]:
+    present = found.joint_names
     missing = [j for j in joint_names if j not in present]
     if missing:
-        raise JointMismatchError(name, missing, present)
+        raise JointMismatchError(found.name, missing, present)
     return [present.index(j) for j in joint_names]
 
 
-def _increasing(
-    stamp_ns: NDArray[np.int64], name: str
-) -> tuple[NDArray[np.int64], NDArray[np.int64], list[str]]:
-    """Stamps without repetitions, their places, and what was left out."""
-    if len(stamp_ns) < 2:
-        raise DataError(f"{name} holds {len(stamp_ns)} samples; nothing can be learned from it.")
-    steps = np.diff(stamp_ns)
-    if (steps < 0).any():
-        at = int(np.argmax(steps < 0)) + 1
-        raise DataError(
-            f"{name}: the stamp of sample {at} lies {-steps[at - 1] * 1e-9:g} s before the one"
-            " ahead of it; sort or repair the recording."
-        )
-    order = np.concatenate([[0], 1 + np.flatnonzero(steps > 0)])
-    repeated = len(stamp_ns) - len(order)
-    facts = [f"{repeated} samples repeat the stamp before them and were left out"]
-    return stamp_ns[order], order, facts if repeated else []
+def _span(start_s: float, stop_s: float, period: float) -> Span:
+    length = int(np.floor((stop_s - start_s) / period + _JITTER)) + 1
+    return Span(start_s, length, (0, length))
 
 
-def _has_command(recording: Recording) -> bool:
-    return recording.command is not None and recording.command.effort is not None
+def _uniform(
+    found: Survey,
+    spans: Sequence[Span],
+    torque: TorqueSource,
+    columns: Sequence[int],
+    place: Array,
+) -> Parts:
+    """All samples on the spans' grids; held joints at their place, which is NaN for the others."""
+    starts = np.array([s.start_s for s in spans])
+    number, grid = 0, _Grid(spans[0], found.period_s, place)
+    for new in instants(found, torque, columns):
+        span_of = np.searchsorted(starts, new.t, side="right") - 1
+        for k in np.unique(span_of):
+            if k != number:
+                yield number, grid.rest()
+                number, grid = int(k), _Grid(spans[k], found.period_s, place)
+            part = grid.next(new.part(span_of == k))
+            if part is not None:
+                yield number, part
+    yield number, grid.rest()
 
 
-def _torque(
-    recording: Recording,
-    source: TorqueSource,
-    stamps: NDArray[np.int64],
-    period: float,
-    name: str,
-) -> Array:
-    """Torque at the sampling instants, shape (S, n), columns as recorded."""
-    if source == "measured":
-        if recording.effort is None:
-            raise DataError(f"{name} holds no measured torque; leave out --torque measured.")
-        order = np.searchsorted(recording.stamp_ns, stamps)
-        return recording.effort[order]
-    command = recording.command
-    if command is None or command.effort is None:
-        raise DataError(f"{name} holds no commanded torque; leave out --torque commanded.")
-    t = (command.stamp_ns - stamps[0]) * 1e-9
-    return held_mean(t, command.effort, (stamps - stamps[0]) * 1e-9, period)
+class _Grid:
+    """The uniform samples of one span, made as the recorded ones come."""
 
+    def __init__(self, span: Span, period: float, place: Array) -> None:
+        self._span, self._period, self._place = span, period, place
+        self._done = 0
+        self._waiting: Instants | None = None
 
-def held_mean(t: Array, held: Array, at: Array, period: float) -> Array:
-    """Mean over one period around each instant of a signal that is held from stamp to stamp.
+    def next(self, new: Instants) -> Segment | None:
+        """The samples up to the last but one of the new ones, if there are any."""
+        self._waiting = new if self._waiting is None else self._waiting.then(new)
+        t = self._waiting.t
+        if len(t) < 4:
+            return None
+        end = int(np.floor((t[-3] - self._span.start_s) / self._period)) + 1
+        return self._until(self._waiting, end) if end > self._done else None
 
-    The drives hold a torque until the next one comes; the torque that belongs to a position is
-    therefore half of the one before it and half of the one after it, where both have the same
-    stamps.
+    def rest(self) -> Segment:
+        """The samples that are left."""
+        if self._waiting is None:
+            raise ValueError("a span without samples")
+        return self._until(self._waiting, self._span.length)
 
-    Args:
-        t: stamps of the signal [s], shape (C,).
-        held: its values, shape (C, n).
-        at: instants [s], shape (S,).
-        period: length of the mean [s].
-    """
-    steps = np.diff(t, append=t[-1] + period)[:, None]
-    area = np.concatenate([np.zeros((1, held.shape[1])), np.cumsum(held * steps, axis=0)])
-    edges = np.append(t, t[-1] + period)
-    low = np.clip(at - period / 2, edges[0], edges[-1])
-    high = np.clip(at + period / 2, edges[0], edges[-1])
-    span = np.maximum(high - low, 1e-12)
-    means = [
-        (np.interp(high, edges, column) - np.interp(low, edges, column)) / span for column in area.T
-    ]
-    return np.column_stack(means)
-
-
-def _wanted(recording: Recording, stamps: NDArray[np.int64]) -> Array | None:
-    """Reference position at the sampling instants, shape (S, n), columns as recorded, or None."""
-    reference = recording.reference
-    if reference is None or len(reference.stamp_ns) < 2:
-        return None
-    t = (reference.stamp_ns - stamps[0]) * 1e-9
-    at = (stamps - stamps[0]) * 1e-9
-    return np.column_stack([np.interp(at, t, column) for column in reference.q.T])
-
-
-def _unbroken(t: Array, period: float) -> list[slice]:
-    edges = [0, *(1 + np.flatnonzero(np.diff(t) > _GAP_PERIODS * period)), len(t)]
-    return [slice(int(a), int(b)) for a, b in pairwise(edges)]
-
-
-def _uniform(t: Array, q: Array, tau: Array, wanted: Array | None, period: float) -> Segment:
-    grid = t[0] + period * np.arange(int(np.floor((t[-1] - t[0]) / period + _JITTER)) + 1)
-    if len(grid) == len(t) and np.abs(grid - t).max() <= _JITTER * period:
-        return Segment(float(t[0]), q, tau, wanted)
-    wanted = None if wanted is None else resampled(t, wanted, grid)
-    return Segment(float(t[0]), resampled(t, q, grid), resampled(t, tau, grid), wanted)
-
-
-def resampled(t: Array, values: Array, grid: Array) -> Array:
-    """Values at other instants, by the cubic through the four nearest samples, shape (G, n).
-
-    Args:
-        t: ascending stamps [s], shape (S,).
-        values: shape (S, n).
-        grid: instants inside the stamps [s], shape (G,).
-    """
-    if len(t) < 4:
-        return np.column_stack([np.interp(grid, t, column) for column in values.T])
-    first = np.clip(np.searchsorted(t, grid, side="right") - 2, 0, len(t) - 4)
-    nodes = [t[first + k] for k in range(4)]
-    result = np.zeros((len(grid), values.shape[1]))
-    for k in range(4):
-        weight = np.ones(len(grid))
-        for other in range(4):
-            if other != k:
-                weight *= (grid - nodes[other]) / (nodes[k] - nodes[other])
-        result += weight[:, None] * values[first + k]
-    return result
+    def _until(self, waiting: Instants, end: int) -> Segment:
+        period, t = self._period, waiting.t
+        grid = self._span.start_s + period * np.arange(self._done, end)
+        first = int(np.searchsorted(t, grid[0] - period / 2)) if len(grid) else 0
+        found = waiting.part(slice(first, first + len(grid)))
+        if len(found.t) < len(grid) or (np.abs(found.t - grid) > _JITTER * period).any():
+            found = waiting.at(grid)
+        following = self._span.start_s + period * end
+        kept = max(int(np.searchsorted(t, following, side="right")) - 3, 0)
+        self._done, self._waiting = end, waiting.part(slice(kept, None))
+        q = np.where(np.isnan(self._place), found.q, self._place)
+        start_s = self._span.start_s + period * (end - len(grid))
+        return Segment(start_s, q, found.tau, found.reference)

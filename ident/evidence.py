@@ -138,9 +138,7 @@ def posture(data: Dataset) -> Posture:
 
     What columns depend on each other does not change with the range that a joint moves in.
     """
-    return Posture(
-        np.where(data.moving, 0.0, data.segments[0].q[0]), np.where(data.moving, np.pi, 0.0)
-    )
+    return Posture(data.place, np.where(data.moving, np.pi, 0.0))
 
 
 def _log(data: Dataset, arm: Arm, base: BaseMap) -> Log:

@@ -8,7 +8,7 @@ Gautier 2014). Where the two answers differ by more than chance, the filter was 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import erfc, sqrt
 
 import numpy as np
@@ -63,17 +63,16 @@ def moments(data: Dataset, process: Processing, regressor: Regressor) -> Moments
     Raises:
         DataError: a log without reference motion, which instruments need.
     """
-    if any(s.reference is None for s in data.segments):
+    if not data.has_reference:
         raise DataError(
             f"{data.name} holds no reference motion (/joint_reference), which iv needs:"
             " leave iv out."
         )
-    wanted = tuple(replace(s, q=s.reference) for s in data.segments if s.reference is not None)
     b = len(regressor.base.kept)
     instrumental, ordinary = np.zeros((2, BLOCKS, b, b + 1))
     streams = (
         rows_of(data, process, regressor),
-        rows_of(replace(data, segments=wanted), process, regressor),
+        rows_of(data.along_reference(), process, regressor),
     )
     for measured, reference in zip(*streams, strict=True):
         kept = np.abs(measured.speed) >= process.threshold_rad_s

@@ -18,6 +18,7 @@ _ROW_OVERSAMPLING = 20
 _HIGHEST_SHARE = 0.4
 _DIFFERENTIATION = (4.0, 25.0)
 _ENERGY = 0.99
+_MOST_SAMPLES = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -110,10 +111,20 @@ def _cutoff(arm: Arm, data: Dataset) -> tuple[float, str]:
 
 def highest_frequency(data: Dataset) -> float:
     """Frequency below which 99 % of the velocity's energy lies [Hz], of the liveliest joint."""
-    longest = max(data.segments, key=lambda s: len(s.q))
-    velocity = np.diff(longest.q[:, data.moving], axis=0)
+    velocity = np.diff(_excerpt(data)[:, data.moving], axis=0)
     window = np.hanning(len(velocity))[:, None]
     energy = np.abs(np.fft.rfft(velocity * window, axis=0)) ** 2
     share = np.cumsum(energy, axis=0) / energy.sum(axis=0)
     frequency = np.fft.rfftfreq(len(velocity), 1 / data.rate_hz)
     return float(max(frequency[np.argmax(column > _ENERGY)] for column in share.T))
+
+
+def _excerpt(data: Dataset) -> Array:
+    """Position in the first samples of the longest span, shape (S, n)."""
+    longest = max(range(len(data.spans)), key=lambda k: data.spans[k].length)
+    found, count = [], 0
+    for number, part in data.read():
+        if number == longest and count < _MOST_SAMPLES:
+            found.append(part.q)
+            count += len(part.q)
+    return np.concatenate(found)[:_MOST_SAMPLES]

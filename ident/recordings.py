@@ -1,15 +1,17 @@
-"""Logs from disk: read, joined with their arm, and laid out as datasets."""
+"""Logs on disk, joined with their arm, and laid out as datasets."""
 
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ident.arm import Arm, arm_from_file, arm_from_log
-from ident.dataset import Dataset, TorqueSource, dataset
+from ident.arm import Arm, Carrier, arm_from_file, arm_from_log
+from ident.dataset import Dataset, dataset_of
 from ident.errors import ArmsDifferError
+from ident.instants import TorqueSource
 from ident.steady_state import only_steady_state
-from wamctl.arm.recording import JOINT_COMMANDS, JOINT_STATES, Recording, read_recording
+from ident.survey import Survey, survey
+from wamctl.arm.recording import JOINT_COMMANDS, JOINT_STATES, LogFile
 
 
 @dataclass(frozen=True)
@@ -40,13 +42,9 @@ def read_logs(
         DataError: a log that cannot be used, or logs of different arms.
         ConfigurationError: a robot file that cannot be used.
     """
-    recordings = [read_recording(p, reading.joint_states, reading.joint_commands) for p in paths]
-    arm = arm_of(recordings, paths, robot)
-    data = [
-        _dataset(recording, arm, str(path), reading)
-        for recording, path in zip(recordings, paths, strict=True)
-    ]
-    return arm, data
+    surveys = [_survey(path, reading, ()) for path in paths]
+    arm = arm_of(surveys, paths, robot)
+    return arm, [_dataset(found, arm, reading) for found in surveys]
 
 
 def read_for(arm: Arm, path: Path, reading: Reading) -> Dataset:
@@ -55,26 +53,28 @@ def read_for(arm: Arm, path: Path, reading: Reading) -> Dataset:
     Raises:
         DataError: a log that cannot be used.
     """
-    joints = arm.robot.joint_names
-    recording = read_recording(path, reading.joint_states, reading.joint_commands, joints)
-    return _dataset(recording, arm, str(path), reading)
+    return _dataset(_survey(path, reading, arm.robot.joint_names), arm, reading)
 
 
-def _dataset(recording: Recording, arm: Arm, name: str, reading: Reading) -> Dataset:
-    data = dataset(recording, arm.robot.joint_names, name, reading.torque)
-    return only_steady_state(data, recording, name)
+def _survey(path: Path, reading: Reading, joints: tuple[str, ...]) -> Survey:
+    return survey(LogFile(path, reading.joint_states, reading.joint_commands, joints), str(path))
 
 
-def arm_of(recordings: Sequence[Recording], paths: Sequence[Path], robot: Path | None) -> Arm:
-    """The arm that all recordings belong to: of the robot file, or of what travels inside them.
+def _dataset(found: Survey, arm: Arm, reading: Reading) -> Dataset:
+    data = dataset_of(found, arm.robot.joint_names, reading.torque)
+    return only_steady_state(data, found, found.name)
+
+
+def arm_of(logs: Sequence[Carrier], paths: Sequence[Path], robot: Path | None) -> Arm:
+    """The arm that all logs belong to: of the robot file, or of what travels inside them.
 
     Raises:
-        DataError: recordings of different arms, or without one.
+        DataError: logs of different arms, or without one.
         ConfigurationError: a robot file that cannot be used.
     """
     if robot is not None:
-        return arm_from_file(robot, recordings[0].joint_names)
-    arms = [arm_from_log(r, str(p)) for r, p in zip(recordings, paths, strict=True)]
+        return arm_from_file(robot, logs[0].joint_names)
+    arms = [arm_from_log(log, str(p)) for log, p in zip(logs, paths, strict=True)]
     for arm, path in zip(arms, paths, strict=True):
         if arm.robot.urdf != arms[0].robot.urdf:
             raise ArmsDifferError(str(paths[0]), str(path))

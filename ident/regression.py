@@ -192,7 +192,8 @@ def _excerpt(
 
 
 def _thinned(e: Excerpt) -> Excerpt:
-    return Excerpt(*(getattr(e, f.name)[::2] for f in fields(e)))
+    """Every other row; a copy, since a view would keep all of them."""
+    return Excerpt(*(getattr(e, f.name)[::2].copy() for f in fields(e)))
 
 
 def _joined(parts: list[Excerpt]) -> Excerpt:

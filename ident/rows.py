@@ -3,12 +3,14 @@
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
+from itertools import groupby
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ident.base_parameters import BaseMap
-from ident.dataset import Dataset, Segment
+from ident.dataset import Dataset, Segment, Span
 from ident.errors import TooShortError
 from ident.parameters import Parameter, Terms
 from ident.processing import Processing
@@ -96,44 +98,77 @@ def rows_of(data: Dataset, process: Processing, regressor: Regressor) -> Iterato
     Raises:
         TooShortError: no stretch of the recording is long enough for the filter.
     """
-    used = [s for s in data.segments if _long_enough(s, data, process)]
-    if not used:
-        longest = max(len(s.q) for s in data.segments) / data.rate_hz
-        raise TooShortError(data.name, longest, _least(process), process.cutoff_hz)
-    for segment in used:
-        for window in windows(segment, data.rate_hz, process):
-            yield rows_of_window(window, data.rate_hz, process, regressor)
+    least = 4 * process.trim_s
+    longest = max(span.length for span in data.spans) / data.rate_hz
+    if longest <= least:
+        raise TooShortError(data.name, longest, least, process.cutoff_hz)
+    for number, parts in groupby(data.read(), key=itemgetter(0)):
+        span = data.spans[number]
+        if span.length / data.rate_hz > least:
+            for window in windows(span, (part for _, part in parts), data.rate_hz, process):
+                yield rows_of_window(window, data.rate_hz, process, regressor)
 
 
-def _least(process: Processing) -> float:
-    return 4 * process.trim_s
+def windows(
+    span: Span, parts: Iterator[Segment], rate_hz: float, process: Processing
+) -> Iterator[Window]:
+    """The span in windows; its ends, where the filter has no past or future, are left out.
 
-
-def _long_enough(segment: Segment, data: Dataset, process: Processing) -> bool:
-    return len(segment.q) / data.rate_hz > _least(process)
-
-
-def windows(segment: Segment, rate_hz: float, process: Processing) -> Iterator[Window]:
-    """The segment in windows; its ends, where the filter has no past or future, are left out."""
+    Args:
+        span: what is wanted.
+        parts: its samples, in order of time.
+        rate_hz: of the samples.
+        process: the filters.
+    """
     step = process.row_every
     margin = step * int(np.ceil(process.margin_s * rate_hz / step))
     trim = int(np.ceil(process.trim_s * rate_hz))
-    end = min(segment.span.stop, len(segment.q) - trim)
-    for start in range(max(segment.span.start, trim), end, step * (_WINDOW_SAMPLES // step)):
+    end = min(span.used[1], span.length - trim)
+    samples = _Samples(span, parts)
+    for start in range(max(span.used[0], trim), end, step * (_WINDOW_SAMPLES // step)):
         count = min(step * (_WINDOW_SAMPLES // step), end - start)
         length = fast_length(count + 2 * margin, step)
-        after = length - margin - count
-        q, tau = (_cut(a, start - margin, start + count + after) for a in (segment.q, segment.tau))
-        yield Window(segment.start_s + start / rate_hz, q, tau, margin, count)
+        q, tau = samples.between(start - margin, start - margin + length)
+        yield Window(span.start_s + start / rate_hz, q, tau, margin, count)
 
 
-def _cut(samples: Array, start: int, stop: int) -> Array:
-    """Samples from start to stop, continued by reflection where they lie outside."""
-    before, after = max(-start, 0), max(stop - len(samples), 0)
-    inside = samples[max(start, 0) : min(stop, len(samples))]
+class _Samples:
+    """What is still needed of a span while a window moves along it."""
+
+    def __init__(self, span: Span, parts: Iterator[Segment]) -> None:
+        self._length, self._parts = span.length, parts
+        self._first = 0
+        self._held: list[Segment] = []
+
+    def between(self, start: int, stop: int) -> tuple[Array, Array]:
+        """Position and torque of samples, continued by reflection beyond the span's ends.
+
+        Args:
+            start: the first; never before that of an earlier call.
+            stop: their end.
+        """
+        while self._held and self._first + len(self._held[0].q) <= start:
+            self._first += len(self._held.pop(0).q)
+        have = self._first + sum(len(part.q) for part in self._held)
+        while have < min(stop, self._length):
+            self._held.append(next(self._parts))
+            have += len(self._held[-1].q)
+            if have <= start:
+                self._first += len(self._held.pop().q)
+        inside = slice(max(start, 0) - self._first, min(stop, self._length) - self._first)
+        before, after = max(-start, 0), max(stop - self._length, 0)
+        q, tau = (
+            _reflected(np.concatenate(columns)[inside], before, after)
+            for columns in zip(*((part.q, part.tau) for part in self._held), strict=True)
+        )
+        return q, tau
+
+
+def _reflected(samples: Array, before: int, after: int) -> Array:
+    """The samples continued at both ends by their reflection."""
     head = _continued(samples[: before + 1], before, 0)[:before]
     tail = _continued(samples[-after - 1 :], 0, after)[-after:] if after else samples[:0]
-    return np.concatenate([head, inside, tail])
+    return np.concatenate([head, samples, tail])
 
 
 def _continued(samples: Array, before: int, after: int) -> Array:

@@ -1,15 +1,19 @@
 """Where a recording is in steady state: whole periods of its excitation (46), without ramps."""
 
+from collections.abc import Iterator
 from dataclasses import replace
+from functools import reduce
+from itertools import groupby
+from operator import itemgetter
 
 import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from ident.dataset import Dataset, Segment
+from ident.arm import Carrier
+from ident.dataset import Dataset, Segment, Span
 from wamctl.arm.config import validate
 from wamctl.arm.errors import ConfigurationError
-from wamctl.arm.recording import Recording
 from wamctl.arm.trajectory import FourierSeries, TrajectoryFile, sample
 
 Array = NDArray[np.floating]
@@ -19,7 +23,7 @@ _TOLERANCE = 1e-6
 _PROBES = 9
 
 
-def only_steady_state(data: Dataset, recording: Recording, name: str) -> Dataset:
+def only_steady_state(data: Dataset, carrier: Carrier, name: str) -> Dataset:
     """The dataset, with rows wanted only from the counted periods of its excitation.
 
     A log without trajectory or reference stays as it is.
@@ -27,16 +31,20 @@ def only_steady_state(data: Dataset, recording: Recording, name: str) -> Dataset
     Raises:
         ConfigurationError: the trajectory inside the log is invalid.
     """
-    if _TRAJECTORY not in recording.attachments:
+    if _TRAJECTORY not in carrier.attachments or not data.has_reference:
         return data
-    file = _trajectory(recording.attachments[_TRAJECTORY], f"{name}:{_TRAJECTORY}")
+    file = _trajectory(carrier.attachments[_TRAJECTORY], f"{name}:{_TRAJECTORY}")
     series = FourierSeries(
         file.joints, file.fundamental_rad_s, np.array(file.a), np.array(file.b), np.array(file.q0)
     )
     count = round(file.periods * series.period_s * data.rate_hz)
-    segments = tuple(_counted(s, series, count, data.rate_hz) for s in data.segments)
-    found = tuple(s for s in segments if s.used is not None)
-    return replace(data, segments=found) if found else data
+    if len(series.q0) != len(data.moving):
+        return data
+    spans = tuple(
+        _counted(data.spans[number], (part for _, part in parts), series, count, data.rate_hz)
+        for number, parts in groupby(data.read(), key=itemgetter(0))
+    )
+    return replace(data, spans=spans) if any(s.used[1] for s in spans) else data
 
 
 def _trajectory(text: bytes, source: str) -> TrajectoryFile:
@@ -47,15 +55,25 @@ def _trajectory(text: bytes, source: str) -> TrajectoryFile:
     return validate(TrajectoryFile, content, source)
 
 
-def _counted(segment: Segment, series: FourierSeries, count: int, rate_hz: float) -> Segment:
-    """The segment with the stretch marked in which its reference is the series."""
-    wanted = segment.reference
-    if wanted is None or len(wanted) < count or wanted.shape[1] != len(series.q0):
-        return segment
+def _counted(
+    span: Span, parts: Iterator[Segment], series: FourierSeries, count: int, rate_hz: float
+) -> Span:
+    """The span with the samples marked in which its reference is the series; perhaps none.
+
+    The series starts where its first sample, and some later ones, all stand in their places.
+    """
     places = np.linspace(0, count - 1, _PROBES).astype(int)
     motion, _, _ = sample(series, places.astype(float) / rate_hz)
-    near = np.abs(wanted[: len(wanted) - count + 1] - motion[0]).max(axis=1) < _TOLERANCE
-    for start in np.flatnonzero(near):
-        if np.abs(wanted[start + places] - motion).max() < _TOLERANCE:
-            return replace(segment, used=(int(start), int(start) + count))
-    return segment
+    starts: list[list[NDArray[np.intp]]] = [[] for _ in places]
+    first = 0
+    for part in parts:
+        if part.reference is None:
+            continue
+        for found, place, q in zip(starts, places, motion, strict=True):
+            near = np.abs(part.reference - q).max(axis=1) < _TOLERANCE
+            found.append(np.flatnonzero(near) + first - place)
+        first += len(part.reference)
+    common = reduce(np.intersect1d, [np.concatenate(s) if s else np.empty(0) for s in starts])
+    inside = common[(common >= 0) & (common + count <= span.length)]
+    start = int(inside[0]) if len(inside) else 0
+    return replace(span, used=(start, start + count) if len(inside) else (0, 0))

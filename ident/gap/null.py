@@ -11,13 +11,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.dataset import Dataset, Segment, held_mean
+from ident.dataset import Dataset, Segment, in_memory
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Hypothesis
 from ident.gap.experiment import Experiment
 from ident.gap.feasible import Possible
 from ident.gap.region import Region
 from ident.gap.residual import Residual
+from ident.instants import held_mean
 from ident.simulation.arm import SimulatedArm
 from ident.simulation.loop import Controller, Wire, run
 from wamctl.arm.recording import Recording
@@ -113,7 +114,7 @@ def simulated_datasets(
         t = np.arange(len(result.q)) * loop[1].period_s
         tau = held_mean(t, result.tau_cmd, t, loop[1].period_s)
         segment = Segment(0.0, result.q, tau)
-        found.append(replace(data, rate_hz=1 / loop[1].period_s, segments=(segment,)))
+        found.append(in_memory(data, 1 / loop[1].period_s, [segment]))
     return found
 
 

@@ -1,4 +1,4 @@
-"""A recording of an arm, read from any ROS 2 bag with joint states."""
+"""A recording of an arm, read from any ROS 2 bag with joint states: whole, or piece by piece."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -16,7 +16,8 @@ from wamctl.arm.ros2.joint_messages import (
     joint_series,
     reference_series,
 )
-from wamctl.arm.ros2.joint_series import JointSeries, ReferenceSeries, columns_of, joined
+from wamctl.arm.ros2.joint_series import JointSeries, ReferenceSeries, joined
+from wamctl.arm.ros2.joint_topic import JointTopic
 from wamctl.arm.ros2.part import Batch, Cut, Topic
 
 Array = NDArray[np.floating]
@@ -42,6 +43,26 @@ class Command:
     q: Array | None
     qd: Array | None
     effort: Array | None
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A part of a recording, as it stands in the log: some messages of each topic.
+
+    Attributes:
+        states: what was measured.
+        commands: what the controller asked for, the same joints.
+        reference: the motion that was wanted.
+        metadata, attachments: those that stand in this part of the log.
+        complete: false when the file is cut off here.
+    """
+
+    states: JointSeries | None = None
+    commands: JointSeries | None = None
+    reference: ReferenceSeries | None = None
+    metadata: dict[str, str] = field(default_factory=dict)
+    attachments: dict[str, bytes] = field(default_factory=dict)
+    complete: bool = True
 
 
 @dataclass(frozen=True)
@@ -72,15 +93,44 @@ class Recording:
     attachments: dict[str, bytes] = field(default_factory=dict)
     complete: bool = True
 
+    def pieces(self) -> Iterator[Piece]:
+        """The recording as one piece."""
+        names, c = self.joint_names, self.command
+        yield Piece(
+            JointSeries(names, self.stamp_ns, self.q, self.qd, self.effort),
+            None if c is None else JointSeries(names, c.stamp_ns, c.q, c.qd, c.effort),
+            self.reference,
+            self.metadata,
+            self.attachments,
+            self.complete,
+        )
 
-@dataclass
-class _Contents:
-    topics: dict[str, Topic] = field(default_factory=dict)
-    joints: dict[str, list[JointSeries]] = field(default_factory=dict)
-    reference: list[ReferenceSeries] = field(default_factory=list)
-    metadata: dict[str, str] = field(default_factory=dict)
-    attachments: dict[str, bytes] = field(default_factory=dict)
-    complete: bool = True
+
+@dataclass(frozen=True)
+class LogFile:
+    """A log on disk, and what to read of it.
+
+    Attributes:
+        path: an `.mcap` file (whole or cut off) or a rosbag2 folder.
+        joint_states: topic of the measurement.
+        joint_commands: topic of the commanded torque; it may be missing.
+        joints: the joints to take, in this order; messages without them (a gripper's) are left
+            out. Empty: all.
+    """
+
+    path: Path
+    joint_states: str = JOINT_STATES
+    joint_commands: str = JOINT_COMMANDS
+    joints: tuple[str, ...] = ()
+
+    def pieces(self) -> Iterator[Piece]:
+        """The log from its start, piece by piece, so that memory does not grow with its length.
+
+        Raises:
+            DataError: no bag, no samples, no torque, or joints that do not fit; where only the end
+                of the file can tell, there.
+        """
+        yield from _Pass(self).pieces()
 
 
 def read_recording(
@@ -89,147 +139,41 @@ def read_recording(
     joint_commands: str = JOINT_COMMANDS,
     joints: Sequence[str] = (),
 ) -> Recording:
-    """The recording in a ROS 2 bag.
-
-    Args:
-        path: an `.mcap` file (whole or cut off) or a rosbag2 folder.
-        joint_states: topic of the measurement.
-        joint_commands: topic of the commanded torque; it may be missing.
-        joints: the joints to take, in this order; messages without them (a gripper's) are left
-            out. Empty: all.
+    """The whole recording in a ROS 2 bag; arguments as for `LogFile`.
 
     Raises:
         DataError: no bag, no samples, no torque, or joints that do not fit.
     """
-    contents = _read(Path(path), joint_states, joint_commands)
-    measured = _selected(path, contents, joint_states, tuple(joints))
-    if measured.q is None:
-        raise DataError(f"{path}: {joint_states} carries no positions.")
-    command = _command(path, contents, joint_commands, measured.joint_names)
-    if measured.effort is None and (command is None or command.effort is None):
-        raise DataError(
-            f"{path} holds no joint torque: {joint_states} has no effort, and {joint_commands} has"
-            f" none either; its topics are {_listed(contents)}."
-        )
+    log = LogFile(Path(path), joint_states, joint_commands, tuple(joints))
+    states, commands, references = [], [], []
+    metadata, attachments, complete = {}, {}, True
+    for piece in log.pieces():
+        states += [piece.states] if piece.states else []
+        commands += [piece.commands] if piece.commands else []
+        references += [piece.reference] if piece.reference else []
+        metadata |= piece.metadata
+        attachments |= piece.attachments
+        complete = complete and piece.complete
+    measured = joined(states)
     return Recording(
         measured.joint_names,
         measured.stamp_ns,
-        measured.q,
+        measured.positions,
         measured.qd,
         measured.effort,
-        command,
-        _reference(contents, len(measured.joint_names)),
-        contents.metadata,
-        contents.attachments,
-        contents.complete,
+        _command(joined(commands)) if commands else None,
+        _reference(references, len(measured.joint_names)),
+        metadata,
+        attachments,
+        complete,
     )
 
 
-def read_blocks(
-    path: Path | str, topic: str = JOINT_STATES, joints: Sequence[str] = ()
-) -> Iterator[JointSeries]:
-    """The joint messages of one topic, block by block, for logs that do not fit into memory.
-
-    Raises:
-        DataError: as for `read_recording`, at the block that is at fault.
-    """
-    wanted = tuple(joints)
-    for part in parts(path, {topic}):
-        if isinstance(part, Batch) and topic in part.messages:
-            for series in joint_series(part.messages[topic], part.log_ns[topic]):
-                wanted = wanted or series.joint_names
-                if set(wanted) <= set(series.joint_names):
-                    yield columns_of(series, wanted)
-
-
-def _read(path: Path, states: str, commands: str) -> _Contents:
-    contents = _Contents()
-    for part in parts(path, {states, commands, JOINT_REFERENCE}):
-        match part:
-            case Topic():
-                contents.topics[part.name] = part
-            case Attachment():
-                contents.attachments[part.name] = part.data
-            case Metadata():
-                contents.metadata |= part.metadata
-            case Cut():
-                contents.complete = False
-            case Batch():
-                _take(contents, part, states, commands)
-    return contents
-
-
-def _take(contents: _Contents, batch: Batch, states: str, commands: str) -> None:
-    for topic in {states, commands}:
-        if topic in batch.messages and _is(contents, topic, JOINT_STATE_TYPE):
-            contents.joints.setdefault(topic, []).extend(
-                joint_series(batch.messages[topic], batch.log_ns[topic])
-            )
-    if JOINT_REFERENCE in batch.messages and _is(contents, JOINT_REFERENCE, TRAJECTORY_POINT_TYPE):
-        contents.reference += reference_series(
-            batch.messages[JOINT_REFERENCE], batch.log_ns[JOINT_REFERENCE]
-        )
-
-
-def _is(contents: _Contents, topic: str, kind: str) -> bool:
-    return contents.topics[topic].type == kind and contents.topics[topic].encoding == "cdr"
-
-
-def _listed(contents: _Contents) -> str:
-    return ", ".join(f"{t.name} ({t.type})" for t in contents.topics.values()) or "none"
-
-
-def _selected(
-    path: Path | str, contents: _Contents, topic: str, joints: tuple[str, ...]
-) -> JointSeries:
-    where = f"{path}: {topic}"
-    blocks = contents.joints.get(topic)
-    if not blocks:
-        raise DataError(_nothing(path, contents, topic))
-    if joints:
-        fitting = [b for b in blocks if set(joints) <= set(b.joint_names)]
-        if not fitting:
-            names = blocks[0].joint_names
-            missing = ", ".join(repr(j) for j in joints if j not in names)
-            raise DataError(f"{where} has no joint {missing}; its joints are {', '.join(names)}.")
-    else:
-        joints, fitting = blocks[0].joint_names, blocks
-        odd = next((b for b in blocks if set(b.joint_names) != set(joints)), None)
-        if odd is not None:
-            raise DataError(
-                f"{where} changes its joints at {odd.stamp_ns[0]} ns, from {', '.join(joints)} to"
-                f" {', '.join(odd.joint_names)}: name the arm's joints with --robot."
-            )
-    return joined([columns_of(b, joints) for b in fitting], where)
-
-
-def _nothing(path: Path | str, contents: _Contents, topic: str) -> str:
-    cut = "" if contents.complete else " (the file is cut off)"
-    found = contents.topics.get(topic)
-    if found and not _is(contents, topic, JOINT_STATE_TYPE):
-        return (
-            f"{path}: {topic} is a {found.type} in {found.encoding},"
-            f" not a {JOINT_STATE_TYPE} in cdr."
-        )
-    if found:
-        return f"{path}: {topic} holds no message{cut}."
-    hint = " Choose one with --joint-states TOPIC." if topic == JOINT_STATES else ""
-    return f"{path} has no topic {topic}{cut}; its topics are {_listed(contents)}.{hint}"
-
-
-def _command(
-    path: Path | str, contents: _Contents, topic: str, joints: tuple[str, ...]
-) -> Command | None:
-    """The command, where the topic has these joints; one that was asked for by name must."""
-    blocks = contents.joints.get(topic, [])
-    if topic == JOINT_COMMANDS and not any(set(joints) <= set(b.joint_names) for b in blocks):
-        return None
-    series = _selected(path, contents, topic, joints)
+def _command(series: JointSeries) -> Command:
     return Command(series.stamp_ns, series.q, series.qd, series.effort)
 
 
-def _reference(contents: _Contents, n: int) -> ReferenceSeries | None:
-    blocks = contents.reference
+def _reference(blocks: list[ReferenceSeries], n: int) -> ReferenceSeries | None:
     if not blocks or any(b.q.shape[1] != n for b in blocks):
         return None
     return ReferenceSeries(
@@ -238,3 +182,92 @@ def _reference(contents: _Contents, n: int) -> ReferenceSeries | None:
         np.concatenate([b.qd for b in blocks]),
         np.concatenate([b.qdd for b in blocks]),
     )
+
+
+class _Pass:
+    """One pass over a log's messages."""
+
+    def __init__(self, log: LogFile) -> None:
+        self._log = log
+        self._topics: dict[str, Topic] = {}
+        self._complete = True
+        self._states = JointTopic(f"{log.path}: {log.joint_states}", log.joints)
+        self._commands: JointTopic | None = None
+        self._early: list[JointSeries] = []
+
+    def pieces(self) -> Iterator[Piece]:
+        log = self._log
+        for part in parts(log.path, {log.joint_states, log.joint_commands, JOINT_REFERENCE}):
+            match part:
+                case Topic():
+                    self._topics[part.name] = part
+                case Attachment():
+                    yield Piece(attachments={part.name: part.data})
+                case Metadata():
+                    yield Piece(metadata=part.metadata)
+                case Cut():
+                    self._complete = False
+                    yield Piece(complete=False)
+                case Batch():
+                    yield self._piece(part)
+        self._check()
+
+    def _piece(self, batch: Batch) -> Piece:
+        log = self._log
+        states = self._states.taken(self._blocks(batch, log.joint_states))
+        if states is not None and states.q is None:
+            raise DataError(f"{log.path}: {log.joint_states} carries no positions.")
+        self._early += self._blocks(batch, log.joint_commands)
+        if not self._states.joints:
+            return Piece(reference=self._reference(batch))
+        if self._commands is None:
+            self._commands = JointTopic(f"{log.path}: {log.joint_commands}", self._states.joints)
+        commands, self._early = self._commands.taken(self._early), []
+        return Piece(states, commands, self._reference(batch))
+
+    def _blocks(self, batch: Batch, topic: str) -> list[JointSeries]:
+        if topic not in batch.messages or not self._is(topic, JOINT_STATE_TYPE):
+            return []
+        return joint_series(batch.messages[topic], batch.log_ns[topic])
+
+    def _reference(self, batch: Batch) -> ReferenceSeries | None:
+        topic = JOINT_REFERENCE
+        if topic not in batch.messages or not self._is(topic, TRAJECTORY_POINT_TYPE):
+            return None
+        return reference_series(batch.messages[topic], batch.log_ns[topic])
+
+    def _is(self, topic: str, kind: str) -> bool:
+        return self._topics[topic].type == kind and self._topics[topic].encoding == "cdr"
+
+    def _check(self) -> None:
+        """What only the end of the file can tell.
+
+        Raises:
+            DataError: no samples, or no torque.
+        """
+        log, states, commands = self._log, self._states, self._commands
+        if not states.seen or commands is None:
+            raise DataError(states.stranger or self._nothing(log.joint_states))
+        if not commands.seen and log.joint_commands != JOINT_COMMANDS:
+            raise DataError(commands.stranger or self._nothing(log.joint_commands))
+        if "efforts" not in states.carries | commands.carries:
+            raise DataError(
+                f"{log.path} holds no joint torque: {log.joint_states} has no effort, and"
+                f" {log.joint_commands} has none either; its topics are {self._listed()}."
+            )
+
+    def _listed(self) -> str:
+        return ", ".join(f"{t.name} ({t.type})" for t in self._topics.values()) or "none"
+
+    def _nothing(self, topic: str) -> str:
+        path, found = self._log.path, self._topics.get(topic)
+        cut = "" if self._complete else " (the file is cut off)"
+        if found and not self._is(topic, JOINT_STATE_TYPE):
+            return (
+                f"{path}: {topic} is a {found.type} in {found.encoding},"
+                f" not a {JOINT_STATE_TYPE} in cdr."
+            )
+        if found:
+            return f"{path}: {topic} holds no message{cut}."
+        hint = " Choose one with --joint-states TOPIC." if topic == JOINT_STATES else ""
+        return f"{path} has no topic {topic}{cut}; its topics are {self._listed()}.{hint}"

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from synthetic_arm import recording
 
-from ident.dataset import dataset, held_mean, resampled
+from ident.dataset import dataset
 from ident.errors import JointMismatchError
+from ident.instants import held_mean, resampled
 from ident.steady_state import only_steady_state
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import Command, ReferenceSeries

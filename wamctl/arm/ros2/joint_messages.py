@@ -37,8 +37,8 @@ def joint_series(messages: Sequence[bytes], log_ns: Sequence[int]) -> list[Joint
     return [_series(names, stamps, numbers["position"], numbers["velocity"], numbers["effort"])]
 
 
-def reference_series(messages: Sequence[bytes], log_ns: Sequence[int]) -> list[ReferenceSeries]:
-    """JointTrajectoryPoint messages as arrays; none when their points have different sizes.
+def reference_series(messages: Sequence[bytes], log_ns: Sequence[int]) -> ReferenceSeries | None:
+    """JointTrajectoryPoint messages as arrays; None when their points have different sizes.
 
     Args:
         messages: CDR.
@@ -54,11 +54,11 @@ def reference_series(messages: Sequence[bytes], log_ns: Sequence[int]) -> list[R
     else:
         points = [_decoded(m, TRAJECTORY_POINT_TYPE) for m in messages]
         if len({len(getattr(p, f)) for p in points for f in fields}) != 1:
-            return []
+            return None
         q, qd, qdd = (np.array([getattr(p, f) for p in points]) for f in fields)
     if not q.shape == qd.shape == qdd.shape:
-        return []
-    return [ReferenceSeries(np.array(log_ns, dtype=np.int64), q, qd, qdd)]
+        return None
+    return ReferenceSeries(np.array(log_ns, dtype=np.int64), q, qd, qdd)
 
 
 def _alike(

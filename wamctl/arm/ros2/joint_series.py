@@ -1,11 +1,10 @@
 """Joint messages as arrays over time."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-
-from wamctl.arm.errors import DataError
 
 Array = NDArray[np.floating]
 Stamps = NDArray[np.int64]
@@ -28,6 +27,17 @@ class JointSeries:
     q: Array | None
     qd: Array | None
     effort: Array | None
+
+    @property
+    def positions(self) -> Array:
+        """The positions of a series that has them, shape (S, n).
+
+        Raises:
+            ValueError: it has none.
+        """
+        if self.q is None:
+            raise ValueError("a series without positions")
+        return self.q
 
 
 @dataclass(frozen=True)
@@ -58,46 +68,11 @@ def columns_of(series: JointSeries, joints: tuple[str, ...]) -> JointSeries:
     return JointSeries(joints, series.stamp_ns, q, qd, effort)
 
 
-def joined(blocks: list[JointSeries], where: str) -> JointSeries:
-    """One series of several with the same joints.
-
-    Args:
-        blocks: in the order of time.
-        where: what to call them in messages.
-
-    Raises:
-        DataError: numbers that are not finite, or missing in some of the blocks.
-    """
-    stamps = np.concatenate([b.stamp_ns for b in blocks])
-    columns = []
-    for what, arrays in (
-        ("positions", [b.q for b in blocks]),
-        ("velocities", [b.qd for b in blocks]),
-        ("efforts", [b.effort for b in blocks]),
-    ):
-        present = [a for a in arrays if a is not None]
-        if present and len(present) < len(arrays):
-            first = next(b for b, a in zip(blocks, arrays, strict=True) if a is None)
-            raise DataError(
-                f"{where} carries {what} in {sum(map(len, present))} of {len(stamps)} messages,"
-                f" and none from {first.stamp_ns[0]} ns on: cut the recording there."
-            )
-        column = np.concatenate(present) if present else None
-        columns.append(_finite(column, blocks[0].joint_names, stamps, f"{where}: {what}"))
-    return JointSeries(blocks[0].joint_names, stamps, *columns)
-
-
-def _finite(
-    column: Array | None, joints: tuple[str, ...], stamps: Stamps, what: str
-) -> Array | None:
-    """The column; None where a driver fills it with NaN because it has no such measurement."""
-    if column is None or np.isfinite(column).all():
-        return column
-    bad = ~np.isfinite(column)
-    if bad.all():
-        return None
-    sample, joint = np.argwhere(bad)[0]
-    raise DataError(
-        f"{what} of {joints[joint]} are not finite in {bad[:, joint].sum()} of {len(stamps)}"
-        f" messages, the first at {stamps[sample]} ns."
+def joined(blocks: Sequence[JointSeries]) -> JointSeries:
+    """One series of several with the same joints and the same columns, in the order of time."""
+    q, qd, effort = (
+        None if any(c is None for c in columns) else np.concatenate(columns)
+        for columns in zip(*((b.q, b.qd, b.effort) for b in blocks), strict=True)
     )
+    stamps = np.concatenate([b.stamp_ns for b in blocks])
+    return JointSeries(blocks[0].joint_names, stamps, q, qd, effort)

@@ -22,7 +22,7 @@ MAGIC = b"\x89MCAP0\r\n"
 _RECORD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<BQHIQ8x")
 _CHUNK = struct.Struct("<QQQII")
-_BATCH_BYTES = 2**24
+_BATCH_BYTES = 2**20
 
 
 def mcap_parts(file: Path, stream: BinaryIO, topics: Collection[str]) -> Iterator[Part]:
@@ -63,9 +63,16 @@ class _Walk:
                 position = end
             if sum(map(len, self._open.messages.values())) >= BATCH:
                 yield self._taken()
+                self._forget(position)
         yield self._taken()
         if not whole:
             yield Cut(position)
+
+    def _forget(self, position: int) -> None:
+        """Gives back the memory of the pages before a byte, which otherwise fills with the file."""
+        whole = position - position % mmap.PAGESIZE
+        if whole:
+            self._data.madvise(mmap.MADV_DONTNEED, 0, whole)
 
     def _taken(self) -> Batch:
         full = self._open
