@@ -16,7 +16,7 @@ from wamctl.arm.errors import DataError
 
 Array = NDArray[np.floating]
 
-_TOLERANCE = 1e-9
+_TOLERANCE = 1e-8
 
 
 @dataclass(frozen=True)

@@ -193,7 +193,7 @@ def dataset_of(
 
 def in_memory(data: Dataset, rate_hz: float, segments: Sequence[Segment]) -> Dataset:
     """The same recording with other samples."""
-    spans = tuple(Span(s.start_s, len(s.q), (0, len(s.q))) for s in segments)
+    spans = tuple(Span(s.start_s, len(s.q), s.used or (0, len(s.q))) for s in segments)
     return replace(data, rate_hz=rate_hz, spans=spans, read=lambda: enumerate(segments))
 
 

@@ -1,86 +1,190 @@
-"""Speed of the feasible fit beside the paper's solver, on the same W and the same feasible set.
+"""Speed of the fit beside the paper's solver and beside FIGAROH, in one run.
 
 Usage: OMP_NUM_THREADS=1 python scripts/benchmarks/ident_speed.py LOG.mcap [--runs N]
 
-SDPA is called through cvxpy, as its users do; it needs the package sdpa-python, for this script.
-Times are medians of one run of the script, problem building included. A time counts only where the
+The feasible solve, problem building included: ours, Clarabel through cvxpy, and SDPA (the paper's
+solver, package sdpa-python) through cvxpy, on the same W and the same feasible set, in the paper's
+variables (beta, delta_d) with beta in units of its own noise. A time counts only where the
 objective beside it is that of the others.
+
+The whole fit, from the log's samples in memory to possible parameters (filter, regressor,
+reduction, base parameters, feasible solve): ours, and FIGAROH's (package figaroh 1.0.2) by its
+class for it, with `select_stage: physical_fit`, our cut-off, and its defaults, which thin the rows
+as far as ours are. It uses the same pseudo-inertia matrices, and stays near CAD.
+
+Both packages are extras for this script; what is not installed is left out. The programs take
+turns, and times are medians, so that a busy machine slows all alike.
 """
 
 import argparse
+import contextlib
+import io
 import sys
 import time
+import warnings
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
+from types import SimpleNamespace
 
 import cvxpy as cp
 import numpy as np
 
+from ident.arm import Arm
+from ident.dataset import Dataset, in_memory
 from ident.evidence import gather
 from ident.feasible_fit import feasible, parameter_scale
 from ident.feasible_set import unpacked
 from ident.problem import Problem, least_error, ordinary, with_beta
+from ident.processing import processing
 from ident.recordings import Reading, read_logs
 from ident.regression import squared_error
 
-_BOX = 1e5
-"""Bound of the scaled unknowns: SDPA needs one, since many delta have the same beta."""
+_BOX = 1e3
+"""Bound of the scaled delta_d: SDPA needs one, since many delta have the same beta."""
+
+OURS = "ours"
 
 
-def through_cvxpy(problem: Problem, solver: str) -> np.ndarray:
-    """Base parameters of (44), shape (b,), by a solver behind cvxpy."""
+def through_cvxpy(problem: Problem, solver: str, with_u: bool = False) -> np.ndarray:
+    """Base parameters of the feasible fit, shape (b,), by a solver behind cvxpy.
+
+    Args:
+        problem: the reduced regression. The unknowns are R1 (beta - beta_ols) / sqrt(u_o) and
+            delta_d, as in (29)-(31).
+        solver: cvxpy's name for it.
+        with_u: as in (44), the least u with U of (43) positive; else the least squared norm, which
+            cvxpy brings into the solver's form.
+    """
     base = problem.base
     scale = parameter_scale(base.parameters, problem.sizes)
     start = with_beta(base, problem.prior, ordinary(problem))
-    G = problem.R[:-1, :-1] @ (base.K * scale) / np.sqrt(least_error(problem))
-    x = cp.Variable(len(scale))
-    limits = [cp.abs(x) <= _BOX]
+    kept = list(base.kept)
+    free = [i for i in range(len(scale)) if i not in kept]
+    of_beta = np.zeros((len(scale), len(kept)))
+    of_beta[kept] = np.linalg.inv(problem.R[:-1, :-1]) * np.sqrt(least_error(problem))
+    of_free = np.zeros((len(scale), len(free)))
+    of_free[free] = np.diag(scale[free])
+    of_free[kept] = -base.K[:, free] * scale[free]
+    z, d = cp.Variable(len(kept)), cp.Variable(len(free))
+    limits = [cp.abs(d) <= _BOX]
     for k in problem.constraints:
-        inside = (k.A * scale) @ x - (k.b - k.A @ start)
+        inside = (k.A @ of_beta) @ z + (k.A @ of_free) @ d - (k.b - k.A @ start)
         if not k.side:
             limits.append(inside >= 0)
             continue
         basis = [unpacked(e, k.side) for e in np.eye(len(k.b))]
         limits.append(sum(inside[i] * part for i, part in enumerate(basis)) >> 0)
-    cp.Problem(cp.Minimize(cp.sum_squares(G @ x)), limits).solve(solver=solver)
-    return base.K @ (start + scale * x.value)
+    cost = cp.sum_squares(z)
+    if with_u:
+        cost, column = cp.Variable(), cp.reshape(z, (len(kept), 1), order="C")
+        corner = cp.reshape(cost, (1, 1), order="C")
+        limits.append(cp.bmat([[corner, column.T], [column, np.eye(len(kept))]]) >> 0)
+    cp.Problem(cp.Minimize(cost), limits).solve(solver=solver)
+    return base.K @ (start + of_beta @ z.value + of_free @ d.value)
 
 
-def median_seconds(fit: Callable[[], np.ndarray], runs: int) -> tuple[float, np.ndarray]:
-    """Median time of a fit, and its last answer."""
-    seconds, beta = [], np.empty(0)
+def figaroh_fit(arm: Arm, data: Dataset) -> str:
+    """What FIGAROH says of its physical fit.
+
+    Raises:
+        RuntimeError: it finds no possible parameters.
+    """
+    from figaroh.identification.base_identification import BaseIdentification
+    from figaroh.identification.config import PHYSICAL_FIT_DEFAULTS
+
+    (segment,) = data.segments
+    used, model = slice(*(segment.used or (0, None))), arm.robot.model
+    process = processing(arm, data)
+    joints = list(range(model.nv))
+
+    class Fit(BaseIdentification):
+        def load_param(self, config_file, setting_type="identification"):
+            self.identif_config = {
+                "has_friction": True,
+                "is_joint_torques": True,
+                "active_joints": list(model.names)[1:],
+                "act_idxq": joints,
+                "act_idxv": joints,
+                "fv": [0.0] * model.nv,
+                "fs": [0.0] * model.nv,
+                "select_stage": "physical_fit",
+                "physical_fit": dict(PHYSICAL_FIT_DEFAULTS),
+                "filter_config": {
+                    "differentiation_method": "gradient",
+                    "filter_params": {
+                        "f_sample": data.rate_hz,
+                        "f_butter": process.cutoff_hz,
+                    },
+                },
+            }
+
+        def load_trajectory_data(self, data_source=None):
+            q, tau = segment.q[used], segment.tau[used]
+            t = np.arange(len(q)) / data.rate_hz
+            return {"timestamps": t, "positions": q, "torques": tau}
+
+    still = np.zeros(model.nv)
+    robot = SimpleNamespace(model=model, data=model.createData(), q0=still, v0=still)
+    with contextlib.redirect_stdout(io.StringIO()):
+        fit = Fit(robot)
+        fit.initialize()
+        fit.solve(decimation_factor=process.row_every, plotting=False)
+    record = fit.result["physical_fit"]
+    if record["status"] != "accepted":
+        raise RuntimeError(f"FIGAROH: {record['reason']}")
+    return record["reason"]
+
+
+def timed(fits: dict[str, Callable[[], object]], runs: int) -> dict[str, tuple[float, object]]:
+    """Median time [s] of each fit, taking turns, and its last answer."""
+    seconds: dict[str, list[float]] = {name: [] for name in fits}
+    answers: dict[str, object] = {}
     for _ in range(runs):
-        begin = time.perf_counter()
-        beta = fit()
-        seconds.append(time.perf_counter() - begin)
-    return float(np.median(seconds)), beta
+        for name, fit in fits.items():
+            begin = time.perf_counter()
+            answers[name] = fit()
+            seconds[name].append(time.perf_counter() - begin)
+    return {name: (float(np.median(s)), answers[name]) for name, s in seconds.items()}
+
+
+def line(name: str, seconds: float, ours: float, more: str) -> None:
+    """Print a time and what it is beside ours."""
+    sys.stdout.write(f"  {name:24s} {1e3 * seconds:8.1f} ms  {seconds / ours:6.1f} x  {more}\n")
 
 
 def main() -> None:
-    """Print one line per solver."""
-    parser = argparse.ArgumentParser(description="Speed of the feasible fit beside SDPA's.")
+    """Print one line per solver, and one per program."""
+    parser = argparse.ArgumentParser(description="Speed of the fit beside SDPA and FIGAROH.")
     parser.add_argument("log", type=Path)
     parser.add_argument("--runs", type=int, default=7)
     arguments = parser.parse_args()
-    arm, data = read_logs([arguments.log], None, Reading())
-    problem = gather(data, arm).problem()
-    fits: dict[str, Callable[[], np.ndarray]] = {
-        "ours (Clarabel, built by hand)": lambda: feasible(problem).beta,
+    warnings.simplefilter("ignore")  # cvxpy's, on the last digits
+    arm, (log,) = read_logs([arguments.log], None, Reading())
+    data = in_memory(log, log.rate_hz, log.segments)
+    problem = gather([data], arm).problem()
+    fits: dict[str, Callable[[], object]] = {
+        OURS: lambda: feasible(problem).beta,
         "Clarabel through cvxpy": lambda: through_cvxpy(problem, cp.CLARABEL),
     }
     if "SDPA" in cp.installed_solvers():
         fits["SDPA through cvxpy"] = lambda: through_cvxpy(problem, cp.SDPA)
-    else:
-        sys.stderr.write("SDPA is left out: pip install sdpa-python\n")
-    found = {name: median_seconds(fit, arguments.runs) for name, fit in fits.items()}
-    base_seconds, base_beta = found["ours (Clarabel, built by hand)"]
-    least = float(squared_error(problem.R, base_beta))
+        fits["SDPA, (44) as written"] = lambda: through_cvxpy(problem, cp.SDPA, with_u=True)
+    found = timed(fits, arguments.runs)
+    least = float(squared_error(problem.R, np.asarray(found[OURS][1])))
+    sys.stdout.write("the feasible solve, problem building included\n")
     for name, (seconds, beta) in found.items():
-        error = float(squared_error(problem.R, beta))
-        sys.stdout.write(
-            f"{name:32s} {1e3 * seconds:8.1f} ms  {seconds / base_seconds:6.1f} x"
-            f"  objective {error:.6f} ({error / least - 1:+.1e})\n"
-        )
+        error = float(squared_error(problem.R, np.asarray(beta)))
+        line(name, seconds, found[OURS][0], f"objective {error:.6f} ({error / least - 1:+.1e})")
+    programs: dict[str, Callable[[], object]] = {
+        OURS: lambda: feasible(gather([data], arm).problem()).status
+    }
+    if find_spec("figaroh"):
+        programs["FIGAROH's physical_fit"] = lambda: figaroh_fit(arm, data)
+    found = timed(programs, max(1, arguments.runs // 2))
+    sys.stdout.write("the whole fit\n")
+    for name, (seconds, answer) in found.items():
+        line(name, seconds, found[OURS][0], str(answer))
 
 
 if __name__ == "__main__":
