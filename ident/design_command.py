@@ -22,7 +22,8 @@ Settings = Annotated[
     list[str] | None,
     typer.Option(
         "--set",
-        help="NAME=VALUE: terms, weights, method (descent or cobyla), gain, patience, processes.",
+        help="NAME=VALUE: terms, weights, method (descent or cobyla), constraints (all or "
+        "joint_motion), gain, patience, processes.",
     ),
 ]
 
@@ -56,10 +57,9 @@ def design(
     from ident.excitation.settings import design_settings, settings_from
     from ident.excitation.workflow import design_file, design_for, report_beside, view_beside
 
-    chosen = design_settings(
-        settings_from(settings)
-        | {"time_s": seconds, "seed": seed, "objective": objective.value if objective else None}
-    )
+    wanted = {"time_s": seconds, "seed": seed, "objective": objective and objective.value}
+    given = {name: value for name, value in wanted.items() if value is not None}
+    chosen = design_settings(settings_from(settings) | given)
     if purpose is None:
         with Progress(chosen) as progress:
             found = design_file(config, out, chosen, start, progress.report)
@@ -69,5 +69,7 @@ def design(
     if view:
         written.append(view_beside(found, config, out))
         webbrowser.open(written[-1].resolve().as_uri())
+    for sentence in found.passed:
+        typer.echo(f"This motion may not run: {sentence}.", err=True)
     promise = found.trajectory.promise
     typer.echo(json.dumps(promise, indent=2) if as_json else "\n".join(map(str, written)))

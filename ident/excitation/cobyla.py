@@ -1,6 +1,5 @@
 """The paper's way (V-A): constrained optimisation by linear approximation, from one start."""
 
-import time
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
@@ -17,7 +16,7 @@ from ident.excitation.search import Candidate, Effort, random_start
 Array = NDArray[np.floating]
 
 _FIRST_STEP = 0.1
-_SHARP_RAD_S = 1e-3
+_SHARP_RAD_S = 1e-12
 _TOLERANCE = 1e-3
 
 
@@ -56,7 +55,7 @@ def _run(problem: Problem, start: Array, effort: Effort) -> Array:
 
     def value(x: Array) -> float:
         nonlocal best, lowest
-        if time.monotonic() >= effort.end_s:
+        if effort.deadline.over:
             raise _TimeOverError
         here = x.reshape(start.shape).copy()
         found = objective_value(problem, here, problem.grid)
@@ -78,7 +77,8 @@ def _worst(problem: Problem, coefficients: Array) -> Array:
     """Largest use of each limit over the grid: kinematic and torque by joint, speeds, nearness."""
     found = constraint_values(problem, coefficients, _SHARP_RAD_S)
     samples, n = problem.grid.samples, coefficients.shape[1]
-    by_joint, speed, nearness = np.split(found, np.cumsum([5 * samples * n, 2 * samples]))
+    points = len(problem.constraints.bounds.speed)
+    by_joint, speed, nearness = np.split(found, np.cumsum([5 * samples * n, points * samples]))
     joints = np.abs(by_joint.reshape(5, samples, n)).max(axis=1).ravel()
     nearest = nearness.max(initial=-1.0)
-    return np.concatenate([joints, speed.reshape(samples, 2).max(axis=0), [nearest]])
+    return np.concatenate([joints, speed.reshape(samples, points).max(axis=0), [nearest]])

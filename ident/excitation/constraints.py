@@ -1,6 +1,6 @@
 """The arm's limits on a grid as numbers of at most 1, with gradients."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +30,7 @@ class Bounds:
         middle: of the position range, shape (n,) [rad].
         kinematic: half range, velocity, acceleration and jerk, shape (4, n).
         torque: per motor, shape (n,) [N m].
-        speed: of elbow and tool, shape (2,) [m/s].
+        speed: of elbow and tool, shape (2,) [m/s]; empty where it does not count.
         clearance: least distance of shapes [m].
     """
 
@@ -96,17 +96,24 @@ def constraints_of(arm: ArmFile, robot: Robot, limits: LimitsSection) -> Constra
     """The constraints of a design.
 
     Args:
-        arm: transmission, rotors and expected friction.
+        arm: transmission, rotors, expected friction, and which limits count.
         robot: the arm's model, with its collision shapes.
         limits: the bounds.
     """
     drive = transmission(arm.transmission, arm.arm)
     viscous, coulomb = expected_friction(arm)
+    bounds, shapes = bounds_of(limits), shapes_of(collision_shapes(robot))
+    points = points_of(robot, (limits.elbow_frame, limits.tool_frame))
+    if arm.excitation.constraints == "joint_motion":
+        boundless = np.full_like(bounds.torque, np.inf)
+        bounds = replace(bounds, torque=boundless, speed=bounds.speed[:0])
+        points = Points(points.link[:0], points.position[:0])
+        shapes = shapes._replace(pairs=shapes.pairs[:0])
     return Constraints(
-        bounds_of(limits),
+        bounds,
         chain_of(robot),
-        points_of(robot, (limits.elbow_frame, limits.tool_frame)),
-        shapes_of(collision_shapes(robot)),
+        points,
+        shapes,
         drive.joint_from_motor,
         drive.motor_from_joint.T * np.array(arm.transmission.rotor_inertia_kg_m2),
         viscous,
@@ -117,7 +124,10 @@ def constraints_of(arm: ArmFile, robot: Robot, limits: LimitsSection) -> Constra
 def lower_bounds(constraints: Constraints, samples: int) -> Array:
     """Lower bound of each entry of `values`; the upper ones are 1."""
     n = len(constraints.bounds.middle)
-    two_sided, one_sided = 5 * samples * n, samples * (2 + len(constraints.shapes.pairs))
+    two_sided, one_sided = (
+        5 * samples * n,
+        samples * (len(constraints.bounds.speed) + len(constraints.shapes.pairs)),
+    )
     return np.concatenate([np.full(two_sided, -1.0), np.full(one_sided, -np.inf)])
 
 
@@ -145,7 +155,7 @@ def values(
     slip = np.tanh(motion.qd / softness_rad_s)
     joint = rigid + motion.qd * c.viscous + slip * c.coulomb
     torque = (joint @ c.joint_from_motor + motion.qdd @ c.rotor) / c.bounds.torque
-    squares = np.empty((samples, 2))
+    squares = np.empty((samples, len(c.bounds.speed)))
     geometry.point_speeds(c.chain, c.points, motion.q, motion.qd, squares)
     apart = np.empty((samples, len(c.shapes.pairs)))
     geometry.distances(c.chain, c.shapes, motion.q, c.bounds.clearance + _SIGHT_M, apart)
@@ -174,7 +184,7 @@ def pull(
         slopes: what grows.
     """
     c, (samples, n) = constraints, motion.q.shape
-    counts = np.cumsum([4 * samples * n, samples * n, samples * 2])
+    counts = np.cumsum([4 * samples * n, samples * n, samples * len(c.bounds.speed)])
     kinematic, torque, squares, nearness = np.split(bar, counts)
     scaled = kinematic.reshape(4, samples, n) / c.bounds.kinematic[:, None, :]
     for slope, part in zip((slopes.q, slopes.qd, slopes.qdd, slopes.qddd), scaled, strict=True):
@@ -185,7 +195,7 @@ def pull(
     slip = np.tanh(motion.qd / softness_rad_s)
     slopes.qd[:] += joint * (c.viscous + c.coulomb * (1.0 - slip**2) / softness_rad_s)
     slopes.qdd[:] += motor @ c.rotor.T
-    bar_squares = squares.reshape(samples, 2) / c.bounds.speed**2
+    bar_squares = squares.reshape(samples, -1) / c.bounds.speed**2
     geometry.pull_speeds(c.chain, c.points, motion.q, motion.qd, bar_squares, slopes.q, slopes.qd)
     bar_apart = nearness.reshape(samples, -1) / -_SIGHT_M
     geometry.pull_distances(c.chain, c.shapes, motion.q, bar_apart, slopes.q)

@@ -1,6 +1,5 @@
 """From a start to the nearest optimum: augmented Lagrangian around L-BFGS, in stages."""
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -8,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from ident.excitation.deadline import Deadline
 from ident.excitation.problem import (
     Penalty,
     Problem,
@@ -64,7 +64,7 @@ TO_THE_POINT = (
 
 
 def descend(
-    problem: Problem, coefficients: Array, stages: Sequence[Stage], deadline_s: float
+    problem: Problem, coefficients: Array, stages: Sequence[Stage], deadline: Deadline
 ) -> Array:
     """The optimum near a start, shape (2 L + 1, n); limits may be passed by a little.
 
@@ -72,19 +72,19 @@ def descend(
         problem: objective, constraints and grid.
         coefficients: the start, shape (2 L + 1, n).
         stages: one after another; multipliers are kept between them.
-        deadline_s: when to stop, on the clock of `time.monotonic` [s].
+        deadline: when to stop.
     """
     shape = coefficients.shape
     x = coefficients.ravel() / _SCALE
     prices = None
     for stage in stages:
-        if time.monotonic() >= deadline_s:
+        if deadline.over:
             break
         soft = stage.smoothness.softness_rad_s
         found = constraint_values(problem, x.reshape(shape) * _SCALE, soft)
         prices = np.zeros_like(found) if prices is None else prices
         penalty = Penalty(prices, stage.stiffness)
-        x = _minimise(problem, x, shape, stage, penalty, deadline_s)
+        x = _minimise(problem, x, shape, stage, penalty, deadline)
         found = constraint_values(problem, x.reshape(shape) * _SCALE, soft)
         prices = multipliers(problem, found, penalty)
     return x.reshape(shape) * _SCALE
@@ -96,7 +96,7 @@ def _minimise(
     shape: tuple[int, ...],
     stage: Stage,
     penalty: Penalty,
-    deadline_s: float,
+    deadline: Deadline,
 ) -> Array:
     def value_and_gradient(x: Array) -> tuple[float, Array]:
         coefficients = x.reshape(shape) * _SCALE
@@ -104,7 +104,7 @@ def _minimise(
         return value, gradient.ravel() * _SCALE
 
     def stop_in_time(intermediate_result: object) -> None:
-        if time.monotonic() >= deadline_s:
+        if deadline.over:
             raise StopIteration
 
     options = {"maxiter": stage.iterations, "maxcor": _MEMORY}

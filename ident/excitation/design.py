@@ -1,6 +1,6 @@
 """From an arm's file to a trajectory that the arm may run."""
 
-import time
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from ident.excitation.columns import Columns, columns_of, exact_rows, joint_terms
 from ident.excitation.constraints import constraints_of
+from ident.excitation.deadline import within
 from ident.excitation.grid import coefficients_of, grid, series_of
 from ident.excitation.islands import Report, Task, best_design
-from ident.excitation.limits import possible_pose
+from ident.excitation.limits import kept_of, possible_pose
 from ident.excitation.objective import Objective
 from ident.excitation.problem import Problem
-from ident.excitation.search import Effort, random_start
+from ident.excitation.search import Candidate, Effort, random_start
 from ident.excitation.settings import DesignSettings
 from ident.regressor import Motion
 from wamctl.arm.collision import collision_shapes
@@ -32,7 +33,26 @@ _JUDGED_SAMPLES = 1000
 _PROMISE_SAMPLES = 2000
 _BLIND = 1e8
 _CHECK_S = 0.001
-_SHRINK = (1.0, 0.999, 0.995, 0.98, 0.95, 0.9, 0.8, 0.6, 0.4, 0.2, 0.1, 0.03, 0.01, 1e-3, 1e-4)
+_HAIR = 1e-9
+_SHRINK = (
+    1.0,
+    0.999,
+    0.995,
+    0.98,
+    0.95,
+    0.9,
+    0.8,
+    0.6,
+    0.4,
+    0.2,
+    0.1,
+    0.03,
+    0.01,
+    1e-3,
+    1e-4,
+    1e-5,
+    1e-6,
+)
 
 
 @dataclass(frozen=True)
@@ -60,11 +80,13 @@ class Design:
         trajectory: the motion, with its promise and limits.
         quantities: all that is limited, along one period at 1 kHz.
         t: times of those samples, shape (S,) [s].
+        passed: sentences on limits of the arm that it passes, since it had to keep others only.
     """
 
     trajectory: Trajectory
     quantities: list[Quantity]
     t: Array
+    passed: list[str]
 
 
 def design(
@@ -82,21 +104,47 @@ def design(
         ConfigurationError: impossible limits, named; or wishes that do not fit the arm.
     """
     pose = possible_pose(place.arm, place.robot, place.limits, place.source)
-    problem = problem_of(place, settings)
+    task = task_of(place, settings, start)
+    return finished(place, task, pose, best_design(task, settings.processes, report))
+
+
+def task_of(place: Place, settings: DesignSettings, start: FourierSeries | None) -> Task:
+    """What to search; its time begins now.
+
+    Raises:
+        ConfigurationError: wishes, or a start, that do not fit the arm.
+    """
     excitation = place.arm.excitation
-    end_s = time.monotonic() + settings.time_s
-    effort = Effort(end_s, settings.descents, settings.patience, settings.gain)
-    dense = grid(excitation.fundamental_rad_s, excitation.harmonics, _JUDGED_SAMPLES)
     first = None if start is None else start_of(place, start)
-    task = Task(problem, dense, effort, settings.seed, first, settings.method)
-    best = best_design(task, settings.processes, report)
-    if best is None:
-        wild = random_start(problem, np.random.default_rng(settings.seed))
-        found = about(problem, wild, pose)
-    else:
-        found = best.coefficients
-    series = series_of(found, place.robot.joint_names, excitation.fundamental_rad_s)
-    return accepted(place, problem.columns, series, excitation.periods)
+    problem = problem_of(place, settings)
+    dense = grid(excitation.fundamental_rad_s, excitation.harmonics, _JUDGED_SAMPLES)
+    effort = Effort(within(settings.time_s), settings.descents, settings.patience, settings.gain)
+    return Task(problem, dense, effort, settings.seed, first, settings.method)
+
+
+def finished(place: Place, task: Task, pose: Array, best: Candidate | None) -> Design:
+    """The design of what a search found, or else of a random motion about an allowed pose.
+
+    Args:
+        place: the arm and the bounds.
+        task: what was searched.
+        pose: an allowed one, shape (n,) [rad].
+        best: what was found.
+
+    Raises:
+        ConfigurationError: not even the smallest motion is allowed; the limits are named.
+    """
+    excitation = place.arm.excitation
+
+    def checked(coefficients: Array) -> Design:
+        series = series_of(coefficients, place.robot.joint_names, excitation.fundamental_rad_s)
+        return accepted(place, task.problem.columns, series, excitation.periods)
+
+    if best is not None:
+        with suppress(ConfigurationError):
+            return checked(best.coefficients)
+    wild = random_start(task.problem, np.random.default_rng(task.seed))
+    return checked(about(task.problem, wild, pose))
 
 
 def problem_of(place: Place, settings: DesignSettings) -> Problem:
@@ -182,6 +230,7 @@ def accepted(place: Place, columns: Columns, series: FourierSeries, periods: int
         ConfigurationError: not even the smallest motion is allowed; the limits are named.
     """
     arm, robot, shapes = place.arm, place.robot, collision_shapes(place.robot)
+    series = _within_rates(place, series)
     faults: list[str] = []
     for factor in _SHRINK:
         smaller = replace(series, a=series.a * factor, b=series.b * factor)
@@ -189,13 +238,41 @@ def accepted(place: Place, columns: Columns, series: FourierSeries, periods: int
         found = quantities(arm, arm.limits, robot, shapes, motion)
         counted = bounded(found, place.limits, motion.counted)
         t = motion.t[motion.counted] - motion.t[motion.counted.start]
-        faults = [s for quantity in found for s in violations(quantity, motion.t)]
-        faults += [s for quantity in counted for s in violations(quantity, t)]
+        faults = _faults(kept_of(arm, found), motion.t) + _faults(kept_of(arm, counted), t)
         if not faults:
             promise = _promise(columns, smaller, counted)
             limits = place.limits.model_dump(mode="json")
-            return Design(Trajectory(smaller, periods, promise, limits), counted, t)
+            trajectory = Trajectory(smaller, periods, promise, limits)
+            return Design(trajectory, counted, t, _faults(found, motion.t))
     raise ConfigurationError(place.source, faults)
+
+
+def _within_rates(place: Place, series: FourierSeries) -> FourierSeries:
+    """Each joint's motion, made small enough for its rates over the ramps as well.
+
+    In the counted periods the rates hold between the samples, too: a series falls from its peak no
+    faster than the cosine of its highest harmonic does.
+    """
+    motion = reference(series, 1, place.arm.excitation.ramp_s, _CHECK_S)
+    ramped = (motion.qd, motion.qdd, np.gradient(motion.qdd, motion.t, axis=0))
+    samples = max(round(series.period_s / _CHECK_S), 4 * series.harmonics)
+    g, found = grid(series.fundamental_rad_s, series.harmonics, samples), coefficients_of(series)
+    between = np.cos(np.pi * series.harmonics / samples)
+    steady = (d @ found / between for d in (g.velocity, g.acceleration, g.jerk))
+    limited = [*zip(ramped, _rates(place.arm.limits), strict=True)]
+    limited += zip(steady, _rates(place.limits), strict=True)
+    uses = [np.abs(rate).max(axis=0) / np.array(bound) for rate, bound in limited]
+    excess = np.max(uses, axis=0)[:, None]
+    factor = np.where(excess > 1.0, (1.0 - _HAIR) / np.maximum(excess, 1.0), 1.0)
+    return replace(series, a=series.a * factor, b=series.b * factor)
+
+
+def _rates(limits: LimitsSection) -> tuple[tuple[float, ...], ...]:
+    return limits.velocity_rad_s, limits.acceleration_rad_s2, limits.jerk_rad_s3
+
+
+def _faults(found: list[Quantity], t: Array) -> list[str]:
+    return [sentence for quantity in found for sentence in violations(quantity, t)]
 
 
 def _promise(columns: Columns, series: FourierSeries, measured: list[Quantity]) -> dict[str, Any]:

@@ -8,7 +8,9 @@ from ident.excitation.problem import Problem, constraint_values
 
 Array = NDArray[np.floating]
 
-_SHARP_RAD_S = 1e-3
+_SHARP_RAD_S = 1e-12
+"""Friction counts in full, however slow the motion."""
+
 _HALVINGS = 12
 _HAIR = 1e-6
 """Left free against rounding."""

@@ -102,6 +102,8 @@ def _thin(size: tuple[tuple[float, float, float], float]) -> bool:
 @njit(cache=True)
 def point_speeds(chain, points, q, qd, squares):
     """Write the squared speed [m^2/s^2] of each point into `squares`, shape (S, P)."""
+    if points.link.size == 0:
+        return
     w = workspace(q.shape[1])
     for s in range(q.shape[0]):
         place(chain, q[s], w)
@@ -123,6 +125,8 @@ def _velocity(w, points, p, qd):
 @njit(cache=True)
 def pull_speeds(chain, points, q, qd, bar, grad_q, grad_qd):
     """Add the gradient of sum(bar * squares) to `grad_q` and `grad_qd`, each of shape (S, n)."""
+    if points.link.size == 0:
+        return
     w = workspace(q.shape[1])
     for s in range(q.shape[0]):
         place(chain, q[s], w)
@@ -247,6 +251,8 @@ def _far(w, shapes, a, b, reach):
 @njit(cache=True)
 def distances(chain, shapes, q, reach, out):
     """Write the distance of each pair [m], `reach` at most, into `out`, shape (S, P)."""
+    if len(shapes.pairs) == 0:
+        return
     w = workspace(q.shape[1])
     for s in range(q.shape[0]):
         place(chain, q[s], w)
@@ -260,6 +266,8 @@ def distances(chain, shapes, q, reach, out):
 @njit(cache=True)
 def pull_distances(chain, shapes, q, bar, grad_q):
     """Add the gradient of sum(bar * distances) to `grad_q`, shape (S, n)."""
+    if len(shapes.pairs) == 0:
+        return
     w = workspace(q.shape[1])
     for s in range(q.shape[0]):
         place(chain, q[s], w)

@@ -1,18 +1,24 @@
 """The limits that a design keeps, and whether any motion can keep them."""
 
+import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wamctl.arm.collision import collision_shapes
+from wamctl.arm.collision import CollisionShapes, collision_shapes
 from wamctl.arm.config import ArmFile, LimitsSection
 from wamctl.arm.errors import ConfigurationError
 from wamctl.arm.robot import Robot
 from wamctl.arm.trajectory import Reference
-from wamctl.arm.trajectory_check import quantities, violations
+from wamctl.arm.trajectory_check import Quantity, quantities, violations
+from wamctl.arm.transmission import transmission
 
 Array = NDArray[np.floating]
+
+JOINT_MOTION = frozenset({"position", "velocity", "acceleration", "jerk"})
+"""Names of the quantities whose limits `joint_motion` keeps."""
 
 _POSES = 400
 _CREEP_RAD_S = 1e-9
@@ -60,11 +66,17 @@ def _least(
     return tuple(np.minimum(np.array(bound) * left, wanted or np.inf).tolist())
 
 
+def kept_of(arm: ArmFile, found: Sequence[Quantity]) -> list[Quantity]:
+    """Of all that is limited, what a design for this arm must keep."""
+    everything = arm.excitation.constraints == "all"
+    return [quantity for quantity in found if everything or quantity.name in JOINT_MOTION]
+
+
 def possible_pose(arm: ArmFile, robot: Robot, limits: LimitsSection, source: Path | str) -> Array:
     """A pose in which the arm may start to move, shape (n,): the middle one, or a random one.
 
     Args:
-        arm: transmission and friction.
+        arm: transmission, friction, and which limits count.
         robot: the arm's model.
         limits: the design's bounds.
         source: what to call the configuration in messages.
@@ -72,9 +84,10 @@ def possible_pose(arm: ArmFile, robot: Robot, limits: LimitsSection, source: Pat
     Raises:
         ConfigurationError: there is none; the sentences say what stands against the best one.
     """
+    shapes = collision_shapes(robot)
     fewest: list[str] | None = None
     for pose in some_poses(limits):
-        faults = faults_at(arm, robot, limits, pose)
+        faults = faults_at(arm, robot, limits, shapes, pose)
         if not faults:
             return pose
         if fewest is None or len(faults) < len(fewest):
@@ -95,12 +108,19 @@ def some_poses(limits: LimitsSection) -> Array:
     return np.vstack([(lower + upper) / 2, rng.uniform(lower, upper, (_POSES - 1, len(lower)))])
 
 
-def faults_at(arm: ArmFile, robot: Robot, limits: LimitsSection, pose: Array) -> list[str]:
-    """What forbids to start moving from a pose, shape (n,), in either direction."""
-    shapes, still = collision_shapes(robot), np.zeros((2, robot.dof))
-    sentences = []
-    for creep in (_CREEP_RAD_S, -_CREEP_RAD_S):
-        motion = Reference(np.arange(2.0), np.tile(pose, (2, 1)), still + creep, still, slice(0, 2))
-        measured = quantities(arm, limits, robot, shapes, motion)
-        sentences += [s for quantity in measured for s in violations(quantity, motion.t)]
-    return list(dict.fromkeys(s.replace(" at 0.000 s", "") for s in sentences))
+def faults_at(
+    arm: ArmFile, robot: Robot, limits: LimitsSection, shapes: CollisionShapes, pose: Array
+) -> list[str]:
+    """What forbids to start moving from a pose, shape (n,).
+
+    Friction is tried in the directions that ask most of each motor: behind a differential these are
+    neither all joints forwards nor all backwards.
+    """
+    drive = transmission(arm.transmission, arm.arm)
+    hardest = np.where(drive.joint_from_motor.T < 0, -_CREEP_RAD_S, _CREEP_RAD_S)
+    creep = np.vstack([hardest, -hardest])
+    t, still = np.arange(float(len(creep))), np.zeros_like(creep)
+    motion = Reference(t, np.tile(pose, (len(t), 1)), creep, still, slice(0, len(t)))
+    measured = quantities(arm, limits, robot, shapes, motion)
+    sentences = [s for q in kept_of(arm, measured) for s in violations(q, t)]
+    return [re.sub(r" at [0-9.]+ s,", ",", s) for s in sentences]

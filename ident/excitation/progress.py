@@ -13,7 +13,10 @@ from ident.excitation.settings import DesignSettings
 
 
 class Progress:
-    """A bar over the time to search, with the best design so far; Ctrl-C keeps that one."""
+    """A bar over the time to search, with the best design so far; Ctrl-C keeps that one.
+
+    It appears with the first report: what is refused before the search has no bar.
+    """
 
     def __init__(self, settings: DesignSettings) -> None:
         self._settings = settings
@@ -27,7 +30,6 @@ class Progress:
         self._task = self._bar.add_task("searching", total=settings.time_s)
 
     def __enter__(self) -> "Progress":
-        self._bar.start()
         return self
 
     def __exit__(
@@ -36,10 +38,12 @@ class Progress:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._bar.stop()
+        if self._bar.live.is_started:
+            self._bar.stop()
 
     def report(self, best: Candidate | None) -> None:
         """Move the bar; name the best design where there is a new one."""
+        self._bar.start()
         seconds = time.monotonic() - self._began
         self._bar.update(self._task, completed=min(seconds, self._settings.time_s))
         if best is None:

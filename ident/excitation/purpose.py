@@ -15,6 +15,7 @@ from ident.excitation.grid import grid, series_of
 from ident.excitation.limits import faults_at, possible_pose, some_poses
 from ident.excitation.motions import MOTIONS, REPEATED, Frame, Sketch
 from ident.excitation.settings import DesignSettings
+from wamctl.arm.collision import collision_shapes
 from wamctl.arm.config import beside
 from wamctl.arm.errors import ConfigurationError, DataError
 from wamctl.arm.trajectory import read_trajectory
@@ -134,12 +135,13 @@ def _partner(place: Place, joint: int) -> int:
 
 def _reaching_out(place: Place, pose: Array) -> Array:
     """Of some allowed poses, the one with the most first moment about the first joint's axis."""
-    candidates = [p for p in some_poses(place.limits)[:_TRIED] if not _forbidden(place, p)]
+    shapes = collision_shapes(place.robot)
+    candidates = [
+        p
+        for p in some_poses(place.limits)[:_TRIED]
+        if not faults_at(place.arm, place.robot, place.limits, shapes, p)
+    ]
     return max([pose, *candidates], key=lambda p: _sideways_torque(place, p))
-
-
-def _forbidden(place: Place, pose: Array) -> bool:
-    return bool(faults_at(place.arm, place.robot, place.limits, pose))
 
 
 def _sideways_torque(place: Place, pose: Array) -> float:

@@ -1,12 +1,12 @@
 """From many starts to one design: a few good motions, and changes of parts of them."""
 
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.excitation.deadline import Deadline
 from ident.excitation.descent import FROM_AFAR, FROM_NEARBY, TO_THE_POINT, descend
 from ident.excitation.fit import fit, fit_joints
 from ident.excitation.grid import Grid
@@ -42,13 +42,13 @@ class Effort:
     """When to stop.
 
     Attributes:
-        end_s: on the clock of `time.monotonic`, which all processes share [s].
+        deadline: when the time is over.
         descents: how many descents at most.
         patience: this many descents without `gain` end the search.
         gain: least improvement of the objective that counts.
     """
 
-    end_s: float
+    deadline: Deadline
     descents: int
     patience: int
     gain: float
@@ -67,17 +67,21 @@ def search(
         start: a design to improve, shape (2 L + 1, n), instead of starting afresh.
     """
     rng = np.random.default_rng(seed)
-    began = time.monotonic()
-    soon = effort.end_s - _POLISH_SHARE * max(0.0, effort.end_s - began)
+    soon = effort.deadline.sooner(_POLISH_SHARE)
     judged = replace(problem, grid=dense)
     kept: list[Candidate] = [] if start is None else _judge(judged, start)
     yield from kept
     best, idle = min((c.value for c in kept), default=np.inf), 0
     for count in range(effort.descents):
-        if time.monotonic() >= soon or (kept and idle >= effort.patience):
+        if soon.over or (kept and idle >= effort.patience):
             break
-        afar = start is None and count < _STARTS
-        first = random_start(problem, rng) if afar or not kept else _changed(problem, kept, rng)
+        afar = count < (_STARTS if start is None else 1)
+        if start is not None and count == 0:
+            first = start
+        elif afar or not kept:
+            first = random_start(problem, rng)
+        else:
+            first = _changed(problem, kept, rng)
         stages = FROM_AFAR if afar else FROM_NEARBY
         found = _judge(judged, descend(problem, first, stages, soon))
         kept = _keep(kept + found)
@@ -87,7 +91,7 @@ def search(
             yield kept[0]
     if kept:
         polished = _judge(
-            judged, descend(problem, kept[0].coefficients, TO_THE_POINT, effort.end_s)
+            judged, descend(problem, kept[0].coefficients, TO_THE_POINT, effort.deadline)
         )
         yield from [c for c in polished if c.value < best]
 

@@ -21,6 +21,9 @@ class DesignSettings(Section):
     terms: tuple[Term, ...] | None = Field(
         default=None, description="what the model will hold; unset: what the arm's file says"
     )
+    constraints: Literal["all", "joint_motion"] | None = Field(
+        default=None, description="limits to keep; unset: what the arm's file says"
+    )
     weights: dict[str, Positive] = Field(
         default={}, description="of parameters or kinds, such as {ia: 2, fc4: 3}"
     )
@@ -44,7 +47,7 @@ class DesignSettings(Section):
 
 
 def design_settings(changes: dict[str, Any]) -> DesignSettings:
-    """The settings with some of them changed; those that are None stay.
+    """The settings with some of them changed.
 
     Raises:
         ConfigurationError: an unknown setting, or a value out of its bounds.
@@ -55,8 +58,7 @@ def design_settings(changes: dict[str, Any]) -> DesignSettings:
         raise ConfigurationError(
             "--set", [f"no setting {name!r}; valid are {valid}" for name in unknown]
         )
-    given = {name: value for name, value in changes.items() if value is not None}
-    return validate(DesignSettings, given, "command line")
+    return validate(DesignSettings, changes, "command line")
 
 
 def settings_from(assignments: list[str] | None) -> dict[str, Any]:

@@ -1,6 +1,7 @@
 """`ident design` from files to files."""
 
 from pathlib import Path
+from typing import Literal
 
 from ident.arm import arm_from_file
 from ident.excitation.design import Design, Place, design
@@ -15,15 +16,24 @@ from wamctl.arm.config import find_file, load_arm_file
 from wamctl.arm.errors import DataError
 from wamctl.arm.trajectory import read_trajectory, write_trajectory
 
+Constraints = Literal["all", "joint_motion"]
 
-def place_of(config: Path) -> Place:
+
+def place_of(config: Path, constraints: Constraints | None = None) -> Place:
     """The arm of a configuration and the bounds of its excitation.
+
+    Args:
+        config: the arm's file.
+        constraints: limits to keep; None: what the file says.
 
     Raises:
         ConfigurationError: a file that cannot be used, or an empty range.
     """
     found = find_file(config)
     arm = load_arm_file(found)
+    if constraints is not None:
+        excitation = arm.excitation.model_copy(update={"constraints": constraints})
+        arm = arm.model_copy(update={"excitation": excitation})
     return Place(arm, arm_from_file(found, ()).robot, design_limits(arm, found), found)
 
 
@@ -43,7 +53,7 @@ def design_file(
         ConfigurationError: a file that cannot be used, or impossible limits.
         DataError: the trajectory cannot be written.
     """
-    place = place_of(config)
+    place = place_of(config, settings.constraints)
     first = None if start is None else read_trajectory(start).series
     found = design(place, settings, first, report)
     save(found, out)
@@ -62,7 +72,7 @@ def design_for(config: Path, out: Path, purpose: str) -> Design:
         ConfigurationError: a file that cannot be used, an unknown effect or joint.
         DataError: a gap file without a question, or the trajectory cannot be written.
     """
-    found = design_motion(place_of(config), purpose_of(purpose))
+    found = design_motion(place_of(config, "all"), purpose_of(purpose))
     save(found, out)
     return found
 

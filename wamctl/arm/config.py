@@ -63,8 +63,10 @@ class IdentificationSection(Section):
     sign_cutoff_hz: Positive = Field(
         default=25.0, description="cut-off of the velocity whose sign Coulomb friction takes [Hz]"
     )
-    terms: tuple[Literal["viscous", "coulomb", "offset", "rotor_inertia"], ...] = Field(
-        default=("viscous", "coulomb"), description="what the model holds beside the links, (3)"
+    terms: tuple[Literal["viscous", "coulomb", "offset", "rotor_inertia", "auto"], ...] = Field(
+        default=("viscous", "coulomb"),
+        description="what the model holds beside the links, (3); auto: and what else lowers the"
+        " held-out error",
     )
     feasible_set: Literal["pseudo_inertia", "paper"] = Field(
         default="pseudo_inertia",
@@ -286,6 +288,11 @@ class ExcitationSection(Section):
     acceleration_rad_s2: PositiveVector | None = None
     margin: NonNegative = Field(
         default=0.1, lt=1, description="share of each limit of the arm that a design leaves free"
+    )
+    constraints: Literal["all", "joint_motion"] = Field(
+        default="all",
+        description="limits that a design keeps; joint_motion: position, velocity, acceleration "
+        "and jerk alone, to compare with designs that knew no others",
     )
     expected_viscous_nm_s_rad: NonNegativeVector = Field(
         default=(), description="for the torque check, joint side [N m s/rad]; unset: none"

@@ -1,6 +1,8 @@
 """Motions for a gap: what they show, and purposes that cannot be read."""
 
 import json
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,9 +10,11 @@ import pytest
 
 from ident.effects.catalogue import catalogue
 from ident.excitation.design import Design, Place
-from ident.excitation.motions import MOTIONS, REPEATED
+from ident.excitation.motions import MOTIONS, REPEATED, Frame, Sketch, stretched_sweep
 from ident.excitation.purpose import Purpose, design_motion, purpose_of
 from wamctl.arm.errors import ConfigurationError, DataError
+from wamctl.arm.trajectory import read_trajectory
+from wamctl.arm.trajectory_check import check_trajectory
 
 
 def position_and_velocity(found: Design) -> tuple[np.ndarray, np.ndarray]:
@@ -20,6 +24,38 @@ def position_and_velocity(found: Design) -> tuple[np.ndarray, np.ndarray]:
 
 def test_every_effect_of_the_catalogue_has_a_motion() -> None:
     assert set(catalogue()) <= {*MOTIONS, *REPEATED}
+
+
+@pytest.mark.parametrize("motion", sorted(set(MOTIONS.values()), key=lambda m: m.__name__))
+def test_each_motion_of_the_library_moves_the_arm_within_its_limits(
+    place: Place, motion: Callable[[Frame], Sketch]
+) -> None:
+    effect = next(name for name, made_by in MOTIONS.items() if made_by is motion)
+    found = design_motion(place, Purpose(effect, 2))
+    _, qd = position_and_velocity(found)
+    moved = 0 if motion is stretched_sweep else 1  # the tilt's motion is always joint 1's
+    assert np.abs(qd[:, moved]).max() > 0.05
+    assert found.trajectory.periods >= 3
+    assert found.passed == []
+    assert check_trajectory(place.arm, place.robot, found.trajectory) == []
+
+
+@pytest.mark.parametrize("effect", REPEATED)
+def test_what_time_shows_repeats_the_arms_own_motion(place: Place, effect: str) -> None:
+    found = design_motion(place, purpose_of(effect)).trajectory
+    own = read_trajectory("wam7-excitation.yaml").series
+    assert found.periods * found.series.period_s == pytest.approx(300.0)
+    assert found.series.a / own.a == pytest.approx(np.ones(own.a.shape), rel=0.1)
+
+
+def test_nothing_to_repeat(place: Place) -> None:
+    excitation = place.arm.excitation.model_copy(update={"trajectory": None})
+    arm = place.arm.model_copy(update={"excitation": excitation})
+    with pytest.raises(ConfigurationError) as caught:
+        design_motion(replace(place, arm=arm), purpose_of("contact"))
+    assert str(caught.value).endswith(
+        ": excitation.trajectory: name the motion to repeat; design one first, without --for."
+    )
 
 
 def test_stribeck_turns_one_joint_back_slowly(place: Place) -> None:
@@ -50,6 +86,21 @@ def test_a_gap_file_is_a_purpose(tmp_path: Path) -> None:
     ]
     path.write_text(json.dumps({"effects": effects}))
     assert purpose_of(str(path)) == Purpose("backlash", 4)
+
+
+def test_a_gap_file_that_asks_for_a_contact(tmp_path: Path) -> None:
+    path = tmp_path / "gap.json"
+    effect = {"name": "contact", "joints": [], "separating_experiment": "contact"}
+    path.write_text(json.dumps({"effects": [effect]}))
+    assert purpose_of(str(path)) == Purpose("contact", None)
+
+
+def test_a_file_that_is_no_gap(tmp_path: Path) -> None:
+    path = tmp_path / "gap.json"
+    path.write_text("{}")
+    with pytest.raises(DataError) as caught:
+        purpose_of(str(path))
+    assert str(caught.value) == f"{path} is not a gap.json that can be read (KeyError('effects'))."
 
 
 def test_a_gap_file_without_a_question(tmp_path: Path) -> None:

@@ -1,0 +1,381 @@
+"""What `ident design` reaches, how surely, and against what.
+
+Usage: OMP_NUM_THREADS=1 python scripts/benchmarks/excitation_design.py PART [--help]
+
+seeds   condition numbers from several seeds under the published limits, for 57 and 69 parameters;
+        `--constraints all` adds torque, collisions and speed of elbow and tool
+cobyla  the paper's COBYLA and the default, from the same start and in the same time
+limits  random designs under random limits, however bad, each checked again at 1 kHz by other means
+errors  standard errors of the base parameters after a run of the designed and of a published motion
+        on the simulated arm (needs the published motion's positions; see `--published`)
+
+On a machine that has other work too, `--cpu` counts the search's time in CPU seconds of one process
+(`--time` is wall time, as in the command). Both are printed.
+"""
+
+import argparse
+import json
+import resource
+import subprocess
+import sys
+import time
+from dataclasses import dataclass, replace
+from itertools import count
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+import pinocchio as pin
+import yaml
+from numpy.typing import NDArray
+
+from ident.excitation.cobyla import search_by_cobyla
+from ident.excitation.columns import exact_rows
+from ident.excitation.deadline import within
+from ident.excitation.design import Design, Place, design, finished, problem_of, task_of
+from ident.excitation.grid import series_of
+from ident.excitation.limits import design_limits, possible_pose
+from ident.excitation.search import Candidate, random_start, search
+from ident.excitation.settings import DesignSettings
+from ident.excitation.workflow import place_of
+from ident.regressor import Motion
+from wamctl.arm.collision import collision_shapes
+from wamctl.arm.config import ArmFile, LimitsSection
+from wamctl.arm.errors import ConfigurationError
+from wamctl.arm.robot import Robot
+from wamctl.arm.trajectory import (
+    FourierSeries,
+    Trajectory,
+    sample,
+    trajectory_yaml,
+    write_trajectory,
+)
+from wamctl.arm.trajectory_check import expected_friction
+
+Array = NDArray[np.floating]
+
+_PUBLISHED = Path("excitation-published-limits.yaml")
+_TERMS = {57: None, 69: ("viscous", "coulomb", "offset", "rotor_inertia")}
+_ALLOWED = {57: 36.0, 69: 58.0}
+_WITH_ALL = 1.3
+_ROUNDING = 1e-9
+
+
+def say(*words: object) -> None:
+    """A line of the table, at once."""
+    print(*words, flush=True)
+
+
+def cpu_s() -> float:
+    """CPU time of this process and of those that it has waited for [s]."""
+    own, ended = (resource.getrusage(w) for w in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return own.ru_utime + own.ru_stime + ended.ru_utime + ended.ru_stime
+
+
+def nothing(best: Candidate | None) -> None:
+    """Progress that nobody reads."""
+
+
+def seeds(arguments: argparse.Namespace) -> None:
+    """Condition numbers from several seeds."""
+    place = place_of(_PUBLISHED, arguments.constraints)
+    factor = 1.0 if arguments.constraints == "joint_motion" else _WITH_ALL
+    say("parameters  seed  condition  wall [s]  CPU [s]  breaches at 1 kHz")
+    for number in arguments.parameters:
+        found = []
+        for seed in range(arguments.first, arguments.first + arguments.seeds):
+            settings = DesignSettings(
+                terms=_TERMS[number],
+                seed=seed,
+                time_s=arguments.time,
+                processes=arguments.processes,
+            )
+            began, used = time.monotonic(), cpu_s()
+            made = designed(place, settings, None, arguments.cpu)
+            seconds, used = time.monotonic() - began, cpu_s() - used
+            found.append(made.trajectory.promise["condition_number"])
+            broken = len(breaches(place, made.trajectory))
+            say(f"{number:10d} {seed:5d} {found[-1]:10.2f} {seconds:9.1f} {used:8.1f} {broken:6d}")
+        allowed = factor * _ALLOWED[number]
+        say(
+            f"{number} parameters, {arguments.constraints}: best {min(found):.2f}, median "
+            f"{median(found):.2f}, worst {max(found):.2f}; {sum(c <= allowed for c in found)} of "
+            f"{len(found)} at most {allowed:.1f}"
+        )
+
+
+def designed(
+    place: Place, settings: DesignSettings, start: FourierSeries | None, cpu: bool
+) -> Design:
+    """What `ident design` does; with `cpu` in this process, with its time in CPU seconds."""
+    if not cpu:
+        return design(place, settings, start, nothing)
+    pose = possible_pose(place.arm, place.robot, place.limits, place.source)
+    task = task_of(place, settings, start)
+    effort = replace(task.effort, deadline=within(settings.time_s, time.process_time))
+    method = search_by_cobyla if settings.method == "cobyla" else search
+    found = method(task.problem, task.dense, effort, settings.seed, task.start)
+    best = min(found, key=lambda c: c.value, default=None)
+    return finished(place, task, pose, best)
+
+
+def cobyla(arguments: argparse.Namespace) -> None:
+    """COBYLA and the default, from the same start, in the same time."""
+    place = place_of(_PUBLISHED, arguments.constraints)
+    say("parameters  seed     start   COBYLA  default   (condition number)   CPU [s]")
+    for number in arguments.parameters:
+        for seed in range(arguments.first, arguments.first + arguments.seeds):
+            settings = DesignSettings(
+                terms=_TERMS[number], seed=seed, time_s=arguments.time, processes=1
+            )
+            problem = problem_of(place, settings)
+            wild = random_start(problem, np.random.default_rng(seed))
+            excitation = place.arm.excitation
+            start = series_of(wild, place.robot.joint_names, excitation.fundamental_rad_s)
+            t = np.linspace(0.0, start.period_s, 2000, endpoint=False)
+            first = np.linalg.cond(exact_rows(problem.columns, Motion(*sample(start, t))))
+            values, used = [], []
+            for method in ("cobyla", "descent"):
+                before = cpu_s()
+                wanted = settings.model_copy(update={"method": method})
+                made = designed(place, wanted, start, arguments.cpu)
+                used.append(cpu_s() - before)
+                values.append(made.trajectory.promise["condition_number"])
+            say(
+                f"{number:10d} {seed:5d} {first:9.1f} {values[0]:8.2f} {values[1]:8.2f} "
+                f"{used[0]:25.0f} {used[1]:4.0f}"
+            )
+
+
+def limits(arguments: argparse.Namespace) -> None:
+    """Random designs under random limits, each checked by other means; refusals counted."""
+    whole = place_of(_PUBLISHED, "all")
+    kept, broken, refusals = 0, [], []
+    began = time.monotonic()
+    for seed in count(arguments.first):
+        if kept == arguments.designs:
+            break
+        rng = np.random.default_rng(seed)
+        arm = random_arm(whole.arm, rng)
+        try:
+            place = Place(arm, whole.robot, design_limits(arm, "random"), "random")
+            made = designed(place, DesignSettings(seed=seed, time_s=arguments.time), None, cpu=True)
+        except ConfigurationError as error:
+            refusals.append(str(error))
+            if arguments.verbose:
+                say(f"{seed}: {error}")
+            continue
+        kept += 1
+        found = breaches(place, made.trajectory)
+        if found:
+            broken.append(seed)
+            say(f"seed {seed}: {'; '.join(found)}")
+        if kept % 100 == 0:
+            say(f"{kept} designs, {len(refusals)} refusals, {time.monotonic() - began:.0f} s")
+    say(f"{kept} designs, {len(broken)} with a breach at 1 kHz; {len(refusals)} sets refused")
+    named = [r for r in refusals if any(w in r for w in _NAMES)]
+    say(f"{len(named)} of {len(refusals)} refusals name the limit")
+    for name in _NAMES:
+        say(f"  {name:12s} {sum(name in r for r in refusals)}")
+
+
+_NAMES = ("position", "velocity", "acceleration", "jerk", "torque", "slew", "speed", "distance")
+
+
+def random_arm(arm: ArmFile, rng: np.random.Generator) -> ArmFile:
+    """The arm under limits of any size, most of them bad, for a motion of any tempo."""
+    old, n = arm.limits, len(arm.robot.joints)
+
+    def factors(low: float, high: float) -> Array:
+        return 10 ** (rng.uniform(low, high) + rng.uniform(-0.5, 0.5, n))
+
+    lower, upper = np.array(old.position_lower_rad), np.array(old.position_upper_rad)
+    ends = np.sort(rng.uniform(lower, upper, (2, n)), axis=0)
+    reach = {"position_lower_rad": ends[0], "position_upper_rad": ends[1]}
+    scales = {
+        "velocity_rad_s": factors(-2, 0.5),
+        "acceleration_rad_s2": factors(-2, 0.5),
+        "jerk_rad_s3": factors(-3, 0.5),
+        "motor_torque_nm": factors(-0.7, 0.5),
+        "motor_torque_slew_nm_s": factors(-4, 0.5),
+    }
+    changed = {
+        name: tuple((np.array(getattr(old, name)) * scale).tolist())
+        for name, scale in scales.items()
+    }
+    if rng.random() < 0.5:
+        changed |= {name: tuple(value.tolist()) for name, value in reach.items()}
+    changed |= {
+        "elbow_speed_m_s": old.elbow_speed_m_s * 10 ** rng.uniform(-2, 0.3),
+        "tool_speed_m_s": old.tool_speed_m_s * 10 ** rng.uniform(-2, 0.3),
+        "clearance_m": rng.choice([0.0, 0.02, 0.05, 0.1, 0.2]),
+    }
+    excitation = {
+        "fundamental_rad_s": 0.1 * np.pi * 10 ** rng.uniform(0.3, 1.0),
+        "harmonics": int(rng.integers(1, 9)),
+        "ramp_s": 3.0 * 10 ** rng.uniform(-1, 0.3),
+        "margin": rng.uniform(0.0, 0.5),
+        "constraints": "all",
+        **dict.fromkeys(
+            ("position_lower_rad", "position_upper_rad", "velocity_rad_s", "acceleration_rad_s2")
+        ),
+    }
+    return arm.model_copy(
+        update={
+            "limits": LimitsSection.model_validate(old.model_dump() | changed),
+            "excitation": arm.excitation.model_copy(update=excitation),
+        }
+    )
+
+
+@dataclass(frozen=True)
+class Dense:
+    """A period at 1 kHz: q, qd, qdd, qddd, each of shape (S, n)."""
+
+    q: Array
+    qd: Array
+    qdd: Array
+    qddd: Array
+
+
+def dense(trajectory: Trajectory) -> Dense:
+    """The period that a trajectory file describes, by complex exponentials of its numbers."""
+    content = yaml.safe_load(trajectory_yaml(trajectory))
+    a, b, omega = np.array(content["a"]), np.array(content["b"]), content["fundamental_rad_s"]
+    speeds = (a - 1j * b).T  # a cos + b sin, the velocity, is the real part of this times e^{i w t}
+    t = np.arange(0.0, 2 * np.pi / omega, 0.001)
+    w = omega * np.arange(1, len(speeds) + 1)[:, None]
+    turning = np.exp(1j * np.outer(t, w))
+    parts = [(turning @ (speeds * (1j * w) ** power)).real for power in (-1, 0, 1, 2)]
+    return Dense(parts[0] + np.array(content["q0"]), *parts[1:])
+
+
+def breaches(place: Place, trajectory: Trajectory) -> list[str]:
+    """Limits of the design that its counted period passes at 1 kHz, by other code than its own."""
+    bounds, path = place.limits, dense(trajectory)
+    pairs: list[tuple[str, Array, Array | float]] = [
+        ("position", path.q, np.array(bounds.position_upper_rad)),
+        ("position below", -path.q, -np.array(bounds.position_lower_rad)),
+        ("velocity", np.abs(path.qd), np.array(bounds.velocity_rad_s)),
+        ("acceleration", np.abs(path.qdd), np.array(bounds.acceleration_rad_s2)),
+        ("jerk", np.abs(path.qddd), np.array(bounds.jerk_rad_s3)),
+    ]
+    if place.arm.excitation.constraints == "all":
+        torque, speed, distance = along(place, path)
+        pairs += [
+            ("torque", np.abs(torque), np.array(bounds.motor_torque_nm)),
+            ("elbow speed", speed[:, 0], bounds.elbow_speed_m_s),
+            ("tool speed", speed[:, 1], bounds.tool_speed_m_s),
+            ("distance", -distance, -bounds.clearance_m),
+        ]
+    excess = {name: float(np.max(values - bound)) for name, values, bound in pairs}
+    return [f"{name} by {most:.3g}" for name, most in excess.items() if most > _ROUNDING]
+
+
+def along(place: Place, path: Dense) -> tuple[Array, Array, Array]:
+    """Motor torque (S, n), speeds of elbow and tool (S, 2), least distance (S,), by Pinocchio."""
+    robot: Robot = place.robot
+    model, data = robot.model, robot.model.createData()
+    geometry = collision_shapes(robot).geometry
+    found = pin.GeometryData(geometry)
+    names = (place.limits.elbow_frame, place.limits.tool_frame)
+    frames = [model.getFrameId(name) for name in names]
+    rigid, speed = np.empty_like(path.q), np.empty((len(path.q), 2))
+    distance = np.full(len(path.q), np.inf)
+    for i, (q, qd, qdd) in enumerate(zip(path.q, path.qd, path.qdd, strict=True)):
+        rigid[i] = pin.rnea(model, data, q, qd, qdd)
+        pin.computeDistances(model, data, geometry, found, q)
+        distance[i] = min((r.min_distance for r in found.distanceResults), default=np.inf)
+        pin.computeJointJacobians(model, data, q)
+        for k, frame in enumerate(frames):
+            jacobian = pin.getFrameJacobian(model, data, frame, pin.LOCAL_WORLD_ALIGNED)
+            speed[i, k] = np.linalg.norm(jacobian[:3] @ qd)
+    viscous, coulomb = expected_friction(place.arm)
+    ratios = np.array(place.arm.transmission.motor_from_joint)
+    joint = rigid + viscous * path.qd + coulomb * np.sign(path.qd)
+    spin = path.qdd @ ratios.T * np.array(place.arm.transmission.rotor_inertia_kg_m2)
+    return np.linalg.solve(ratios.T, joint.T).T + spin, speed, distance
+
+
+def errors(arguments: argparse.Namespace) -> None:
+    """Standard errors after a run of each motion on the simulated arm."""
+    folder: Path = arguments.out
+    folder.mkdir(parents=True, exist_ok=True)
+    place = place_of(_PUBLISHED, "all")
+    motions = {"published": published(arguments.published, place.robot.joint_names)}
+    if arguments.designed is None:
+        settings = DesignSettings(time_s=arguments.time, processes=arguments.processes)
+        made = design(place, settings, None, nothing)
+        motions["designed"] = made.trajectory.series
+        say(f"designed: condition number {made.trajectory.promise['condition_number']}")
+    sd = {}
+    for name, series in motions.items():
+        file = folder / f"{name}.yaml"
+        write_trajectory(file, Trajectory(series, 3, {}, {}))
+        sd[name] = run(file, arguments.seed)
+    if arguments.designed is not None:
+        sd["designed"] = run(arguments.designed, arguments.seed)
+    ratios = np.array([sd["designed"][name] / sd["published"][name] for name in sd["published"]])
+    for name, ratio in zip(sd["published"], ratios, strict=True):
+        say(f"{name:24s} {sd['published'][name]:12.3g} {sd['designed'][name]:12.3g} {ratio:7.3f}")
+    quartiles = np.percentile(ratios, [25, 50, 75])
+    say(
+        f"ratio of {len(ratios)} standard errors: median {quartiles[1]:.3f}, quartiles "
+        f"{quartiles[0]:.3f} and {quartiles[2]:.3f}, largest {ratios.max():.3f}"
+    )
+
+
+def run(trajectory: Path, seed: int) -> dict[str, float]:
+    """Run a motion on the simulated arm, identify, and read the standard errors."""
+    log, model = trajectory.with_suffix(".mcap"), trajectory.with_suffix("")
+    log.unlink(missing_ok=True)
+    excite = ["wamctl", "excite", "--config", str(_PUBLISHED), "--bus", "sim", "--lockstep"]
+    excite += ["--seed", str(seed), "--trajectory", str(trajectory), "--out", str(log)]
+    subprocess.run(excite, check=True, stdout=sys.stderr)
+    subprocess.run(["ident", "run", str(log), "--out", str(model)], check=True, stdout=sys.stderr)
+    found = json.loads((model / "run.json").read_text(encoding="utf-8"))
+    return {p["name"]: p["ols_sd"] for p in found["parameters"]}
+
+
+def published(positions: Path, names: tuple[str, ...]) -> FourierSeries:
+    """The series of one period of positions, sampled at 500 Hz over 20 s."""
+    spectrum = np.fft.rfft(np.loadtxt(positions, delimiter=",", skiprows=1), axis=0) / 10_000
+    omega = 0.1 * np.pi * np.arange(1, 6)[:, None]
+    a, b = -2 * spectrum[1:6].imag * omega, -2 * spectrum[1:6].real * omega
+    return FourierSeries(names, 0.1 * np.pi, a.T, b.T, spectrum[0].real)
+
+
+def main() -> None:
+    """Run one part."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parts = parser.add_subparsers(required=True)
+    for work in (seeds, cobyla, limits, errors):
+        part = parts.add_parser(work.__name__, help=work.__doc__)
+        part.set_defaults(work=work)
+        part.add_argument("--first", type=int, default=0, help="first seed")
+        part.add_argument("--time", type=float, default=240.0, help="of each search [s]")
+        if work in (seeds, cobyla):
+            part.add_argument("--seeds", type=int, default=10)
+            part.add_argument("--parameters", type=int, nargs="+", default=[57, 69])
+            part.add_argument(
+                "--constraints", choices=("joint_motion", "all"), default="joint_motion"
+            )
+            part.add_argument("--cpu", action="store_true", help="count CPU seconds, one process")
+        if work in (seeds, errors):
+            part.add_argument("--processes", type=int, default=2)
+        if work is limits:
+            part.add_argument("--designs", type=int, default=1000)
+            part.add_argument("--verbose", action="store_true", help="say each refusal")
+        if work is errors:
+            part.add_argument("--seed", type=int, default=0, help="of the simulated arm")
+            part.add_argument("--out", type=Path, default=Path("excitation-errors"))
+            part.add_argument("--designed", type=Path, help="a design to use; else one is made")
+            part.add_argument(
+                "--published", type=Path, required=True, help="positions, 500 Hz, one period [rad]"
+            )
+    arguments = parser.parse_args()
+    arguments.work(arguments)
+
+
+if __name__ == "__main__":
+    main()
