@@ -1,5 +1,6 @@
 """How well base parameters explain rows, and whether an arm can have them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,9 +63,9 @@ class Sums:
     torque: Array
     rows: Array
 
-    def __add__(self, other: "Sums") -> "Sums":
+    def __sub__(self, other: "Sums") -> "Sums":
         return Sums(
-            self.residual + other.residual, self.torque + other.torque, self.rows + other.rows
+            self.residual - other.residual, self.torque - other.torque, self.rows - other.rows
         )
 
     def errors(self) -> Errors:
@@ -78,6 +79,15 @@ class Sums:
             100 * np.sqrt(share),
             np.sqrt(mean),
         )
+
+
+def added(parts: Sequence[Sums]) -> Sums:
+    """Several sums together."""
+    return Sums(
+        np.sum([p.residual for p in parts], axis=0),
+        np.sum([p.torque for p in parts], axis=0),
+        np.sum([p.rows for p in parts], axis=0),
+    )
 
 
 def sums(triangles: Array, counts: NDArray[np.int64], beta: Array) -> Sums:

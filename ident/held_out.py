@@ -1,17 +1,19 @@
 """How well each estimator predicts stretches of the recordings that it was not fitted on."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.assessment import Errors, Sums, sums
+from ident.assessment import Errors, Sums, added, sums
 from ident.estimators import ESTIMATORS
 from ident.evidence import FOLDS, Evidence, held_out
 from ident.regression import BLOCKS, block_of
 
 Array = NDArray[np.floating]
+
+_MASKS = [held_out(fold) for fold in range(FOLDS)]
 
 
 @dataclass(frozen=True)
@@ -32,43 +34,55 @@ class HeldOut:
 
 def check_held_out(evidence: Evidence, names: Sequence[str]) -> dict[str, HeldOut]:
     """Every stretch of every recording is left out once, with every third pair of others."""
-    masks = [held_out(fold) for fold in range(FOLDS)]
-    training = [evidence.only(~mask) for mask in masks]
+    training = [evidence.only(~mask) for mask in _MASKS]
     return {
-        name: _test(evidence, masks, [ESTIMATORS[name](part).beta for part in training])
-        for name in names
+        name: _test(evidence, [ESTIMATORS[name](part).beta for part in training]) for name in names
     }
 
 
-def _test(
-    evidence: Evidence, masks: Sequence[NDArray[np.bool_]], betas: Sequence[Array]
-) -> HeldOut:
-    stretches: list[Sums] = []
-    for mask, beta in zip(masks, betas, strict=True):
-        for b in np.flatnonzero(mask):
-            counts = evidence.counts[:, b]
-            if counts.any():
-                stretches.append(sums(evidence.triangles[:, b], counts, beta))
-    total = stretches[0]
-    for part in stretches[1:]:
-        total = total + part
-    return HeldOut(total.errors(), spread(stretches), _predictions(evidence, masks, betas))
+def held_out_sums(evidence: Evidence, name: str) -> list[Sums]:
+    """Of each stretch that has rows, what an estimator leaves that has not seen it."""
+    return _sums(evidence, [ESTIMATORS[name](evidence.only(~mask)).beta for mask in _MASKS])
+
+
+def _sums(evidence: Evidence, betas: Sequence[Array]) -> list[Sums]:
+    return [
+        sums(evidence.triangles[:, b], evidence.counts[:, b], beta)
+        for mask, beta in zip(_MASKS, betas, strict=True)
+        for b in np.flatnonzero(mask)
+        if evidence.counts[:, b].any()
+    ]
+
+
+def _test(evidence: Evidence, betas: Sequence[Array]) -> HeldOut:
+    stretches = _sums(evidence, betas)
+    return HeldOut(added(stretches).errors(), spread(stretches), _predictions(evidence, betas))
 
 
 def spread(stretches: Sequence[Sums]) -> float:
     """Standard error of the relative error over all joints, by leaving out stretches [%]."""
-    residual = np.array([s.residual.sum() for s in stretches])
-    torque = np.array([s.torque.sum() for s in stretches])
-    without = 100 * np.sqrt((residual.sum() - residual) / (torque.sum() - torque))
-    count = len(stretches)
-    return float(np.sqrt((count - 1) / count * np.sum((without - without.mean()) ** 2)))
+    return jackknife(lambda s: s.errors().relative_percent, stretches)[1]
 
 
-def _predictions(
-    evidence: Evidence, masks: Sequence[NDArray[np.bool_]], betas: Sequence[Array]
-) -> tuple[Array, ...]:
+def jackknife(figure: Callable[..., float], *parts: Sequence[Sums]) -> tuple[float, float]:
+    """A figure of all stretches, and its standard error by leaving out each in turn.
+
+    Args:
+        figure: takes the sum of each of the parts.
+        parts: the same stretches, once or more, perhaps of several models.
+    """
+    totals, count = [added(p) for p in parts], len(parts[0])
+    rests = (
+        [t - s for t, s in zip(totals, left, strict=True)] for left in zip(*parts, strict=True)
+    )
+    without = np.array([figure(*rest) for rest in rests])
+    spread = np.sum((without - without.mean()) ** 2)
+    return figure(*totals), float(np.sqrt((count - 1) / count * spread))
+
+
+def _predictions(evidence: Evidence, betas: Sequence[Array]) -> tuple[Array, ...]:
     fold_of = np.zeros(BLOCKS, dtype=np.int64)
-    for fold, mask in enumerate(masks):
+    for fold, mask in enumerate(_MASKS):
         fold_of[mask] = fold
     predicted = []
     for log in evidence.logs:

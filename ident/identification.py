@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ident.arm import Arm
 from ident.assessment import Assessment, assess
+from ident.choice_of_terms import Trial, with_needed_terms
 from ident.culling import Sweep, sweep
 from ident.dataset import Dataset
 from ident.delay import Delay, delay
@@ -39,6 +40,7 @@ class Identification:
         sweep: what velocity culling does.
         delays: of each recording.
         limits: what could not be identified.
+        trials: terms that were tried, where the settings ask for it.
         seconds: time spent by step [s].
     """
 
@@ -51,6 +53,7 @@ class Identification:
     sweep: Sweep
     delays: tuple[Delay, ...]
     limits: Identifiability
+    trials: tuple[Trial, ...]
     seconds: dict[str, float]
 
     @property
@@ -70,6 +73,7 @@ def identify(data: Sequence[Dataset], arm: Arm) -> Identification:
         DataError: recordings from which nothing can be learned.
     """
     start = time.perf_counter()
+    arm, trials = with_needed_terms(data, arm)
     evidence = gather(data, arm)
     culling = sweep([log.reduction.excerpt for log in evidence.logs])
     if arm.settings.velocity_threshold_rad_s == "auto":
@@ -91,6 +95,7 @@ def identify(data: Sequence[Dataset], arm: Arm) -> Identification:
         sweep=culling,
         delays=tuple(delay(log) for log in evidence.logs),
         limits=identifiability(evidence.base, problem.R, estimates["ols"].beta, sd),
+        trials=trials,
         seconds={
             "filter": formed - start - regressor,
             "regressor": regressor,

@@ -6,12 +6,14 @@ import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.arm import TERM_NAMES
 from ident.assessment import Assessment, Errors
 from ident.culling import Sweep
 from ident.evidence import Log
@@ -80,6 +82,8 @@ def run_content(found: Identification) -> dict[str, Any]:
             "invisible": list(found.limits.invisible),
             "hardly_told_apart": [list(c.names) for c in found.limits.confused],
         },
+        "terms": [name for name in TERM_NAMES if getattr(evidence.arm.terms, name)],
+        "terms_tried": [asdict(trial) for trial in found.trials],
         "culling": _sweep_content(found.sweep),
         "solver": {"name": "Clarabel", "status": chosen.status, "seconds": chosen.seconds},
         "seconds": found.seconds,

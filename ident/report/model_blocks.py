@@ -123,10 +123,21 @@ def limit_blocks(content: Content) -> list[Block]:
         f"This motion hardly tells apart: {_several(names)}."
         for names in limits["hardly_told_apart"]
     ]
+    sentences += [_trial(t) for t in content["terms_tried"]]
     held = [n for n, m in zip(content["joints"], content["moving"], strict=True) if not m]
     if held:
         sentences.append(f"Held still, so that nothing is known of them: {listed(held)}.")
     return [Points(sentences)] if sentences else [Text("Nothing: every parameter shows.")]
+
+
+def _trial(trial: Content) -> str:
+    name = trial["term"].replace("_", " ")
+    gain = plus_minus(trial["gain_percent"], trial["sd_percent"])
+    verdict = "in the model" if trial["taken"] else "not clear enough, so it is not in the model"
+    return (
+        f"The term {name} takes {gain} percentage points (± standard error) off the error on data"
+        f" that was not fitted: {verdict}."
+    )
 
 
 def _several(names: Sequence[str]) -> str:

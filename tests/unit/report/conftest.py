@@ -93,6 +93,10 @@ def run_content() -> dict[str, Any]:
             },
         ],
         "delays": [{"seconds": 0.00071, "sd": 0.00012}],
+        "terms_tried": [
+            {"term": "offset", "gain_percent": 0.55, "sd_percent": 0.09, "taken": True},
+            {"term": "rotor_inertia", "gain_percent": -0.02, "sd_percent": 0.01, "taken": False},
+        ],
         "not_identified": {
             "without_effect": ["L1xx", "m1"],
             "only_combined": ["L1yy", "L2zz"],
