@@ -11,7 +11,7 @@ from ident.gap.contact import find_burst
 from ident.gap.experiment import Experiment, controller_of, wire_of
 from ident.gap.feasible import possible
 from ident.gap.fit import Fit, fit
-from ident.gap.leftover import leftovers
+from ident.gap.leftover import leftovers, noise
 from ident.gap.null import (
     Threshold,
     can_simulate,
@@ -20,7 +20,7 @@ from ident.gap.null import (
     redrawn,
     simulated_datasets,
 )
-from ident.gap.residual import Residual, residuals
+from ident.gap.residual import Residual
 from ident.gap.scan import chance_gains
 from ident.gap.search import SEARCHED, Present, all_hypotheses, begin, examine, extend
 from ident.gap.stretch import stretches
@@ -39,24 +39,28 @@ _CHANCE_QUANTILE = 0.99
 def calibrated(
     source: Experiment,
     rows: Nominal,
-    present: Present,
+    models: tuple[Present, Present],
     threshold: Threshold,
     runs: tuple[int, int],
     tell: Tell,
 ) -> Threshold:
     """The threshold with simulated runs of the present model behind it.
 
+    The noise is what the model with the effects in question leaves: were they no effects, it would
+    be the same.
+
     Args:
         source: the recordings.
         rows: their rows.
-        present: the model so far.
+        models: the model so far, and with the effects in question.
         threshold: what is asked for already.
         runs: number of simulated runs, and the first one's seed.
         tell: hears of the progress.
     """
+    present, larger = models
     hypotheses = all_hypotheses(present.model.facts)
-    table = tabulate(rows, present.model, [*present.accepted, *hypotheses])
-    left = residuals(table, present.fit)
+    table = tabulate(rows, present.model, present.accepted, hypotheses)
+    left = noise(rows, larger)
     threshold = _with_chance(threshold, table, present, left)
     loop = controller_of(source), wire_of(source)
     if loop[0] is None or loop[1] is None or not can_simulate(source):
@@ -69,11 +73,11 @@ def calibrated(
     for draw in range(runs[0]):
         tell(f"effect-free run {draw + 1} of {runs[0]}")
         rng = np.random.default_rng(runs[1] + draw)
-        noise = [
+        disturbance = [
             _disturbance(rows, left, log, data, rng) for log, data in enumerate(source.datasets)
         ]
         try:
-            data = simulated_datasets(source, arm, (loop[0], loop[1]), noise, rng)
+            data = simulated_datasets(source, arm, (loop[0], loop[1]), disturbance, rng)
         except DataError:
             continue
         gain, most = _run(rows, present, data, known_torque(source))

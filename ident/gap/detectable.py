@@ -37,7 +37,7 @@ def visibility(found: Search) -> Visibility:
     """Smallest sizes beside the model with all effects."""
     facts = found.end.model.facts
     hypotheses = all_hypotheses(facts)
-    table = tabulate(found.rows, found.end.model, [*found.end.accepted, *hypotheses])
+    table = tabulate(found.rows, found.end.model, found.end.accepted, hypotheses)
     searched = table.searched(SEARCHED)
     now = fit(searched.grams, found.end.fit.choice, found.end.fit.sigma)
     sizes: dict[str, dict[int, list[float]]] = {}
@@ -99,5 +99,5 @@ def _projected(table: Table, now: Fit, index: int) -> tuple[Array, Array]:
         weighted = np.tensordot(1 / now.sigma[j] ** 2, table.grams.products[j][0], axes=1)
         own = table.grams.layouts[j].first_extra + start + np.arange(slot.width)
         raw += weighted[np.ix_(own, own)]
-        across[chosen[j].unknown] += weighted[np.ix_(chosen[j].local, own)]
+        across[chosen[j].unknown] += chosen[j].across(weighted, own)
     return raw - across.T @ solve(now.normal, across), raw

@@ -36,29 +36,53 @@ class Choice:
     """Which columns the model has.
 
     Attributes:
-        turnings: reversal shape of each joint.
+        shapes: parts of the reversal curves in each joint's friction, shape (n, T).
         slots: effects in the model.
     """
 
-    turnings: tuple[int, ...]
+    shapes: Array
     slots: tuple[Slot, ...] = ()
 
-    def turned(self, joint: int, turning: int) -> "Choice":
-        """The same with another reversal shape of one joint."""
-        turnings = (*self.turnings[:joint], turning, *self.turnings[joint + 1 :])
-        return Choice(turnings, self.slots)
+    def turned(self, joint: int, shape: Array) -> "Choice":
+        """The same with other reversal curves of one joint."""
+        shapes = self.shapes.copy()
+        shapes[joint] = shape
+        return Choice(shapes, self.slots)
 
     def with_slot(self, slot: Slot) -> "Choice":
         """The same with one more effect."""
-        return Choice(self.turnings, (*self.slots, slot))
+        return Choice(self.shapes, (*self.slots, slot))
 
 
 @dataclass(frozen=True)
 class Places:
-    """Where a joint's chosen columns stand, here and among all unknowns."""
+    """The model's columns on one joint.
+
+    Attributes:
+        local: the joint's columns that they are made of, shape (l,).
+        mix: how: reversal curves are mixed to one, all others stand for themselves, shape (l, k).
+        unknown: which unknown multiplies each, shape (k,).
+    """
 
     local: NDArray[np.int64]
+    mix: Array
     unknown: NDArray[np.int64]
+
+    def of(self, columns: Array) -> Array:
+        """The model's columns, shape (R, k), from all columns, shape (R, p)."""
+        return columns[:, self.local] @ self.mix
+
+    def inner(self, products: Array) -> Array:
+        """Inner products of the model's columns, shape (..., k, k)."""
+        return self.mix.T @ products[..., self.local[:, None], self.local] @ self.mix
+
+    def across(self, products: Array, others: NDArray[np.int64]) -> Array:
+        """Inner products of the model's columns with others, shape (..., k, m)."""
+        return self.mix.T @ products[..., self.local[:, None], others]
+
+    def torque(self, products: Array) -> Array:
+        """Inner products of the model's columns with the torque, shape (..., k)."""
+        return products[..., self.local, -1] @ self.mix
 
 
 @dataclass(frozen=True)
@@ -110,18 +134,20 @@ def places(grams: Grams, choice: Choice) -> list[Places]:
     starts = b + 2 * n + np.cumsum([0, *(s.width for s in choice.slots)])
     found = []
     for j, layout in enumerate(grams.layouts):
-        local = [
-            *range(len(layout.base)),
-            layout.viscous,
-            layout.first_turning + choice.turnings[j],
-        ]
+        used = np.flatnonzero(choice.shapes[j])
+        alone = [*range(len(layout.base)), layout.viscous]
+        effects: list[int] = []
         unknown = [*layout.base, b + j, b + n + j]
         for slot, start in zip(choice.slots, starts, strict=False):
             if j in slot.joints:
                 first = layout.first_extra + slot.starts[slot.joints.index(j)]
-                local += range(first, first + slot.width)
+                effects += range(first, first + slot.width)
                 unknown += range(start, start + slot.width)
-        found.append(Places(np.array(local), np.array(unknown)))
+        local = np.array([*alone, *(layout.first_turning + used), *effects])
+        mix = scipy.linalg.block_diag(
+            np.eye(len(alone)), choice.shapes[j, used][:, None], np.eye(len(effects))
+        )
+        found.append(Places(local, np.asarray(mix), np.array(unknown)))
     return found
 
 
@@ -142,10 +168,8 @@ def fit(grams: Grams, choice: Choice, start: Array | None = None) -> Fit:
         start: first guess of the noise [N m], shape (n, regions).
     """
     counts, chosen = grams.counts[:, 0], places(grams, choice)
-    parts = [
-        p[0][:, pl.local[:, None], pl.local] for p, pl in zip(grams.products, chosen, strict=True)
-    ]
-    rights = [p[0][:, pl.local, -1] for p, pl in zip(grams.products, chosen, strict=True)]
+    parts = [pl.inner(p[0]) for p, pl in zip(grams.products, chosen, strict=True)]
+    rights = [pl.torque(p[0]) for p, pl in zip(grams.products, chosen, strict=True)]
     squares = np.array([p[0][:, -1, -1] for p in grams.products])
     least = trusted(grams)[:, None]
     rows = np.maximum(counts, 1)
@@ -185,15 +209,15 @@ def solve(normal: Array, right: Array) -> Array:
     scale = np.where(used, scale, 1.0)
     matrix = normal / scale[:, None] / scale + np.diag(np.where(used, _RIDGE, 1.0))
     scaled = (right.T / scale).T
-    return (scipy.linalg.solve(matrix, scaled, assume_a="pos").T / scale).T
+    factor = scipy.linalg.cho_factor(matrix, lower=True, overwrite_a=True, check_finite=False)
+    return (scipy.linalg.cho_solve(factor, scaled, check_finite=False).T / scale).T
 
 
 def predicted_rms(grams: Grams, model: Fit) -> Array:
     """Rms residual [N m] of a fit on other data, given as one fold, shape (n, regions)."""
     found = np.zeros_like(model.sigma)
     for j, pl in enumerate(places(grams, model.choice)):
-        v = np.concatenate([-model.x[pl.unknown], [1.0]])
-        local = np.append(pl.local, grams.layouts[j].torque)
-        rss = (grams.products[j][0][:, local[:, None], local] @ v) @ v
+        x, products = model.x[pl.unknown], grams.products[j][0]
+        rss = products[:, -1, -1] - 2 * pl.torque(products) @ x + (pl.inner(products) @ x) @ x
         found[j] = np.sqrt(np.maximum(rss, 0.0) / np.maximum(grams.counts[j, 0], 1))
     return np.maximum(found, trusted(grams)[:, None])

@@ -15,10 +15,10 @@ class Layout:
 
     Attributes:
         base: places of the base inertial parameters, shape (b,): column by global number.
-        turnings: number of reversal shapes.
+        turnings: number of reversal curves.
         extra: number of candidate columns.
 
-    The order is: base, viscous, reversal shapes, candidates, torque.
+    The order is: base, viscous, reversal curves, candidates, torque.
     """
 
     base: NDArray[np.int64]
@@ -32,7 +32,7 @@ class Layout:
 
     @property
     def first_turning(self) -> int:
-        """Column of the first reversal shape."""
+        """Column of the first reversal curve."""
         return len(self.base) + 1
 
     @property
@@ -82,21 +82,46 @@ class Grams:
 
 
 def joint_products(
-    columns: Array, fold: NDArray[np.int64], region: NDArray[np.int64], shape: tuple[int, int]
+    columns: Array,
+    fold: NDArray[np.int64],
+    region: NDArray[np.int64],
+    shape: tuple[int, int],
+    candidates: Sequence[tuple[int, int]] = (),
 ) -> tuple[Array, NDArray[np.int64]]:
     """Inner products of one joint's columns, and numbers of rows, by fold and region.
+
+    Those of two different candidates are left at zero: no fit has both.
 
     Args:
         columns: shape (R, p).
         fold: of each row, shape (R,).
         region: of each row, shape (R,).
         shape: number of folds, number of regions.
+        candidates: first column and number of columns of each candidate.
     """
     p = columns.shape[1]
+    own = _by_width(candidates)
+    always = np.ones(p, dtype=bool)
+    for where in own:
+        always[where] = False
+    model = np.flatnonzero(always)
     products, counts = np.zeros((*shape, p, p)), np.zeros(shape, dtype=np.int64)
     for f in range(shape[0]):
         for r in range(shape[1]):
             rows = columns[(fold == f) & (region == r)]
-            products[f, r] = rows.T @ rows
+            here = products[f, r]
+            here[model] = rows[:, model].T @ rows
+            here[:, model] = here[model].T
+            for where in own:
+                mine = rows[:, where]
+                here[where[:, :, None], where[:, None, :]] = np.einsum("rsk,rsl->skl", mine, mine)
             counts[f, r] = len(rows)
     return products, counts
+
+
+def _by_width(candidates: Sequence[tuple[int, int]]) -> list[NDArray[np.int64]]:
+    """Columns of the candidates of each width, shape (S, width)."""
+    starts: dict[int, list[int]] = {}
+    for start, width in candidates:
+        starts.setdefault(width, []).append(start)
+    return [np.array(s)[:, None] + np.arange(width) for width, s in starts.items()]

@@ -1,6 +1,7 @@
 """How much structure the model so far leaves, and on what it depends."""
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,12 +9,15 @@ from numpy.typing import NDArray
 from ident.gap.fit import Fit, places, solve
 from ident.gap.generic import GROUPS, group_columns
 from ident.gap.region import Region
-from ident.gap.residual import memory_of, residuals
-from ident.gap.table import Nominal, PresentModel, Table, body_step, observed
+from ident.gap.residual import Residual, memory_of, residuals
+from ident.gap.search import Present
+from ident.gap.table import APART, Nominal, PresentModel, Table, body_step, observed, tabulate
 
 Array = NDArray[np.floating]
 
 _RIDGE = 1e-6
+_FREE = 1e-4  # of the largest direction of all free curves: the rest is left to the noise
+_LEAST_FREEDOM = 0.1
 _SEEN = 1e-5  # of the columns' own squares: what is left of a direction after projection
 
 
@@ -48,26 +52,49 @@ def leftovers(
         now: the present fit.
         folds: the data to use.
     """
+    left = residuals(table, now)
+    used = np.isin(table.fold, folds)
+    found = []
+    for j, groups in _groups(rows, model):
+        sliding = used & (table.region[:, j] != Region.TURNING)
+        found += _joint(table, now, j, groups, sliding, left[j].values)
+    return sorted(found, key=lambda x: -x.gain)
+
+
+def noise(rows: Nominal, present: Present) -> list[Residual]:
+    """What the model leaves, without what free curves can explain of it, of all joints."""
+    table = tabulate(rows, present.model, present.accepted)
+    left = residuals(table, present.fit)
+    for j, groups in _groups(rows, present.model):
+        sliding = (table.fold != APART) & (table.region[:, j] != Region.TURNING)
+        columns = np.column_stack([g[sliding] for g in groups])
+        values = left[j].values.copy()
+        curves, _, rank, _ = np.linalg.lstsq(columns, values[sliding], rcond=_FREE)
+        rest = values[sliding] - columns @ curves
+        values[sliding] = rest / np.sqrt(max(1 - rank / len(rest), _LEAST_FREEDOM))
+        left[j] = replace(left[j], values=values)
+    return left
+
+
+def _groups(rows: Nominal, model: PresentModel) -> Iterator[tuple[int, list[Array]]]:
+    """Windowed columns of each group, for each moving joint."""
     whole = np.concatenate([s.q for s in rows.stretches])
     span = whole.min(axis=0), whole.max(axis=0)
     end = max(float(s.t[-1]) for s in rows.stretches)
     every = body_step(rows.windows)
     wide = rows.windows.coarser(every)
     seen = [observed(s, model, every)[1] for s in rows.stretches]
-    left = residuals(table, now)
-    used = np.isin(table.fold, folds)
-    found = []
     for j in model.facts.moving_joints:
         blocks = [group_columns(s, j, span, end) for s in seen]
-        groups = [
-            np.concatenate(
-                [wide.mean(b[g])[: len(y)] for b, y in zip(blocks, rows.torque, strict=True)]
-            )
-            for g in range(len(GROUPS))
-        ]
-        sliding = used & (table.region[:, j] != Region.TURNING)
-        found += _joint(table, now, j, groups, sliding, left[j].values)
-    return sorted(found, key=lambda x: -x.gain)
+        yield (
+            j,
+            [
+                np.concatenate(
+                    [wide.mean(b[g])[: len(y)] for b, y in zip(blocks, rows.torque, strict=True)]
+                )
+                for g in range(len(GROUPS))
+            ],
+        )
 
 
 def _joint(
@@ -80,7 +107,7 @@ def _joint(
 ) -> list[Leftover]:
     pl = places(table.grams, now.choice)[joint]
     sigma = now.sigma[joint][table.region[rows, joint]]
-    nominal = table.columns[joint][rows][:, pl.local] / sigma[:, None]
+    nominal = pl.of(table.columns[joint][rows]) / sigma[:, None]
     e = residual[rows] / sigma
     square = float(e @ e)
     tried = []
@@ -97,8 +124,8 @@ def _joint(
         tried.append((group, fitted, rest, scaled.shape[1]))
     if not tried:
         return []
-    noise = min((rest for _, _, rest, _ in tried), key=lambda r: float(r @ r))
-    effective = len(e) / memory_of(noise, table.stretch[rows])
+    least = min((rest for _, _, rest, _ in tried), key=lambda r: float(r @ r))
+    effective = len(e) / memory_of(least, table.stretch[rows])
     found = []
     for group, fitted, rest, size in tried:
         share = float(np.clip((square - float(rest @ rest)) / max(square, len(e)), 0.0, 1 - 1e-9))

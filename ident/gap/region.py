@@ -26,11 +26,15 @@ class Region(IntEnum):
 SLOW = (0.02, 0.12)
 """Speeds below which a joint counts as turning [rad/s]: least, and most (wide friction curves)."""
 
-_WIDTHS_TO_CLEAR = 4.0
+_WIDTHS_TO_CLEAR = 1.5
 
 
 def slow_speed(width: float) -> float:
-    """Speed below which a joint with this width of its friction curve counts as turning [rad/s]."""
+    """Speed below which a joint counts as turning [rad/s].
+
+    Args:
+        width: speed at which its friction has turned [rad/s].
+    """
     return float(np.clip(_WIDTHS_TO_CLEAR * width, *SLOW))
 
 

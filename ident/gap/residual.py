@@ -33,7 +33,7 @@ def residuals(table: Table, model: Fit) -> list[Residual]:
     found = []
     for j, pl in enumerate(places(table.grams, model.choice)):
         columns = table.columns[j]
-        values = columns[:, -1] - columns[:, pl.local] @ model.x[pl.unknown]
+        values = columns[:, -1] - pl.of(columns) @ model.x[pl.unknown]
         rows = slice(None) if len(columns) else slice(0)
         found.append(Residual(values, table.region[rows, j], table.stretch[rows]))
     return found

@@ -9,12 +9,15 @@ from ident.effects.effect import Hypothesis
 from ident.gap.fit import Choice, Fit, Slot, fit, places, solve
 from ident.gap.grams import Grams
 from ident.gap.table import Table
+from ident.gap.turning import best_mixture, parts_of
 
 Array = NDArray[np.floating]
 
 EXACT_PER_PLACE = 3
 _LEAST = 0.005  # nats per sample at the present noise: what gains less is not worth an exact fit
-_NOTHING = 1e-9  # of the largest square
+_SETTLED = 0.01  # change of a part of the reversal curves
+_TIE = 1e-9
+_ABSORBED = 1e-6  # of a column's square: less is rounding
 _COST = 0.01  # nats per further coefficient
 
 
@@ -45,27 +48,30 @@ class Score:
         return self.fit.effects[-1]
 
 
-def choose_turnings(grams: Grams, choice: Choice, rounds: int = 4) -> Fit:
-    """The fit with the reversal shape of each joint that leaves the least."""
+def choose_shapes(grams: Grams, choice: Choice, rounds: int = 4) -> Fit:
+    """The fit with the reversal curves of each joint that leave the least."""
     found = fit(grams, choice)
     for _ in range(rounds):
-        before = found.choice.turnings
-        turnings = []
+        shapes = found.choice.shapes.copy()
         for j in range(grams.dof):
-            gains, _ = turning_gains(grams, found, j)
-            turnings.append(int(gains.argmax()) if gains.max() > 0.0 else before[j])
-        found = fit(grams, Choice(tuple(turnings), choice.slots), found.sigma)
-        if found.choice.turnings == before:
+            if grams.counts[j].sum() > 0:
+                count = grams.layouts[j].turnings
+                reduced, torque = _reduced(grams, found, j)
+                weights, _ = best_mixture(reduced[:count, :count], torque[:count])
+                shapes[j] = parts_of(weights, shapes[j])
+        change = np.abs(shapes - found.choice.shapes).max()
+        found = fit(grams, Choice(shapes, choice.slots), found.sigma)
+        if change < _SETTLED:
             break
     return found
 
 
 def _reduced(grams: Grams, present: Fit, joint: int) -> tuple[Array, Array]:
-    """Weighted products of a joint's reversal shapes and candidates, all else projected off.
+    """Weighted products of a joint's reversal curves and candidates, all else projected off.
 
     Returns:
         products, shape (m, m), and products with the torque, shape (m,); the joint's present
-        reversal shape is not among what is projected off.
+        curves are not among what is projected off. What projection leaves nothing of is zero.
     """
     layout = grams.layouts[joint]
     weight = 1 / present.sigma[joint] ** 2
@@ -76,31 +82,16 @@ def _reduced(grams: Grams, present: Fit, joint: int) -> tuple[Array, Array]:
     free = slice(layout.first_turning, layout.torque)
     size = layout.torque - layout.first_turning
     across = np.zeros((len(present.normal), size))
-    across[here.unknown] = products[here.local, free]
+    across[here.unknown] = here.across(products, np.arange(free.start, free.stop))
     # the torque's own projection: the present solution explains normal @ x of it
     right = present.normal @ present.x
     both = np.column_stack([across, right])[keep]
     inverse = solve(present.normal[np.ix_(keep, keep)], both)
     reduced = products[free, free] - across[keep].T @ inverse[:, :-1]
     torque = products[free, layout.torque] - across[keep].T @ inverse[:, -1]
+    absorbed = np.diag(reduced) <= _ABSORBED * np.diag(products)[free]
+    reduced[absorbed], reduced[:, absorbed], torque[absorbed] = 0.0, 0.0, 0.0
     return reduced, torque
-
-
-def turning_gains(grams: Grams, present: Fit, joint: int) -> tuple[Array, Array]:
-    """Half the drop of the weighted squares by each reversal shape, and its coefficient."""
-    if grams.counts[joint].sum() == 0:
-        none = np.zeros(grams.layouts[joint].turnings)
-        return none, none
-    reduced, torque = _reduced(grams, present, joint)
-    count = grams.layouts[joint].turnings
-    square = _seen(np.diag(reduced)[:count])
-    coefficient = torque[:count] / square
-    return np.where(coefficient > 0.0, torque[:count] ** 2 / square / 2, 0.0), coefficient
-
-
-def _seen(square: Array) -> Array:
-    """Squares of columns, infinite where projection has left nothing of one, shape (T,)."""
-    return np.where(square > _NOTHING * max(float(square.max()), 1e-200), square, np.inf)
 
 
 def scan(
@@ -129,63 +120,68 @@ def scan(
 def _shortlist(
     table: Table, present: Fit, joint: int, accepted: int, exact: int
 ) -> list[tuple[int, Choice]]:
-    """The most promising hypotheses on one joint, each with its best reversal shape."""
+    """The most promising hypotheses on one joint, each with its best reversal curves."""
     grams, layout = table.grams, table.grams.layouts[joint]
     reduced, torque = _reduced(grams, present, joint)
-    by_effect: dict[str, list[tuple[float, int, int]]] = {}
+    own = present.choice.shapes[joint]
+    alone = best_mixture(reduced[: len(own), : len(own)], torque[: len(own)])[1]
+    by_effect: dict[str, list[tuple[float, int, Array]]] = {}
     for i, h in enumerate(table.hypotheses[accepted:], accepted):
-        if h.rows != (joint,):
-            continue
-        gains = pair_gains(reduced, torque, layout.turnings, table.slots[i], h)
-        best = int(gains.argmax())
-        by_effect.setdefault(h.effect, []).append((float(gains[best]), i, best))
+        if h.rows == (joint,):
+            gain, weights = gain_with(reduced, torque, layout.turnings, table.slots[i], h)
+            by_effect.setdefault(h.effect, []).append((gain - alone, i, weights))
     short = []
     rows = int(grams.counts[joint].sum())
     for found in by_effect.values():
-        for gain, i, turning in sorted(found, reverse=True)[:exact]:
+        for gain, i, weights in sorted(found, key=lambda x: -x[0])[:exact]:
             if gain > _LEAST * rows:
-                short.append((i, present.choice.turned(joint, turning).with_slot(table.slots[i])))
+                shape = parts_of(weights, own)
+                short.append((i, present.choice.turned(joint, shape).with_slot(table.slots[i])))
     return short
 
 
-def pair_gains(
+def gain_with(
     reduced: Array, torque: Array, turnings: int, slot: Slot, hypothesis: Hypothesis
-) -> Array:
-    """Half the drop of weighted squares for a hypothesis with each reversal shape, shape (T,)."""
-    columns = turnings + slot.starts[0] + np.arange(slot.width)
-    square = _seen(np.diag(reduced)[:turnings])
-    across = reduced[:turnings, columns]
-    rest = (
-        reduced[np.ix_(columns, columns)]
-        - np.einsum("ta,tb->tab", across, across) / square[:, None, None]
+) -> tuple[float, Array]:
+    """Half the drop of weighted squares for a hypothesis and the reversal curves that suit it.
+
+    Args:
+        reduced: inner products of a joint's curves and candidates, all else projected off.
+        torque: the same with the torque.
+        turnings: number of reversal curves T.
+        slot: the hypothesis' columns.
+        hypothesis: what they are.
+
+    Returns:
+        the drop, zero for implausible coefficients, and the curves' weights, shape (T,).
+    """
+    own = turnings + slot.starts[0] + np.arange(slot.width)
+    inner = reduced[np.ix_(own, own)]
+    nothing = 0.0, np.zeros(turnings)
+    if (np.diag(inner) <= 0.0).any():
+        return nothing
+    inner = inner + _TIE * np.diag(np.diag(inner))
+    across = reduced[:turnings, own]
+    back = np.linalg.solve(inner, np.column_stack([across.T, torque[own]]))
+    weights, drop = best_mixture(
+        reduced[:turnings, :turnings] - across @ back[:, :-1],
+        torque[:turnings] - across @ back[:, -1],
     )
-    right = torque[columns] - across * (torque[:turnings] / square)[:, None]
-    own = np.diag(reduced)[columns]
-    if (own <= 0.0).any():
-        return np.zeros(turnings)
-    rest = rest + 1e-9 * np.diag(own)
-    values = np.linalg.solve(rest, right[..., None])[..., 0]
-    alone = torque[:turnings] ** 2 / square / 2
-    allowed = np.all(
-        [
-            (v >= c.lower) & (v <= c.upper)
-            for v, c in zip(values.T, hypothesis.coefficients, strict=True)
-        ],
-        axis=0,
-    )
-    coulomb = (torque[:turnings] - np.einsum("tk,tk->t", across, values)) / square
-    gain = alone + np.einsum("tk,tk->t", right, values) / 2
-    return np.where(allowed & (coulomb > -1e-9), gain, 0.0)
+    values = back[:, -1] - back[:, :-1] @ weights
+    if not _plausible(values, hypothesis):
+        return nothing
+    return drop + float(torque[own] @ back[:, -1]) / 2, weights
+
+
+def _plausible(values: Array, hypothesis: Hypothesis) -> bool:
+    pairs = zip(values, hypothesis.coefficients, strict=True)
+    return all(c.lower <= v <= c.upper for v, c in pairs)
 
 
 def _score(table: Table, present: Fit, index: int, choice: Choice) -> Score | None:
     hypothesis = table.hypotheses[index]
     found = fit(table.grams, choice, present.sigma)
-    values = found.effects[-1]
-    inside = all(
-        c.lower <= v <= c.upper for c, v in zip(hypothesis.coefficients, values, strict=True)
-    )
-    if not inside:
+    if not _plausible(found.effects[-1], hypothesis):
         return None
     return Score(index, hypothesis, found, found.gain_over(present))
 
@@ -209,10 +205,11 @@ def chance_gains(table: Table, now: Fit, draws: list[Array], accepted: int) -> d
         here = places(grams, now.choice)[j]
         weighted = columns * weight[:, None]
         across = np.zeros((len(now.normal), columns.shape[1]))
-        across[here.unknown] = columns[:, here.local].T @ weighted
+        model = here.of(columns)
+        across[here.unknown] = model.T @ weighted
         inverse = solve(now.normal, across)
         noise = weighted.T @ draws[j]
-        right = noise - inverse[here.unknown].T @ noise[here.local]
+        right = noise - inverse[here.unknown].T @ (here.mix.T @ noise[here.local])
         square = np.einsum("rp,rp->p", columns, weighted) - np.einsum("up,up->p", across, inverse)
         raw = np.einsum("rp,rp->p", columns, weighted)
         rows = int((weight > 0).sum())

@@ -11,9 +11,9 @@ from ident.effects.catalogue import catalogue
 from ident.effects.effect import ArmFacts, Effect, Hypothesis
 from ident.gap.fit import Choice, Fit, fit
 from ident.gap.region import SLOW, slow_speed
-from ident.gap.scan import EXACT_PER_PLACE, Score, choose_turnings, scan
+from ident.gap.scan import EXACT_PER_PLACE, Score, choose_shapes, scan
 from ident.gap.table import Nominal, PresentModel, Table, tabulate
-from ident.gap.turning import TURNINGS, USUAL
+from ident.gap.turning import USUAL, Mixture
 
 Array = NDArray[np.floating]
 
@@ -46,13 +46,11 @@ def begin(rows: Nominal, facts: ArmFacts) -> Present:
     """The rigid-body model with viscous and Coulomb friction."""
     none = np.zeros(facts.dof)
     slow = np.full(facts.dof, SLOW[0])
-    model = PresentModel(facts, none, none, (USUAL,) * facts.dof, slow)
-    return _settled(rows, Present(model, (), _empty(facts.dof)))
-
-
-def _empty(dof: int) -> Fit:
-    none = np.zeros((dof, 1))
-    return Fit(Choice((USUAL,) * dof), none[0], none, none.astype(int), none)
+    shapes = np.tile(USUAL, (facts.dof, 1))
+    model = PresentModel(facts, none, none, shapes, slow)
+    empty = np.zeros((facts.dof, 1))
+    nothing = Fit(Choice(shapes), empty[0], empty, empty.astype(int), empty)
+    return _settled(rows, Present(model, (), nothing))
 
 
 def extend(rows: Nominal, present: Present, hypotheses: Sequence[Hypothesis]) -> Present:
@@ -61,11 +59,11 @@ def extend(rows: Nominal, present: Present, hypotheses: Sequence[Hypothesis]) ->
 
 
 def _settled(rows: Nominal, present: Present) -> Present:
-    """Reversal shapes, regions, and parameters that agree with each other."""
+    """Reversal curves, regions, and parameters that agree with each other."""
     for _ in range(2):
         table = tabulate(rows, present.model, present.accepted)
-        choice = Choice(present.model.turnings, tuple(table.slots.values()))
-        found = choose_turnings(table.grams.of(SEARCHED), choice)
+        choice = Choice(present.model.shapes, tuple(table.slots.values()))
+        found = choose_shapes(table.grams.of(SEARCHED), choice)
         present = Present(_updated(rows, present.model, found), present.accepted, found)
     return present
 
@@ -76,13 +74,13 @@ def _updated(rows: Nominal, model: PresentModel, found: Fit) -> PresentModel:
     if b:
         delta[:] = 0.0
         delta[rows.kept] = found.x[:b]
-    turnings = found.choice.turnings
+    shapes = found.choice.shapes
     return PresentModel(
         replace(model.facts, delta=delta),
         found.x[b : b + n],
         found.x[b + n : b + 2 * n],
-        turnings,
-        np.array([slow_speed(TURNINGS[t].width) for t in turnings]),
+        shapes,
+        np.array([slow_speed(Mixture(s).width) for s in shapes]),
     )
 
 
@@ -99,10 +97,10 @@ def examine(
     exact: int = EXACT_PER_PLACE,
 ) -> tuple[Table, list[Score]]:
     """Scores of hypotheses beside the model so far, on the folds that are searched."""
-    table = tabulate(rows, present.model, [*present.accepted, *hypotheses])
+    table = tabulate(rows, present.model, present.accepted, hypotheses)
     searched = table.searched(SEARCHED)
     accepted = len(present.accepted)
-    choice = Choice(present.model.turnings, tuple(table.slots[i] for i in range(accepted)))
+    choice = Choice(present.model.shapes, tuple(table.slots[i] for i in range(accepted)))
     now = fit(searched.grams, choice, present.fit.sigma)
     return table, scan(searched, now, accepted, exact)
 

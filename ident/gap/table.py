@@ -1,6 +1,6 @@
-"""From stretches to inner products: nominal columns, reversal shapes, and candidates."""
+"""From stretches to inner products: nominal columns, reversal curves, and candidates."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -12,7 +12,7 @@ from ident.gap.fit import Slot
 from ident.gap.grams import Grams, Layout, joint_products
 from ident.gap.region import Region, regions
 from ident.gap.stretch import Stretch
-from ident.gap.turning import TURNINGS
+from ident.gap.turning import TURNINGS, Mixture
 from ident.gap.windows import Windows
 from ident.simulation.chain import torques
 from ident.simulation.regressor import regressor
@@ -21,6 +21,9 @@ Array = NDArray[np.floating]
 Known = Callable[[Stretch], Array]
 
 FOLDS = 3
+APART = -1
+"""Fold of the rows that stand apart."""
+
 _BODY_RATE_HZ = 100.0
 _ABSENT = 1e-12  # a base column this small beside the joint's torque is rounding
 
@@ -34,9 +37,10 @@ class Nominal:
         windows: of the rows.
         kept: the inertial parameters that the base columns stand for, shape (b,).
         base: windowed base columns, per stretch, shape (R, n, b).
-        turnings: windowed reversal shapes, per stretch, shape (R, n, T).
+        turnings: windowed reversal curves, per stretch, shape (R, n, T).
         viscous, torque: per stretch, shape (R, n).
         least: error that a trusted model brings [N m], shape (n,), or None.
+        apart: rows that no fit may see, shape (R,), or None.
         formed: windowed columns of hypotheses that later models can use again.
     """
 
@@ -48,6 +52,7 @@ class Nominal:
     viscous: tuple[Array, ...]
     torque: tuple[Array, ...]
     least: Array | None = None
+    apart: NDArray[np.bool_] | None = None
     formed: dict[tuple[object, ...], Array] = field(default_factory=dict, repr=False)
 
 
@@ -58,14 +63,14 @@ class PresentModel:
     Attributes:
         facts: of the arm, with the present inertial parameters.
         viscous, coulomb: joint friction, each of shape (n,).
-        turnings: reversal shape of each joint.
+        shapes: parts of the reversal curves of each joint, shape (n, T).
         slow: speed below which each joint counts as turning [rad/s], shape (n,).
     """
 
     facts: ArmFacts
     viscous: Array
     coulomb: Array
-    turnings: tuple[int, ...]
+    shapes: Array
     slow: Array
 
 
@@ -147,7 +152,14 @@ def body_step(windows: Windows) -> int:
 
 
 def _turning_columns(s: Stretch, windows: Windows) -> Array:
-    return np.stack([windows.mean(t(s.speeds[t.cutoff])) for t in TURNINGS], axis=-1)
+    joints = range(s.q.shape[1])
+    return np.stack(
+        [
+            windows.mean(np.stack([t(s.q[:, j], s.speeds[..., j]) for j in joints], axis=-1))
+            for t in TURNINGS
+        ],
+        axis=-1,
+    )
 
 
 def observed(s: Stretch, model: PresentModel, every: int) -> tuple[Observed, Observed]:
@@ -172,8 +184,9 @@ def observed(s: Stretch, model: PresentModel, every: int) -> tuple[Observed, Obs
 def _seen(
     s: Stretch, model: PresentModel, samples: slice, every: int, torque: tuple[Array, Array]
 ) -> Observed:
-    shapes = [TURNINGS[t] for t in model.turnings]
-    speed = np.stack([s.speeds[t.cutoff, samples, j] for j, t in enumerate(shapes)], axis=-1)
+    shapes = [Mixture(parts) for parts in model.shapes]
+    direction = [m(s.q[:, j], s.speeds[..., j])[samples] for j, m in enumerate(shapes)]
+    speed = [s.speeds[m.cutoff, samples, j] for j, m in enumerate(shapes)]
     return Observed(
         arm=model.facts,
         rate_hz=s.rate_hz / every,
@@ -182,17 +195,30 @@ def _seen(
         qd=s.qd[samples],
         qdd=s.qdd[samples],
         tau=s.tau[samples],
-        speed=speed,
-        direction=np.stack([t(speed[:, j]) for j, t in enumerate(shapes)], axis=-1),
+        speed=np.stack(speed, axis=-1),
+        direction=np.stack(direction, axis=-1),
         load=torque[0],
         gravity=torque[1],
-        along=lambda joint, other: shapes[joint](other),
+        along=lambda joint, other: shapes[joint].along(other),
     )
 
 
-def tabulate(rows: Nominal, model: PresentModel, hypotheses: Sequence[Hypothesis]) -> Table:
-    """Inner products of the nominal columns with those of all hypotheses."""
+def tabulate(
+    rows: Nominal,
+    model: PresentModel,
+    accepted: Sequence[Hypothesis],
+    candidates: Sequence[Hypothesis] = (),
+) -> Table:
+    """Inner products of the model's columns, and of each candidate's with them.
+
+    Args:
+        rows: what does not depend on the model.
+        model: what columns of effects are formed with.
+        accepted: effects that are in the model together.
+        candidates: effects of which at most one is looked at in any fit.
+    """
     dof = model.facts.dof
+    hypotheses = [*accepted, *candidates]
     slots, widths = _slots(hypotheses, dof)
     extras = [
         _extra_columns(rows, model, hypotheses, slots, widths, i)
@@ -206,6 +232,8 @@ def tabulate(rows: Nominal, model: PresentModel, hypotheses: Sequence[Hypothesis
     )
     lengths = [len(t) for t in rows.torque]
     fold = np.repeat([s.fold for s in rows.stretches], lengths)
+    if rows.apart is not None:
+        fold[rows.apart] = APART
     stretch = np.repeat(np.arange(len(lengths)), lengths)
     base, turnings = np.concatenate(rows.base), np.concatenate(rows.turnings)
     viscous, torque = np.concatenate(rows.viscous), np.concatenate(rows.torque)
@@ -220,9 +248,12 @@ def tabulate(rows: Nominal, model: PresentModel, hypotheses: Sequence[Hypothesis
         if not model.facts.moving[j]:
             columns = columns[:0]
         use = slice(None) if len(columns) else slice(0)
-        product, count = joint_products(columns, fold[use], region[use, j], (FOLDS, len(Region)))
+        layout = Layout(where, turnings.shape[2], extra.shape[1])
+        tried = _places_of(slots, range(len(accepted), len(hypotheses)), j, layout.first_extra)
+        size = (FOLDS, len(Region))
+        product, count = joint_products(columns, fold[use], region[use, j], size, tried)
         kept.append(columns)
-        layouts.append(Layout(where, turnings.shape[2], extra.shape[1]))
+        layouts.append(layout)
         products.append(product)
         counts.append(count)
     grams = Grams(base.shape[2], tuple(layouts), tuple(products), np.array(counts), rows.least)
@@ -244,6 +275,14 @@ def _slots(hypotheses: Sequence[Hypothesis], dof: int) -> tuple[dict[int, Slot],
         for j in h.rows:
             widths[j] += k
     return slots, widths
+
+
+def _places_of(
+    slots: dict[int, Slot], which: Iterable[int], joint: int, first: int
+) -> list[tuple[int, int]]:
+    """First column and number of columns of some hypotheses on a joint."""
+    chosen = [slots[i] for i in which if joint in slots[i].joints]
+    return [(first + s.starts[s.joints.index(joint)], s.width) for s in chosen]
 
 
 def _extra_columns(
@@ -273,7 +312,7 @@ def _extra_columns(
 def _key(h: Hypothesis, model: PresentModel, stretch: int) -> tuple[object, ...]:
     """What the windowed columns of a hypothesis depend on."""
     uses = catalogue()[h.effect].uses
-    direction = tuple(model.turnings[j] for j in h.joints) if "direction" in uses else ()
+    direction = model.shapes[list(h.joints)].tobytes() if "direction" in uses else b""
     parameters = model.facts.delta.tobytes() if "model" in uses else b""
     return (stretch, *h.key, direction, parameters)
 

@@ -82,7 +82,7 @@ def _linearised(
         for name in names
         for sign in (1, -1)
     ]
-    table = tabulate(rows, end.model, [*hypotheses, *moved])
+    table = tabulate(rows, end.model, hypotheses, moved)
     choice = replace(end.fit.choice, slots=tuple(table.slots[i] for i in range(len(hypotheses))))
     now = fit(table.grams.of(range(FOLDS)), choice, end.fit.sigma)
     slopes, place = [], len(hypotheses)
@@ -119,9 +119,10 @@ def _solution(
         if len(columns) == 0:
             continue
         weight = 1 / now.sigma[j][table.region[:, j]] ** 2
-        own = np.column_stack([columns[:, pl.local], *(s[j] for s in slopes)])
+        model = pl.of(columns)
+        own = np.column_stack([model, *(s[j] for s in slopes)])
         where = np.concatenate([pl.unknown, size + np.arange(more)])
-        error = columns[:, -1] - columns[:, pl.local] @ now.x[pl.unknown]
+        error = columns[:, -1] - model @ now.x[pl.unknown]
         weighted = own * weight[:, None]
         normal[np.ix_(where, where)] += own.T @ weighted
         right[where] += weighted.T @ columns[:, -1]

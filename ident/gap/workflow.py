@@ -1,7 +1,7 @@
 """The search for the gap, from recordings to a verdict."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +15,11 @@ from ident.gap.leftover import leftovers
 from ident.gap.naming import Found, next_effects, taken_in
 from ident.gap.null import Threshold, least_threshold
 from ident.gap.scan import Score
-from ident.gap.search import SEARCHED, Present, all_hypotheses, begin
+from ident.gap.search import SEARCHED, Present, all_hypotheses, begin, extend
 from ident.gap.stretch import stretches
 from ident.gap.table import Nominal, nominal, tabulate
 from ident.gap.trusted import known_torque
-from ident.gap.verdict import Nameless, Verdict, decide, nameless
+from ident.gap.verdict import Verdict, decide, nameless
 from ident.gap.windows import windows_for
 
 Array = NDArray[np.floating]
@@ -87,51 +87,82 @@ def search(source: Experiment, options: Options, tell: Tell) -> Search:
         known_torque(source),
     )
     start = begin(rows, facts_of(source))
-    found, end, scores, threshold = _sequence(source, rows, start, options, tell)
-    burst, left = _rest(rows, end, found, threshold, tell)
-    verdict = decide(wrong, found, burst, left)
-    return Search(source, rows, start, end, tuple(scores[0]), tuple(scores[-1]), threshold, verdict)
+    way = _sequence(source, rows, start, options, tell)
+    tell("looking at what is left")
+    end = way.present
+    table = tabulate(way.rows, end.model, end.accepted)
+    left = leftovers(way.rows, end.model, table, end.fit, SEARCHED)
+    rest = nameless(left, way.found, _squares(end.fit), way.threshold)
+    verdict = decide(wrong, way.found, way.burst, rest)
+    first, last = tuple(way.scores[0]), tuple(way.scores[-1])
+    return Search(source, way.rows, start, end, first, last, way.threshold, verdict)
+
+
+@dataclass
+class _Way:
+    """How far the search has come."""
+
+    rows: Nominal
+    present: Present
+    threshold: Threshold
+    found: list[Found] = field(default_factory=list)
+    burst: Burst | None = None
+    scores: list[list[Score]] = field(default_factory=list)
+    calibrations: int = 0
+
+    @property
+    def full(self) -> bool:
+        """Whether there is enough for one answer."""
+        names = {f.hypothesis.effect for f in self.found}
+        return len(names) >= _MOST_EFFECTS or len(self.scores) >= 2 * _MOST_EFFECTS
 
 
 def _sequence(
     source: Experiment, rows: Nominal, start: Present, options: Options, tell: Tell
-) -> tuple[list[Found], Present, list[list[Score]], Threshold]:
+) -> _Way:
     """Effects taken in one after the other until nothing is left that may be believed."""
-    found: list[Found] = []
-    present, threshold = start, least_threshold(source.trusted is not None)
-    scores: list[list[Score]] = []
-    calibrations = 0
-    while (
-        len({f.hypothesis.effect for f in found}) < _MOST_EFFECTS
-        and len(scores) < 2 * _MOST_EFFECTS
-    ):
-        tell(f"scanning the catalogue, round {len(scores) + 1}")
-        candidates = all_hypotheses(present.model.facts)
-        fresh, all_scores = next_effects(rows, present, candidates, threshold, found)
-        scores.append(all_scores)
-        if fresh and calibrations <= (1 if found else 0):
-            calibrations += 1
-            runs = (options.null_runs, options.seed + 100 * calibrations)
-            threshold = calibrated(source, rows, present, threshold, runs, tell)
-            fresh = [f for f in fresh if f.score.gain >= threshold.of(f.hypothesis.effect)]
+    way = _Way(rows, start, least_threshold(source.trusted is not None))
+    while not way.full:
+        tell(f"scanning the catalogue, round {len(way.scores) + 1}")
+        candidates = all_hypotheses(way.present.model.facts)
+        fresh, scores = next_effects(way.rows, way.present, candidates, way.threshold, way.found)
+        way.scores.append(scores)
+        if _cut(way, max((s.gain for s in scores), default=0.0)):
+            continue
         if not fresh:
             break
-        present = taken_in(rows, present, fresh)
-        found += fresh
-    return found, present, scores, threshold
+        larger = taken_in(way.rows, way.present, fresh)
+        if way.calibrations <= (1 if way.found else 0):
+            way.calibrations += 1
+            runs = (options.null_runs, options.seed + 100 * way.calibrations)
+            way.threshold = calibrated(
+                source, way.rows, (way.present, larger), way.threshold, runs, tell
+            )
+            kept = [f for f in fresh if f.score.gain >= way.threshold.of(f.hypothesis.effect)]
+            if not kept:
+                break
+            if len(kept) < len(fresh):
+                larger = taken_in(way.rows, way.present, kept)
+            fresh = kept
+        way.present = larger
+        way.found += fresh
+    if way.burst is not None and way.burst.gain < way.threshold.of("contact"):
+        way.burst, way.rows = None, rows
+    return way
 
 
-def _rest(
-    rows: Nominal, end: Present, found: Sequence[Found], threshold: Threshold, tell: Tell
-) -> tuple[Burst | None, tuple[Nameless, ...]]:
-    """A burst in time, and structure without a name."""
-    tell("looking at what is left")
-    table = tabulate(rows, end.model, end.accepted)
-    burst = find_burst(rows, table, end.fit, end.fit.choice)
-    if burst is not None and burst.gain < threshold.of("contact"):
-        burst = None
-    left = leftovers(rows, end.model, table, end.fit, SEARCHED)
-    return burst, nameless(left, found, _squares(end.fit), threshold)
+def _cut(way: _Way, best: float) -> bool:
+    """Set a burst apart if it explains more than any effect; whether it was done."""
+    if way.burst is not None:
+        return False
+    table = tabulate(way.rows, way.present.model, way.present.accepted)
+    burst = find_burst(way.rows, table, way.present.fit, way.present.fit.choice)
+    if burst is None or burst.gain < max(best, way.threshold.of("contact")):
+        return False
+    way.burst = burst
+    way.rows = replace(way.rows, apart=burst.rows)
+    way.present = extend(way.rows, way.present, ())
+    return True
 
 
 def _squares(model: Fit) -> Array:

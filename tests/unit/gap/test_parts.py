@@ -21,7 +21,7 @@ from ident.gap.windows import Windows, windows_for
 def score_of(effect: str) -> Score:
     hypothesis = Hypothesis(effect, (1,), (1,), (Coefficient("size", "N m"),))
     ones = np.ones((2, 1))
-    fit = Fit(Choice((0, 0)), np.ones(1), ones, ones.astype(int), np.eye(1))
+    fit = Fit(Choice(np.zeros((2, 1))), np.ones(1), ones, ones.astype(int), np.eye(1))
     return Score(0, hypothesis, fit, 0.5)
 
 
@@ -124,7 +124,7 @@ def test_regions_tell_turning_sliding_and_turning_of_a_shared_motor():
 
 def test_wide_friction_curves_have_a_wide_slow_region():
     assert slow_speed(1e-4) == SLOW[0]
-    assert slow_speed(0.02) == pytest.approx(0.08)
+    assert slow_speed(0.02) == pytest.approx(0.03)
     assert slow_speed(1.0) == SLOW[1]
 
 

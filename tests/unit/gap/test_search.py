@@ -27,7 +27,7 @@ def brute_force(table, choice, sigma, rounds=40):
         for j, p in enumerate(chosen):
             weight = 1 / sigma[j][table.region[rows, j]]
             block = np.zeros((rows.sum(), size))
-            block[:, p.unknown] = table.columns[j][rows][:, p.local] * weight[:, None]
+            block[:, p.unknown] = table.columns[j][rows][:, p.local] @ p.mix * weight[:, None]
             blocks.append(block)
             rights.append(table.columns[j][rows, -1] * weight)
         W = np.concatenate(blocks)
@@ -36,7 +36,10 @@ def brute_force(table, choice, sigma, rounds=40):
         x = np.linalg.lstsq(W / scale, np.concatenate(rights), rcond=1e-9)[0] / scale
         sigma = sigma.copy()
         for j, p in enumerate(chosen):
-            left = table.columns[j][rows, -1] - table.columns[j][rows][:, p.local] @ x[p.unknown]
+            left = (
+                table.columns[j][rows, -1]
+                - table.columns[j][rows][:, p.local] @ p.mix @ x[p.unknown]
+            )
             for region in range(sigma.shape[1]):
                 here = table.region[rows, j] == region
                 if here.any():

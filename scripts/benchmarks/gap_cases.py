@@ -1,0 +1,177 @@
+"""What the blind benchmark of `ident gap` hides: perturbed arms, recorded with and without it.
+
+Seeds below 1000 are for development; the others are for scoring.
+"""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from gap_effects import make, together
+from gap_plants import DAHL, LUGRE, SLIP, Body, Hidden, Noise, record
+from numpy.typing import NDArray
+
+from ident.arm import arm_from_file
+from wamctl.arm.config import load_arm_file, shipped_file
+from wamctl.arm.recording import Recording
+from wamctl.arm.robot import cad_parameters
+from wamctl.arm.ros2.joint_series import ReferenceSeries
+from wamctl.arm.trajectory import Trajectory, read_trajectory, reference, trajectory_yaml
+
+Array = NDArray[np.floating]
+
+PERIODS = 2
+KINDS = 7  # ways of turning round, as gap_plants numbers them
+PAIRS = ((1, 2), (4, 5))
+
+# size in units of the joint's Coulomb friction where the second entry is true, else in SI
+KNOWN = {
+    "torque_offset": (0.5, True),
+    "unequal_friction": (0.3, False),
+    "joint_spring": (0.6, True),
+    "stribeck": (0.7, True),
+    "nonlinear_viscous": (0.5, True),
+    "asymmetric_viscous": (0.4, True),
+    "load_dependent_friction": (0.12, False),
+    "coupled_friction": (0.5, True),
+    "thermal_drift": (0.5, True),
+    "gravity_tilt": (0.03, False),
+    "encoder_offset": (0.04, False),
+    "torque_gain": (0.06, False),
+    "torque_delay": (0.006, False),
+    "torque_ripple": (0.25, True),
+    "rotor_inertia": (0.02, True),
+    "contact": (6.0, False),
+}
+STRANGE = {
+    "one_sided_stop": (3.0, True),
+    "position_dependent_friction": (0.5, True),
+    "other_period": (0.25, True),
+    "cross_talk": (0.5, True),
+    "periodic_in_time": (0.25, True),
+    "hard_cubic_spring": (0.6, True),
+}
+_NAMES = {"unequal_friction": "torque_offset"}  # exact equivalents have one name
+_WHOLE = ("gravity_tilt", "torque_delay", "contact")  # felt on more joints than one
+
+
+@dataclass(frozen=True)
+class Case:
+    """One hidden effect.
+
+    Attributes:
+        family: its name.
+        joints: from 0.
+        size: in the family's unit.
+    """
+
+    family: str
+    joints: tuple[int, ...]
+    size: float
+
+    @property
+    def answer(self) -> str:
+        """What the tool ought to say."""
+        return "unknown" if self.family in STRANGE else _NAMES.get(self.family, self.family)
+
+    def at(self, joints: set[int]) -> bool:
+        """Whether these are its joints."""
+        return self.family in _WHOLE or bool(joints & set(self.joints))
+
+
+@dataclass(frozen=True)
+class Run:
+    """A recorded arm.
+
+    Attributes:
+        cases: what is hidden; nothing, one, or two.
+        log, free: with the effects, and the same arm without them.
+        bristles: joints (from 0) that give way before they slide.
+    """
+
+    cases: tuple[Case, ...]
+    log: Recording
+    free: Recording
+    bristles: frozenset[int]
+
+
+def draw(rng: np.random.Generator, coulomb: Array, scale: float, families: list[str]) -> Case:
+    """One effect at one place.
+
+    Args:
+        rng: chooses.
+        coulomb: friction of each joint [N m], shape (7,).
+        scale: of the usual size.
+        families: to choose from.
+    """
+    family = str(rng.choice(families))
+    joint = int(rng.integers(0, 7))
+    joints = PAIRS[int(rng.integers(0, 2))] if family.startswith("coupled") else (joint,)
+    if family == "encoder_offset":
+        joints = (int(rng.integers(1, 4)),)
+    if family == "rotor_inertia":
+        joints = (int(rng.integers(2, 7)),)  # on joints 1 and 2 the links' inertia absorbs it
+    size, relative = (KNOWN | STRANGE)[family]
+    size *= scale * float(np.exp(rng.uniform(-2.5, 0.3))) * (coulomb[joints[0]] if relative else 1)
+    return Case(family, joints, size)
+
+
+def run(seed: int, count: int, scale: float, families: list[str]) -> Run:
+    """Two periods of a perturbed arm with some effects, and without.
+
+    Raises:
+        ValueError: the arm did not follow.
+    """
+    rng = np.random.default_rng(seed)
+    file = load_arm_file("wam7.yaml")
+    robot = arm_from_file(Path("wam7.yaml"), ()).robot
+    excitation = read_trajectory("wam7-excitation.yaml")
+    motion = reference(excitation.series, PERIODS, file.excitation.ramp_s, file.bus.period_s)
+    usual = np.array(file.simulation.coulomb_nm)
+    cases = tuple(draw(rng, usual, scale, families) for _ in range(count))
+    body, bristles = _body(rng, usual, np.array(file.simulation.viscous_nm_s_rad), robot)
+    matrix = np.array(file.transmission.motor_from_joint)
+    ranges = motion.q.min(axis=0), motion.q.max(axis=0)
+    hidden = Hidden()
+    for case in cases:
+        hidden = together(hidden, make(case.family, case.joints, case.size, rng, matrix, ranges))
+    noise = Noise(2e-3 * body.coulomb, 0.05)
+    inside = {
+        "config.yaml": shipped_file("wam7.yaml").read_bytes(),
+        "robot.urdf": shipped_file("wam7.urdf").read_bytes(),
+        "trajectory.yaml": trajectory_yaml(Trajectory(excitation.series, PERIODS, {}, {})).encode(),
+    }
+    logs = []
+    for truth, number in ((hidden, seed), (Hidden(), seed + 1_000_000)):
+        log = record(file, robot, body, truth, noise, motion, number)
+        series = ReferenceSeries(log.stamp_ns, motion.q, motion.qd, motion.qdd)
+        logs.append(replace(log, reference=series, attachments=inside))
+    return Run(cases, logs[0], logs[1], bristles)
+
+
+def _body(
+    rng: np.random.Generator, coulomb: Array, viscous: Array, robot
+) -> tuple[Body, frozenset[int]]:
+    """A perturbed arm, and which of its joints have bristles."""
+    level = coulomb * np.exp(rng.uniform(-0.3, 0.3, 7))
+    links = cad_parameters(robot).reshape(-1, 10) * (1 + rng.uniform(-0.08, 0.08, (7, 1)))
+    kinds = rng.integers(0, KINDS, 7)
+    distance = np.isin(kinds, (DAHL, LUGRE, SLIP))
+    widths = np.where(distance, rng.uniform(1e-4, 6e-4, 7), rng.uniform(3e-3, 1.2e-2, 7))
+    drag = viscous * np.exp(rng.uniform(-0.3, 0.3, 7))
+    body = Body(links.ravel(), drag, level, kinds, widths)
+    return body, frozenset(int(j) for j in np.flatnonzero(distance))
+
+
+def truth_of(case: Case) -> dict[str, float]:
+    """Sizes that the answer ought to give, by the name of the parameter; signs left out."""
+    name = {
+        "torque_offset": "offset",
+        "joint_spring": "stiffness",
+        "stribeck": "extra_friction",
+        "asymmetric_viscous": "half_difference",
+        "encoder_offset": "offset",
+        "torque_delay": "delay",
+        "rotor_inertia": "inertia",
+    }.get(case.family)
+    return {name: case.size} if name else {}
