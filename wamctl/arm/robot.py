@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
@@ -86,11 +87,7 @@ def load_robot(
     if odd:
         raise ConfigurationError(
             source,
-            [
-                f"joint {n!r} is continuous or has more than one degree of freedom: "
-                "give it limits or leave it out"
-                for n in odd
-            ],
+            [f"joint {n!r} has more than one degree of freedom: leave it out" for n in odd],
         )
     if joint_names and names != tuple(joint_names):
         raise ConfigurationError(
@@ -108,11 +105,33 @@ def load_robot(
 
 def _parse(urdf: str, source: Path | str) -> pin.Model:
     try:
-        return pin.buildModelFromXML(urdf)
+        return pin.buildModelFromXML(_with_turn_limits(urdf))
     except (ValueError, RuntimeError) as error:
         raise ConfigurationError(
             source, [f"not a readable URDF ({str(error).splitlines()[0]})"]
         ) from error
+
+
+def _with_turn_limits(urdf: str) -> str:
+    """The text with each continuous joint as a revolute one that may be anywhere on its circle.
+
+    Pinocchio would describe such a joint by sine and cosine.
+    """
+    if "continuous" not in urdf:
+        return urdf
+    try:
+        root = ElementTree.fromstring(urdf)
+    except ElementTree.ParseError as error:
+        raise ValueError(str(error)) from error
+    for joint in root.iterfind("joint[@type='continuous']"):
+        joint.set("type", "revolute")
+        limit = joint.find("limit")
+        if limit is None:
+            none = str(np.finfo(float).max)
+            limit = ElementTree.SubElement(joint, "limit", effort=none, velocity=none)
+        limit.set("lower", str(-np.pi))
+        limit.set("upper", str(np.pi))
+    return ElementTree.tostring(root, encoding="unicode")
 
 
 def _placements(

@@ -151,7 +151,21 @@ def test_a_broken_urdf_is_a_configuration_error(capfd):
     capfd.readouterr()
 
 
-def test_a_continuous_joint_is_refused_by_name():
-    spinning = TWO_LINKS.replace('name="elbow" type="revolute"', 'name="elbow" type="continuous"')
-    with pytest.raises(ConfigurationError, match="joint 'elbow' is continuous"):
-        load_robot(spinning, source="arm.urdf")
+CONTINUOUS_ELBOW = 'name="elbow" type="continuous"'
+
+
+def test_a_continuous_joint_is_one_that_may_be_anywhere_on_its_circle():
+    limited = load_robot(TWO_LINKS)
+    spinning = load_robot(TWO_LINKS.replace('name="elbow" type="revolute"', CONTINUOUS_ELBOW))
+    assert spinning.joint_names == limited.joint_names
+    q, qd, qdd = np.random.default_rng(0).normal(size=(3, 5, 2))
+    torque = inverse_dynamics(limited, q, qd, qdd)
+    np.testing.assert_allclose(inverse_dynamics(spinning, q, qd, qdd), torque)
+    elbow = spinning.joint_names.index("elbow")
+    assert spinning.model.upperPositionLimit[elbow] == pytest.approx(np.pi)
+
+
+def test_a_joint_of_several_degrees_of_freedom_is_refused_by_name():
+    floating = TWO_LINKS.replace('name="elbow" type="revolute"', 'name="elbow" type="floating"')
+    with pytest.raises(ConfigurationError, match="joint 'elbow' has more than one degree"):
+        load_robot(floating, source="arm.urdf")

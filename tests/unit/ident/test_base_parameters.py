@@ -152,34 +152,44 @@ def test_names_of_combinations(wam, coefficients, name):
     assert sorted(found.replace("- ", "-").split()) == sorted(name.replace("- ", "-").split())
 
 
-def chain(kinds, origins, axes):
-    """A URDF of joints in a row, each link with mass."""
-    links = ['<link name="base"/>']
-    for k, (kind, xyz, axis) in enumerate(zip(kinds, origins, axes, strict=True), 1):
-        parent = "base" if k == 1 else f"link{k - 1}"
-        links.append(
-            f'<link name="link{k}"><inertial><origin xyz="0.1 0.02 -0.1" rpy="0.3 0.1 0"/>'
-            f'<mass value="{k}"/><inertia ixx="0.02" iyy="0.03" izz="0.015" ixy="0.001" ixz="0"'
-            f' iyz="0"/></inertial></link>'
-            f'<joint name="j{k}" type="{kind}"><parent link="{parent}"/>'
-            f'<child link="link{k}"/><origin xyz="{xyz[0]} {xyz[1]} {xyz[2]}" rpy="0 0 0"/>'
-            f'<axis xyz="{axis[0]} {axis[1]} {axis[2]}"/>'
-            '<limit lower="-3" upper="3" velocity="9" effort="9"/></joint>'
-        )
-    return f'<robot name="chain">{"".join(links)}</robot>'
+ORIGIN = (0, 0, 0)
+LIMIT = '<limit lower="-3" upper="3" velocity="9" effort="9"/>'
 
 
-def chains():
+def trees():
+    """Random trees of fixed, sliding, turning and endless joints, placed and turned at will."""
+    number = st.integers(-10, 10).map(lambda k: k / 10)
+    xyz = st.tuples(number, number, number)
     axis = st.sampled_from([(1, 0, 0), (0, 1, 0), (0, 0, 1), (0.6, 0.8, 0), (0, -0.6, 0.8)])
-    xyz = st.tuples(*[st.sampled_from([0.0, 0.25, -0.1])] * 3)
-    joint = st.tuples(st.sampled_from(["revolute", "revolute", "prismatic"]), xyz, axis)
-    return st.lists(joint, min_size=1, max_size=5).map(
-        lambda js: load_robot(chain(*zip(*js, strict=True)))
+    kind = st.sampled_from(["revolute", "revolute", "continuous", "prismatic", "fixed"])
+    joint = st.tuples(kind, xyz, xyz, axis, st.integers(0, 9), xyz, xyz)
+    moving = st.lists(joint, min_size=1, max_size=6).filter(
+        lambda js: any(j[0] != "fixed" for j in js)
     )
+    return moving.map(lambda joints: load_robot(tree(joints)))
 
 
-@given(robot=chains(), seed=st.integers(0, 99))
-@settings(max_examples=40, deadline=None)
+def tree(joints):
+    """A URDF: each joint hangs at an earlier link, and bears a link with mass."""
+    parts = ['<link name="link0"/>']
+    for k, (kind, xyz, rpy, axis, parent, com, turned) in enumerate(joints, 1):
+        origin, centre = (place(*frame) for frame in ((xyz, rpy), (com, turned)))
+        parts.append(
+            f'<link name="link{k}"><inertial>{centre}<mass value="{k}"/><inertia ixx="0.02"'
+            ' iyy="0.03" izz="0.015" ixy="0.001" ixz="0" iyz="0"/></inertial></link>'
+            f'<joint name="j{k}" type="{kind}"><parent link="link{parent % k}"/>'
+            f'<child link="link{k}"/>{origin}<axis xyz="{axis[0]} {axis[1]} {axis[2]}"/>'
+            f"{LIMIT if kind in ('revolute', 'prismatic') else ''}</joint>"
+        )
+    return f'<robot name="tree">{"".join(parts)}</robot>'
+
+
+def place(xyz, rpy):
+    return '<origin xyz="{} {} {}" rpy="{} {} {}"/>'.format(*xyz, *rpy)
+
+
+@given(robot=trees(), seed=st.integers(0, 99))
+@settings(max_examples=60, deadline=None)
 def test_regressor_and_base_map_of_random_arms(robot, seed):
     """H delta is the inverse dynamics plus friction; K keeps all of it; the rank is right."""
     rng = np.random.default_rng(seed)
@@ -222,6 +232,6 @@ def test_a_sharp_parameter_has_no_smooth_column(wam):
 
 
 def test_units_of_a_sliding_joint():
-    robot = load_robot(chain(["prismatic"], [(0, 0, 0)], [(0, 0, 1)]))
+    robot = load_robot(tree([("prismatic", ORIGIN, ORIGIN, (0, 0, 1), 0, ORIGIN, ORIGIN)]))
     units = {p.name: p.unit for p in standard_parameters(robot, replace(terms(1), offset=True))}
     assert (units["fv1"], units["fc1"], units["fo1"]) == ("N s/m", "N", "N")
