@@ -54,7 +54,8 @@ def canopen_devices(
         CanopenDrive(
             description.of_node(node_id),
             DriveSettings(node_id, round(rated * 1000.0), _FIRST_SERIAL + node_id, fd),
-            partial(encoders.read, motor),
+            partial(encoders.position, motor),
+            partial(encoders.speed, motor),
         )
         for motor, (node_id, rated) in enumerate(pairs)
     ]

@@ -22,40 +22,47 @@ class Encoders:
         self._counts_from_joint = counts_from_joint
         self._zero_counts = zero_counts
         self._time_ns = 0
-        self._readings: list[tuple[int, int]] | None = None
-        self._stuck: dict[int, tuple[int, int]] = {}
+        self._positions: list[int] | None = None
+        self._speeds: list[int] | None = None
+        self._stuck: dict[int, int] = {}
 
     def set_time(self, time_ns: int) -> None:
-        """Which instant `read` is about; the physics has come up to it."""
+        """Which instant the readings are about; the physics has come up to it."""
         self._time_ns = time_ns
-        self._readings = None
+        self._positions = self._speeds = None
 
-    def read(self, motor: int) -> tuple[int, int]:
-        """Position [counts] and velocity [counts/s] of a motor, as 32-bit registers hold them."""
+    def position(self, motor: int) -> int:
+        """Position of a motor [counts], as a 32-bit register holds it."""
         if motor in self._stuck:
             return self._stuck[motor]
-        if self._readings is None:
-            seen = np.array([self._plant.seen_at(self._time_ns), self._plant.qd])
-            numbers = seen @ self._counts_from_joint.T
-            numbers[0] += self._zero_counts
-            self._readings = list(zip(*_register(numbers), strict=True))
-        return self._readings[motor]
+        if self._positions is None:
+            seen = self._plant.seen_at(self._time_ns)
+            self._positions = _register(self._counts_from_joint @ seen + self._zero_counts)
+        return self._positions[motor]
+
+    def speed(self, motor: int) -> int:
+        """Velocity of a motor [counts/s], as a 32-bit register holds it."""
+        if motor in self._stuck:
+            return 0
+        if self._speeds is None:
+            self._speeds = _register(self._counts_from_joint @ self._plant.qd)
+        return self._speeds[motor]
 
     def jump(self, motor: int, counts: int) -> None:
         """Shift a motor's reading from now on."""
         self._zero_counts = self._zero_counts.copy()
         self._zero_counts[motor] += counts
-        self._readings = None
+        self._positions = None
 
     def stick(self, motor: int) -> None:
         """Keep a motor's present position, at rest."""
-        self._stuck[motor] = (self.read(motor)[0], 0)
+        self._stuck[motor] = self.position(motor)
 
     def loosen(self, motor: int) -> None:
         """End what `stick` began."""
         self._stuck.pop(motor, None)
 
 
-def _register(numbers: Array) -> list[list[int]]:
+def _register(numbers: Array) -> list[int]:
     """The numbers as 32-bit registers hold them, which overflow."""
     return np.rint(numbers).astype(np.int64).astype(np.int32).tolist()

@@ -1,6 +1,7 @@
 """A CAN frame, and its form in the kernel's `struct can_frame` and `struct canfd_frame`."""
 
 import struct
+from collections.abc import Iterable
 from typing import NamedTuple
 
 EXTENDED = 0x8000_0000
@@ -9,13 +10,10 @@ ERROR = 0x2000_0000
 FD_LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
 """Lengths of CAN FD data, by their data length code."""
 
-SETTLED = b"\x06"
-"""Packet from a server in lockstep: all that follows from a program's oldest open frame is out."""
-
 _CLASSIC = struct.Struct("=IB3x8s")
 _FD = struct.Struct("=IBB2x64s")
 _FD_FLAGS = 0x04 | 0x01  # a CAN FD frame, with bit-rate switch
-_FLAGS_AT = 5
+_HEAD = struct.Struct("=IBB2x")  # of both kinds: identifier, length of the data, flags
 _SENT = struct.Struct("=q")
 
 
@@ -57,18 +55,20 @@ def unstamp(packet: bytes) -> tuple[bytes, int | None]:
     return packet, None
 
 
-def unpack_all(packet: bytes) -> list[Frame] | None:
-    """The frames packed one behind the other; None where a packet does not end with a frame."""
-    frames, at = [], 0
+def bundle(frames: Iterable[Frame], settled: int = 0) -> bytes:
+    """A packet for a program: how many of its frames are settled (see `SocketHub`), and frames."""
+    return bytes([settled]) + b"".join(map(pack, frames))
+
+
+def unbundle(packet: bytes) -> tuple[int, list[Frame]]:
+    """Inverse of `bundle`."""
+    frames, at = [], 1
     while at < len(packet):
-        flags = packet[at + _FLAGS_AT] if at + _FLAGS_AT < len(packet) else 0
-        size = _FD.size if flags == _FD_FLAGS else _CLASSIC.size
-        frame = unpack(packet[at : at + size])
-        if frame is None:
-            return None
-        frames.append(frame)
-        at += size
-    return frames
+        can_id, length, flags = _HEAD.unpack_from(packet, at)
+        data_at, fd = at + _HEAD.size, flags == _FD_FLAGS
+        frames.append(Frame(can_id, packet[data_at : data_at + length], fd))
+        at += _FD.size if fd else _CLASSIC.size
+    return packet[0], frames
 
 
 def unpack(packet: bytes) -> Frame | None:

@@ -3,16 +3,18 @@
 import socket
 import time
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
 import can
 
 from sim_bus.errors import SimulatedBusError
-from sim_bus.frame import ERROR, EXTENDED, REMOTE, SETTLED, Frame, pack, unpack, unstamp
+from sim_bus.frame import ERROR, EXTENDED, REMOTE, Frame, bundle, unpack, unstamp
 from sim_bus.look_out import Source
 
 _PACKET_BYTES = 128
+_MOST_FRAMES, _MOST_SETTLED = 50, 255  # in one packet
 
 
 class Received(NamedTuple):
@@ -42,11 +44,15 @@ class Hub(Protocol):
         ...
 
     def deliver(self, frames: Sequence[Frame], sender: object) -> None:
-        """Give frames that arrive together to all programs but their sender."""
+        """Give frames to all programs but their sender, by the next `flush`."""
         ...
 
     def settle(self, sender: object) -> None:
-        """Tell a program that it has been given all that follows from its oldest open frame."""
+        """A program has been given all that follows from its oldest open frame; see `flush`."""
+        ...
+
+    def flush(self) -> None:
+        """Let the programs have all that is for them."""
         ...
 
     def close(self) -> None:
@@ -57,8 +63,9 @@ class Hub(Protocol):
 class SocketHub:
     """Programs that connect to a socket file.
 
-    A program sends one frame a packet. Frames that reach it together come in one packet, since
-    each packet may wake it up, which costs more than the frame.
+    A program sends one frame a packet. It gets frames that reach it together in one packet, since
+    each packet may wake it up, which costs more than the frame; the packet also tells how many of
+    the program's own frames are settled: all that follows from them is out.
 
     Attributes:
         overruns: frames that a program was too slow to take.
@@ -70,7 +77,7 @@ class SocketHub:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        self._clients: dict[int, socket.socket] = {}
+        self._clients: dict[socket.socket, _Outbox] = {}
         self.overruns = 0
         try:
             path.unlink(missing_ok=True)
@@ -85,15 +92,15 @@ class SocketHub:
 
     def sources(self) -> Sequence[Source]:
         """The listening socket and all clients."""
-        return [self._listener, *self._clients.values()]
+        return [self._listener, *self._clients]
 
     def receive(self, readable: Sequence[Source]) -> list[Received]:
         """Frames from the clients; also lets new clients in."""
         frames: list[Received] = []
         if self._listener in readable:
             client, _ = self._listener.accept()
-            self._clients[client.fileno()] = client
-        for client in list(self._clients.values()):
+            self._clients[client] = _Outbox()
+        for client in list(self._clients):
             frames += self._drain(client)
         return frames
 
@@ -114,38 +121,52 @@ class SocketHub:
                 yield Received(frame, client, sent_ns)
 
     def deliver(self, frames: Sequence[Frame], sender: object) -> None:
-        """Give frames that arrive together to all clients but their sender."""
-        packet = b"".join(map(pack, frames))
-        for client in list(self._clients.values()):
-            if client is not sender and not self._send(client, packet):
-                self.overruns += len(frames)
+        """Give frames to all clients but their sender, by the next `flush`."""
+        for client, outbox in self._clients.items():
+            if client is not sender:
+                outbox.frames += frames
 
     def settle(self, sender: object) -> None:
-        """Tell a client that it has been given all that follows from its oldest open frame."""
-        for client in list(self._clients.values()):
-            if client is sender:
-                self._send(client, SETTLED)
+        """A client has been given all that follows from its oldest open frame; see `flush`."""
+        for client, outbox in self._clients.items():
+            outbox.settled += client is sender
 
-    def _send(self, client: socket.socket, packet: bytes) -> bool:
-        """False for a client that is too slow."""
+    def flush(self) -> None:
+        """Send each client what is for it; a client that is too slow loses frames."""
+        for client, outbox in list(self._clients.items()):
+            while outbox.frames or outbox.settled:
+                self._send(client, outbox)
+
+    def _send(self, client: socket.socket, outbox: "_Outbox") -> None:
+        """One packet."""
+        frames, settled = outbox.frames[:_MOST_FRAMES], min(outbox.settled, _MOST_SETTLED)
+        del outbox.frames[:_MOST_FRAMES]
+        outbox.settled -= settled
         try:
-            client.send(packet, socket.MSG_DONTWAIT)
+            client.send(bundle(frames, settled), socket.MSG_DONTWAIT)
         except BlockingIOError:
-            return False
+            self.overruns += len(frames)
         except OSError:
             self._drop(client)
-        return True
 
     def _drop(self, client: socket.socket) -> None:
-        self._clients.pop(client.fileno(), None)
+        self._clients.pop(client, None)
         client.close()
 
     def close(self) -> None:
         """Let all clients go and remove the socket file."""
-        for client in list(self._clients.values()):
+        for client in list(self._clients):
             self._drop(client)
         self._listener.close()
         self._path.unlink(missing_ok=True)
+
+
+@dataclass
+class _Outbox:
+    """What a client is to be sent."""
+
+    frames: list[Frame] = field(default_factory=list)
+    settled: int = 0
 
 
 class PythonCanHub:
@@ -193,6 +214,9 @@ class PythonCanHub:
 
     def settle(self, sender: object) -> None:
         """Nothing: a CAN bus has no word for it."""
+
+    def flush(self) -> None:
+        """Nothing: frames are sent when they are delivered."""
 
     def _deliver(self, frame: Frame) -> None:
         if self._hears_itself:

@@ -7,7 +7,7 @@ from typing import Any
 
 import can
 
-from sim_bus.frame import ERROR, EXTENDED, REMOTE, SETTLED, Frame, stamped, unpack_all
+from sim_bus.frame import ERROR, EXTENDED, REMOTE, Frame, stamped, unbundle
 from sim_bus.look_out import readable, soon_readable
 
 _PACKET_BYTES = 4096
@@ -78,6 +78,12 @@ class SimulatedBus(can.BusABC):
                 f"{self.channel_info} no longer takes frames ({error.strerror})"
             ) from error
 
+    def recv(self, timeout: float | None = None) -> can.Message | None:
+        """The next frame; None where none comes within the time limit [s]."""
+        if self._arrived and not self.filters:
+            return self._arrived.popleft()
+        return super().recv(timeout)
+
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
         while not self._arrived:
             packet = self._packet(timeout)
@@ -109,12 +115,10 @@ class SimulatedBus(can.BusABC):
         )
 
     def _take(self, packet: bytes) -> None:
-        if packet == SETTLED:
-            self._settled += 1
-            return
-        frames = unpack_all(packet)
-        if not frames:
+        if not packet:
             raise self._closed()
+        settled, frames = unbundle(packet)
+        self._settled += settled
         now_s = time.time()
         self._arrived.extend([_message(frame, self.channel, now_s) for frame in frames])
 
@@ -136,15 +140,12 @@ class SimulatedBus(can.BusABC):
 
 
 def _message(frame: Frame, channel: str, arrived_s: float) -> can.Message:
-    extended = bool(frame.can_id & EXTENDED)
-    return can.Message(
-        timestamp=arrived_s,
-        arbitration_id=frame.can_id & (0x1FFF_FFFF if extended else 0x7FF),
-        is_extended_id=extended,
-        is_remote_frame=bool(frame.can_id & REMOTE),
-        is_error_frame=bool(frame.can_id & ERROR),
-        channel=channel,
-        data=frame.data,
-        is_fd=frame.fd,
-        bitrate_switch=frame.fd,
-    )
+    can_id, data, fd = frame
+    message = can.Message(arrived_s, can_id, False, channel=channel, data=data, is_fd=fd)
+    message.bitrate_switch = fd
+    if can_id > 0x7FF:
+        message.is_extended_id = bool(can_id & EXTENDED)
+        message.is_remote_frame = bool(can_id & REMOTE)
+        message.is_error_frame = bool(can_id & ERROR)
+        message.arbitration_id = can_id & (0x1FFF_FFFF if can_id & EXTENDED else 0x7FF)
+    return message

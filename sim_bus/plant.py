@@ -7,7 +7,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from sim_bus.physics import Moment, Physics
-from sim_bus.time_step import Passive, step
+from sim_bus.time_step import step
 from wamctl.arm.robot import Robot, with_parameters
 
 Array = NDArray[np.floating]
@@ -50,11 +50,8 @@ class Plant:
         self._physics = physics
         self._transmission = truth.motor_from_joint
         armature = self._at_joints(truth.rotor_inertia) + physics.armature
-        self._passive = Passive(
-            np.array([armature, np.diag(truth.viscous) + physics.drag]),
-            np.array([stops.lower, stops.upper, stops.stiffness, stops.damping]),
-            physics.slides,
-        )
+        self._linear = np.array([armature, np.diag(truth.viscous) + physics.drag])
+        self._stops = np.array([stops.lower, stops.upper, stops.stiffness, stops.damping])
         bound = np.concatenate([truth.coulomb, physics.slide_torque])
         self._bounds = np.array([-bound, bound])
         self._friction = np.array([-bound, bound, np.zeros_like(bound)])
@@ -91,19 +88,19 @@ class Plant:
         if steps <= 0:
             return
         if not self.is_held:
-            passive = self._passive
+            linear = self._linear
             if np.count_nonzero(braking):
-                passive = _damped(passive, self._at_joints(braking))
+                linear = _damped(linear, self._at_joints(braking))
             if self._physics.on_motors or self._physics.on_joints or self._physics.sights:
-                self._run_with_effects(steps, motor_torque, passive)
+                self._run_with_effects(steps, motor_torque, linear)
             else:
-                self._run(steps, self._transmission.T @ motor_torque, passive)
+                self._run(steps, self._transmission.T @ motor_torque, linear)
         self.time_ns += steps * self._step_ns
 
     def rehearse(self) -> None:
         """One step that leaves no trace, so that everything is compiled."""
         motion, friction = self._motion.copy(), self._friction.copy()
-        self._run(1, np.zeros_like(self.q), self._passive)
+        self._run(1, np.zeros_like(self.q), self._linear)
         self._motion[:], self._friction[:] = motion, friction
 
     def seen_at(self, time_ns: int) -> Array:
@@ -113,15 +110,16 @@ class Plant:
             q = see(q, self._moment)
         return q
 
-    def _run(self, steps: int, torque: Array, passive: Passive) -> None:
+    def _run(self, steps: int, torque: Array, linear: Array) -> None:
         model, data, motion, (q, qd) = self._model, self._data, self._motion, self._middle
+        stops, slides = self._stops, self._physics.slides
         friction, h = self._friction, self._step_ns * _NS
         for _ in range(steps):
             mass = pin.crba(model, data, q)
             bias = pin.nonLinearEffects(model, data, q, qd)
-            step(mass, bias, motion, torque, passive, friction, h)
+            step(mass, torque - bias, motion, linear, stops, slides, friction, h)
 
-    def _run_with_effects(self, steps: int, motor_torque: Array, passive: Passive) -> None:
+    def _run_with_effects(self, steps: int, motor_torque: Array, linear: Array) -> None:
         for k in range(steps):
             self._moment = moment = self._moment_of(motor_torque, k)
             for act in self._physics.on_motors:
@@ -130,7 +128,7 @@ class Plant:
             for act in self._physics.on_joints:
                 act(moment)
             self._friction[:2] = moment.bounds
-            self._run(1, moment.load + moment.torque, _damped(passive, np.diag(moment.drag)))
+            self._run(1, moment.load + moment.torque, _damped(linear, np.diag(moment.drag)))
 
     def _moment_of(self, motor_torque: Array, steps_ahead: int = 0) -> Moment:
         q, qd = self._middle
@@ -153,7 +151,6 @@ class Plant:
         return self._transmission.T @ np.diag(motor_side) @ self._transmission
 
 
-def _damped(passive: Passive, viscous: Array) -> Passive:
+def _damped(linear: Array, viscous: Array) -> Array:
     """The same with more viscous friction [N m s/rad], shape (n, n)."""
-    armature, own = passive.linear
-    return passive._replace(linear=np.array([armature, own + viscous]))
+    return linear + np.array([np.zeros_like(viscous), viscous])

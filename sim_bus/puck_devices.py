@@ -47,7 +47,7 @@ def classic_devices(drives: PuckDrivesSection, config: Path, plant: Plant, truth
                 drives.counts_per_revolution[motor],
                 drives.torque_units_per_nm[motor],
             ),
-            partial(encoders.read, motor),
+            partial(encoders.position, motor),
             _joint_encoder(plant, motor, drives.joint_encoder_counts[motor]),
         )
         for motor, node in enumerate(drives.node_ids)

@@ -57,14 +57,14 @@ class PuckDrive:
 
     Args:
         facts: what is built in.
-        encoder: gives position [counts] and velocity [counts/s] of the motor at this instant.
+        encoder: gives the position of the motor at this instant [counts].
         joint_encoder: gives the position of the joint's own encoder [counts], if there is one.
     """
 
     def __init__(
         self,
         facts: PuckFacts,
-        encoder: Callable[[], tuple[int, int]],
+        encoder: Callable[[], int],
         joint_encoder: Callable[[], int] | None = None,
     ) -> None:
         self.facts = facts
@@ -110,7 +110,7 @@ class PuckDrive:
         """Give the 48 V back: the monitor runs, and the position counts from here."""
         self.powered = True
         self._memory.restart()
-        self._zero_counts = self._encoder()[0]
+        self._zero_counts = self._encoder()
         self._reset()
 
     def receive(self, time_ns: int, frame: Frame) -> list[Frame]:
@@ -156,7 +156,7 @@ class PuckDrive:
         return [answer(self.facts.node, heard.property_id, value, width(name))]
 
     def _get(self, name: str) -> Frame:
-        node, counts = self.facts.node, self._encoder()[0]
+        node, counts = self.facts.node, self._encoder()
         if name == "P":
             joint = self._joint_encoder() if self._joint_encoder else None
             return position_answer(node, counts - self._zero_counts, joint)
@@ -176,7 +176,7 @@ class PuckDrive:
             if value == Stat.RESET:
                 self._reset()
         elif name == "P":
-            self._zero_counts = self._encoder()[0] - value
+            self._zero_counts = self._encoder() - value
         else:
             self._memory.store(name, value, self._names)
             self._find_identifiers()

@@ -100,6 +100,7 @@ class RealTime:
             self._hub.deliver([arrival.frame], arrival.sender)
             hear = self._arm.overhear if arrival.sender is self else self._arm.receive
             self._send(arrival.time_ns, hear(arrival.time_ns, arrival.frame))
+        self._hub.flush()
         self._send(now, self._arm.tick(now))
         self._arm.run_physics(now)
         due = min(self._arm.next_ns, now + _LONGEST_WAIT_NS)
@@ -166,6 +167,7 @@ class Lockstep:
         self._pass_on(self._arm.receive(self._now_ns + late_ns, frame))
         self._hub.settle(sender)
         if opens:
+            self._hub.flush()
             self._arm.run_physics(self._now_ns + (rhythm.torques_after_ns or self._period_ns))
         elif frame.can_id == rhythm.closing_id:
             self._arm.run_physics(self._now_ns + self._period_ns)
@@ -201,3 +203,4 @@ def serve(service: Service, hub: Hub, stop: Source | None) -> None:
         until_ns = time.monotonic_ns()
         for received in hub.receive([s for s in ready if s is not stop]):
             service.take(received)
+        hub.flush()

@@ -92,7 +92,11 @@ class SimulatedArm:
         self._braking = braking
         self._motor_torque = np.zeros(len(self.motors))
         self._drag = braking.copy()
-        self._drives = [(0.0, False)] * len(self.motors)
+        self._torques = [0.0] * len(self.motors)
+        self._enabled = [False] * len(self.motors)
+        self._motors = frozenset[Node](self.motors)
+        self._handlers: list[Container[int]] = []
+        self._index: dict[int, list[Node]] = {}
         plant.hold()
 
     @property
@@ -106,7 +110,7 @@ class SimulatedArm:
 
     def receive(self, time_ns: int, frame: Frame) -> list[Frame]:
         """The answers of all nodes to a frame that has reached them, lowest identifier first."""
-        listeners = [n for n in self.nodes if frame.can_id in n.handlers and n not in self.deaf]
+        listeners = self._listeners(frame.can_id)
         if not listeners:
             return []
         self._come_to(time_ns)
@@ -116,7 +120,12 @@ class SimulatedArm:
 
     def overhear(self, time_ns: int, frame: Frame) -> list[Frame]:
         """The answers of all nodes to a frame of one of them."""
-        return self.receive(time_ns, frame)
+        listeners = self._listeners(frame.can_id)
+        if not listeners:
+            return []
+        if not self._motors.isdisjoint(listeners):
+            return self.receive(time_ns, frame)
+        return self._sent({node: node.receive(time_ns, frame) for node in listeners})
 
     def tick(self, time_ns: int) -> list[Frame]:
         """What the nodes do by themselves up to a time."""
@@ -141,6 +150,16 @@ class SimulatedArm:
         """When `tick` is due at the earliest."""
         return min([node.next_ns for node in self.nodes])
 
+    def _listeners(self, can_id: int) -> list[Node]:
+        """The nodes that a frame concerns; a node takes new handlers when it listens otherwise."""
+        handlers = [node.handlers for node in self.nodes]
+        if handlers != self._handlers:
+            self._handlers, self._index = handlers, {}
+        listeners = self._index.get(can_id)
+        if listeners is None:
+            listeners = self._index[can_id] = [n for n in self.nodes if can_id in n.handlers]
+        return [n for n in listeners if n not in self.deaf] if self.deaf else listeners
+
     def _come_to(self, time_ns: int) -> None:
         self.run_physics(time_ns)
         self.encoders.set_time(time_ns)
@@ -151,18 +170,19 @@ class SimulatedArm:
         return sent
 
     def _drive_motors(self) -> None:
-        drives = [(motor.motor_torque_nm, motor.is_enabled) for motor in self.motors]
-        if drives == self._drives:
-            return
-        self._drives = drives
-        self._set_torques()
-        if self.plant.is_held and self.is_enabled:
-            self.plant.release()
+        torques = [motor.motor_torque_nm for motor in self.motors]
+        enabled = [motor.is_enabled for motor in self.motors]
+        if torques != self._torques:
+            self._torques = torques
+            self._set_torques()
+        if enabled != self._enabled:
+            self._enabled = enabled
+            self._drag = np.where(enabled, 0.0, self._braking)
+            if self.plant.is_held and all(enabled):
+                self.plant.release()
 
     def _set_torques(self) -> None:
-        torques, enabled = zip(*self._drives, strict=True)
-        np.multiply(torques, self._torque_share, out=self._motor_torque)
-        self._drag = np.where(enabled, 0.0, self._braking)
+        self._motor_torque = np.array(self._torques) * self._torque_share
 
 
 def _identifier(frame: Frame) -> int:

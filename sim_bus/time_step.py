@@ -6,8 +6,6 @@ while s > 0, at its lower bound while s < 0, and between them only while s = 0 (
 with Coulomb friction of Moreau; a box-constrained linear complementarity problem in f).
 """
 
-from typing import NamedTuple
-
 import numba
 import numpy as np
 from numpy.typing import NDArray
@@ -19,29 +17,14 @@ _RIDGE = 1e-12  # keeps frictions that hold the same joints apart
 _SPEED_TOLERANCE = 1e-12  # [rad/s]
 
 
-class Passive(NamedTuple):
-    """What resists motion; n joints, k dry frictions beside those of the joints.
-
-    Attributes:
-        linear: added inertia [kg m^2] and viscous matrix B [N m s/rad], shape (2, n, n).
-        stops: lower and upper end stop [rad], their stiffness [N m/rad] and damping [N m s/rad],
-            shape (4, n).
-        slides: sliding speeds of the further dry frictions from joint speeds, shape (k, n); the
-            lower rows of D, whose upper ones are the unit matrix.
-    """
-
-    linear: Array
-    stops: Array
-    slides: Array
-
-
 @numba.njit(cache=True)
 def step(
     mass: Array,
-    bias: Array,
+    load: Array,
     motion: Array,
-    torque: Array,
-    passive: Passive,
+    linear: Array,
+    stops: Array,
+    slides: Array,
     friction: Array,
     h: float,
 ) -> None:
@@ -50,26 +33,29 @@ def step(
     Args:
         mass: mass matrix of the links at the middle of the step [kg m^2], shape (n, n); only its
             upper triangle is read.
-        bias: Coriolis, centrifugal and gravity torque at the middle of the step [N m], shape (n,).
+        load: torque on the joints, less that of Coriolis and centrifugal forces and of gravity at
+            the middle of the step [N m], shape (n,).
         motion: position [rad] and velocity [rad/s], then both as expected at the middle of the
             next step, shape (4, n); overwritten.
-        torque: applied to the joints [N m], shape (n,).
-        passive: what resists motion, but for dry friction's strength.
+        linear: added inertia [kg m^2] and viscous matrix B [N m s/rad], shape (2, n, n).
+        stops: lower and upper end stop [rad], their stiffness [N m/rad] and damping [N m s/rad],
+            shape (4, n).
+        slides: sliding speeds of the k further dry frictions from joint speeds, shape (k, n); the
+            lower rows of D, whose upper ones are the unit matrix.
         friction: lower bounds, upper bounds and present values of all dry frictions [N m], those
             of the joints first, shape (3, n + k); the values are overwritten, whether they kept the
             bounds or not.
         h: time step [s].
     """
-    n = torque.shape[0]
+    n = load.shape[0]
     for r in range(friction.shape[1]):
         friction[2, r] = min(max(friction[2, r], friction[0, r]), friction[1, r])
-    linear, stops = passive.linear, passive.stops
     a = np.empty((n, n))
     push = np.empty(n)
     before = motion[1].copy()
     drag = linear[1].copy()
     for i in range(n):
-        push[i] = h * (torque[i] - bias[i])
+        push[i] = h * load[i]
         beyond = _beyond(motion[2, i], stops[0, i], stops[1, i])
         if beyond != 0.0:
             push[i] -= h * stops[2, i] * beyond
@@ -81,8 +67,8 @@ def step(
             half = 0.5 * h * drag[i, j]
             a[i, j] = m + half
             push[i] += (m - half) * before[j]
-    if not _goes_on_as_before(a, push, passive.slides, friction, motion[1], h):
-        _start_or_stop(a, push, passive.slides, friction, motion[1], h)
+    if not _goes_on_as_before(a, push, slides, friction, motion[1], h):
+        _start_or_stop(a, push, slides, friction, motion[1], h)
     for i in range(n):
         motion[0, i] = motion[2, i] + 0.5 * h * motion[1, i]
         motion[2, i] = motion[0, i] + 0.5 * h * motion[1, i]

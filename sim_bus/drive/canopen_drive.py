@@ -15,7 +15,6 @@ from sim_bus.drive.sdo import SdoServer
 from sim_bus.frame import Frame, carried_length
 
 Handler = Callable[[bytes], None]
-Encoder = Callable[[], tuple[int, int]]
 
 NEVER_NS = 1 << 62
 _MS = 1_000_000
@@ -71,18 +70,21 @@ class CanopenDrive:
     Args:
         description: what its EDS says.
         settings: what the EDS does not say.
-        encoder: gives the position [counts] and the velocity [counts/s] of the present.
+        position: gives the position of the present [counts].
+        speed: gives the velocity of the present [counts/s].
     """
 
-    def __init__(self, description: Description, settings: DriveSettings, encoder: Encoder) -> None:
+    def __init__(
+        self, description: Description, settings: DriveSettings, position: Getter, speed: Getter
+    ) -> None:
         fixed: dict[Key, int] = {
             (0x6076, 0): settings.rated_torque_mnm,
             (0x1018, 4): settings.serial,
         }
         live: dict[Key, Getter] = {
             (0x6041, 0): self._statusword,
-            (0x6064, 0): lambda: encoder()[0],
-            (0x606C, 0): lambda: encoder()[1],
+            (0x6064, 0): position,
+            (0x606C, 0): speed,
             (0x6078, 0): lambda: self.motor.torque_permille,
         }
         self.node_id = settings.node_id

@@ -145,6 +145,7 @@ class Muffled:
         self.accidents: deque[Callable[[], list[Frame]]] = deque()
         self._hub = hub
         self.sources, self.settle, self.close = hub.sources, hub.settle, hub.close
+        self.flush = hub.flush
 
     def receive(self, readable: Sequence[Source]) -> list[Received]:
         heard = self._hub.receive(readable)

@@ -19,7 +19,7 @@ class Bench:
         self.motor, self.joint = 0, joint
         joint_encoder = None if joint is None else lambda: self.joint
         facts = PuckFacts(node, version, 12, 4096, 2700)
-        self.puck = PuckDrive(facts, lambda: (self.motor, 0), joint_encoder)
+        self.puck = PuckDrive(facts, lambda: self.motor, joint_encoder)
         self.now_ns = 0
 
     def tell(self, can_id, data):

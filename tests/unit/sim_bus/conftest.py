@@ -67,7 +67,9 @@ class Bench:
         self.encoder = (0, 0)
         self.frames: list[Frame] = []
         settings = DriveSettings(self.node, 1490, 77)
-        self.drive = CanopenDrive(description, settings, lambda: self.encoder)
+        self.drive = CanopenDrive(
+            description, settings, lambda: self.encoder[0], lambda: self.encoder[1]
+        )
         self.frames += self.drive.boot(0)
 
     def send(self, can_id: int, data: bytes = b"") -> list[Frame]:

@@ -174,7 +174,7 @@ def test_the_default_transmit_pdos_answer_every_sync(bench):
 
 def test_a_drive_on_can_fd_takes_longer_pdos_and_fills_its_own_up(description):
     settings = DriveSettings(3, 1490, 77, fd=True)
-    drive = CanopenDrive(description, settings, lambda: (7, 8))
+    drive = CanopenDrive(description, settings, lambda: 7, lambda: 8)
 
     def send(can_id, data):
         return drive.receive(0, Frame(can_id, data, True))

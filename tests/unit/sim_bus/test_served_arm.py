@@ -167,6 +167,9 @@ class LoneHub:
     def deliver(self, frames, sender):
         self.frames += frames
 
+    def flush(self):
+        pass
+
 
 def test_a_simulation_that_was_stopped_does_not_rush_after_the_clock():
     simulation = load_simulation("wam7.yaml", 0)
@@ -208,9 +211,11 @@ def test_in_lockstep_no_time_passes_until_the_arm_has_answered(tmp_path, lockste
 
         def answer():
             hub.deliver([Frame(0x181)], None)
+            hub.flush()
             time.sleep(0.2)
             hub.deliver([Frame(0x182)], None)
             hub.settle(sync.sender)
+            hub.flush()
 
         thread = threading.Timer(0.2, answer)
         thread.start()

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sim_bus.time_step import Passive, step
+from sim_bus.time_step import step
 
 H = 2.5e-4
 N = 7
@@ -27,8 +27,8 @@ def test_the_step_obeys_motion_and_friction(seed, k):
     friction = np.array([-coulomb, coulomb, random.uniform(-2, 2, N + k)])
     stops = np.array([np.full(N, -99.0), np.full(N, 99.0), np.zeros(N), np.zeros(N)])
 
-    passive = Passive(np.array([np.zeros((N, N)), viscous]), stops, slides)
-    step(mass, bias, motion, torque, passive, friction, H)
+    linear = np.array([np.zeros((N, N)), viscous])
+    step(mass, torque - bias, motion, linear, stops, slides, friction, H)
 
     after, f = motion[1], friction[2]
     all_slides = np.vstack([np.eye(N), slides])
