@@ -1,6 +1,7 @@
 """How an experiment ends when something goes wrong: every fault in every phase.
 
-Usage: scripts/benchmarks/fault_matrix.py [SEEDS [FAULT...]], from the root, with .venv's Python.
+Usage: scripts/benchmarks/fault_matrix.py PROTOCOL [SEEDS [FAULT...]], from the root, with .venv's
+Python; PROTOCOL is canopen or puck.
 For each fault, phase and seed a short experiment runs in lockstep on the embedded bus, with the
 fault at a random drive and moment of that phase. Prints a table: how many of the seeds ended in a
 defined stop (exit code 4 or 5 with its sentence, no torque and drives disabled, a log with every
@@ -22,7 +23,6 @@ import yaml
 
 from sim_bus.assembly import Simulation
 from sim_bus.faults.assembly import load_faulty_simulation
-from sim_bus.frame import Frame
 from sim_bus.hub import SocketHub
 from sim_bus.server import Arm, Lockstep, serve
 from wamctl.arm.config import find_file
@@ -39,10 +39,8 @@ PHASES = ("enable", "move", "excite", "return")
 POSE = np.array([0.0, -1.0, 0.0, 2.5, 0.0, 0.0, 0.0])
 SPEED = (0.6, -0.6, 0.8, -0.8, 1.6, -0.7, 1.8)
 MANY = 100_000
-FAULTS: dict[str, dict[str, object]] = {
-    "drive_fault": {"code": 0x2310},
-    "emergency": {"code": 0x4210},
-    "under_voltage": {},
+Fault = dict[str, object]
+EITHER: dict[str, Fault] = {
     "silent_drive": {},
     "dead_drive": {},
     "bus_off": {"node": "host"},
@@ -53,28 +51,65 @@ FAULTS: dict[str, dict[str, object]] = {
     "late_frames": {"number": MANY, "late_ms": 3.0},
     "doubled_frames": {"number": MANY},
     "reordered_frames": {"number": MANY},
-    "corrupted_frames": {"number": MANY, "length": 3},
+}
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """What differs between the two kinds of drives.
+
+    Attributes:
+        config: the shipped arm.
+        position_id: identifier of the first node's position, and its step from node to node.
+        faults: by the words of the table, what the fault file says of them.
+    """
+
+    config: str
+    position_id: tuple[int, int]
+    faults: dict[str, Fault]
+
+
+PROTOCOLS = {
+    "canopen": Protocol(
+        "wam7.yaml",
+        (0x181, 1),
+        {
+            "drive_fault": {"code": 0x2310},
+            "emergency": {"code": 0x4210},
+            "under_voltage": {},
+            **EITHER,
+            "corrupted_frames": {"number": MANY, "length": 3},
+        },
+    ),
+    "puck": Protocol(
+        "wam7-classic.yaml",
+        (0x423, 0x20),
+        {
+            "pendant idle": {"button": "idle"},
+            "pendant estop": {"button": "estop"},
+            "safety_fault torque": {"light": "torque"},
+            "safety_fault velocity": {"light": "velocity"},
+            "lost_zero": {},
+            **EITHER,
+            "corrupted_frames": {"number": MANY, "length": 2},
+        },
+    ),
 }
 
 
 class Witness:
-    """An arm that remembers when its drives gave torque, and when cycles began [ns]."""
+    """An arm that remembers when its drives gave torque [ns]."""
 
     def __init__(self, arm: Arm, simulation: Simulation) -> None:
         self.last_torque_ns = 0
-        self.syncs = 0
         self._arm, self.drives = arm, simulation.arm.motors
-        self.boot, self.tick, self.overhear = arm.boot, arm.tick, arm.overhear
+        self.boot, self.tick = arm.boot, arm.tick
+        self.receive, self.overhear = arm.receive, arm.overhear
 
     @property
     def next_ns(self) -> int:
         """When `tick` is due."""
         return self._arm.next_ns
-
-    def receive(self, time_ns: int, frame: Frame) -> list[Frame]:
-        """Pass a frame on."""
-        self.syncs += frame.can_id == 0x080
-        return self._arm.receive(time_ns, frame)
 
     def run_physics(self, time_ns: int) -> None:
         """Pass time on."""
@@ -100,11 +135,12 @@ class Ending:
     sentence: str
 
 
-def configuration(folder: Path) -> Path:
-    """The shipped arm with an experiment of three seconds."""
-    content = yaml.safe_load(find_file("wam7.yaml").read_text())
+def configuration(folder: Path, shipped: str) -> Path:
+    """A shipped arm with an experiment of three seconds."""
+    content = yaml.safe_load(find_file(shipped).read_text())
     content["robot"]["urdf"] = str(find_file("wam7.urdf"))
-    content["drives"]["dictionary"] = str(find_file("puck4.eds"))
+    if "dictionary" in content["drives"]:
+        content["drives"]["dictionary"] = str(find_file(content["drives"]["dictionary"]))
     content["excitation"] |= {"trajectory": "short.yaml", "ramp_s": 0.5}
     joints, speed = tuple(content["robot"]["joints"]), np.array(SPEED)[:, None]
     series = FourierSeries(joints, np.pi, speed, 0 * speed, POSE + 0.05)
@@ -146,7 +182,7 @@ def serving(arm: Arm, simulation: Simulation, path: Path) -> Iterator[None]:
             hub.close()
 
 
-def run(config: Path, fault: dict[str, object], seed: int, folder: Path) -> Ending:
+def run(config: Path, fault: Fault, seed: int, folder: Path) -> Ending:
     """One experiment with one fault."""
     script, log, socket = folder / "faults.yaml", folder / "log.mcap", folder / "bus"
     script.write_text(yaml.safe_dump({"faults": [fault]}))
@@ -170,34 +206,40 @@ def run(config: Path, fault: dict[str, object], seed: int, folder: Path) -> Endi
     return Ending(error.exit_code, bool(said) and off and whole, torque_s, str(error))
 
 
-def drawn(name: str, phase: tuple[str, int, int], random: np.random.Generator) -> dict[str, object]:
+def drawn(
+    protocol: Protocol, name: str, phase: tuple[str, int, int], random: np.random.Generator
+) -> Fault:
     """A fault at a random drive and moment of a phase."""
     after, first, last = phase
     node = int(random.integers(1, 8))
-    place: dict[str, object] = {"node": node}
-    if name.endswith("_frames"):
-        place = {"id": 0x180 + node}
+    kind = name.split()[0]
+    place: Fault = {"node": node}
+    if kind.endswith("_frames"):
+        place = {"id": protocol.position_id[0] + (node - 1) * protocol.position_id[1]}
+    elif kind in ("pendant", "safety_fault", "lost_zero"):
+        place = {}
     when = {"after": after, "cycles": int(random.integers(first, last + 1))}
-    return {"fault": name, **place, **FAULTS[name], **when}
+    return {"fault": kind, **place, **protocol.faults[name], **when}
 
 
 def main() -> None:
     """The table."""
-    seeds = int(sys.argv[1]) if len(sys.argv) > 1 else 20
-    names = sys.argv[2:] or list(FAULTS)
+    protocol = PROTOCOLS[sys.argv[1]]
+    seeds = int(sys.argv[2]) if len(sys.argv) > 2 else 20
+    names = sys.argv[3:] or list(protocol.faults)
     print("| fault | " + " | ".join(PHASES) + " | longest to the last torque |")
     print("| --- " * (len(PHASES) + 2) + "|")
     with tempfile.TemporaryDirectory() as box:
-        config = configuration(Path(box))
+        config = configuration(Path(box), protocol.config)
         phases = windows(prepare(config))
         for name in names:
             cells, longest = [], 0.0
             for phase in PHASES:
                 endings = []
                 for seed in range(seeds):
-                    random = np.random.default_rng([seed, list(FAULTS).index(name)])
+                    random = np.random.default_rng([seed, list(protocol.faults).index(name)])
                     with tempfile.TemporaryDirectory() as folder:
-                        fault = drawn(name, phases[phase], random)
+                        fault = drawn(protocol, name, phases[phase], random)
                         endings.append(run(config, fault, seed, Path(folder)))
                     if not endings[-1].defined:
                         print(f"{name} {phase} {seed}: {endings[-1].sentence}", file=sys.stderr)

@@ -161,17 +161,26 @@ class Muffled:
 
 
 class Witness:
-    """An arm that remembers when its motors gave torque.
+    """An arm that remembers its bus, and when its motors gave torque.
 
     Attributes:
         seen: time [ns], whether any motor was driven, largest torque [Puck units].
+        frames: all frames on its bus.
     """
 
     def __init__(self, arm: Arm, pucks: Sequence[PuckDrive]) -> None:
         self.seen: list[tuple[int, bool, int]] = []
+        self.frames: list[Frame] = []
         self._arm, self._pucks = arm, pucks
-        self.boot, self.receive, self.overhear = arm.boot, arm.receive, arm.overhear
-        self.tick = arm.tick
+        self.boot, self.tick = arm.boot, arm.tick
+
+    def receive(self, time_ns: int, frame: Frame) -> list[Frame]:
+        self.frames.append(frame)
+        return self._arm.receive(time_ns, frame)
+
+    def overhear(self, time_ns: int, frame: Frame) -> list[Frame]:
+        self.frames.append(frame)
+        return self._arm.overhear(time_ns, frame)
 
     @property
     def next_ns(self) -> int:
@@ -256,13 +265,14 @@ class Outcome:
     Attributes:
         stop: why it ended early; None if it did not.
         began_ns: when the fault began.
-        seen: see `Witness`.
+        seen, frames: see `Witness`.
         recording: the log.
     """
 
     stop: StopError | None
     began_ns: int
     seen: list[tuple[int, bool, int]]
+    frames: list[Frame]
     recording: Recording
 
     def quiet_after_s(self) -> float:
@@ -296,7 +306,7 @@ def run_experiment(folder: Path, word: str, *happens: dict[str, object]) -> Outc
             stop = error
         let_time_pass(witness)
     began = float(said[0].split(" begins at ")[1].split(" s")[0]) if said else 0.0
-    return Outcome(stop, round(began * 1e9), witness.seen, read_recording(log))
+    return Outcome(stop, round(began * 1e9), witness.seen, witness.frames, read_recording(log))
 
 
 def let_time_pass(witness: Witness) -> None:
