@@ -21,8 +21,11 @@ from wamctl.arm.recording import Recording
 
 Array = NDArray[np.floating]
 
-_JITTER = 0.02
-"""Stamps that stray less than this part of a period count as uniform."""
+_EARLY = 0.02
+"""A span's last sample may come this part of a period early and still be counted."""
+
+_EXACT = 1e-6
+"""Stamps that stray less than this part of a period are on the grid."""
 
 _HELD = 0.05
 """A joint that spans less than this [rad or m] is held, and its place is not known any better."""
@@ -194,7 +197,7 @@ def dataset_of(
 def in_memory(data: Dataset, rate_hz: float, segments: Sequence[Segment]) -> Dataset:
     """The same recording with other samples."""
     spans = tuple(Span(s.start_s, len(s.q), s.used or (0, len(s.q))) for s in segments)
-    return replace(data, rate_hz=rate_hz, spans=spans, read=lambda: enumerate(segments))
+    return replace(data, rate_hz=rate_hz, spans=spans, read=partial(enumerate, tuple(segments)))
 
 
 def _place(middle: Array) -> Array:
@@ -212,7 +215,7 @@ def _columns(found: Survey, joint_names: Sequence[str]) -> list[int]:
 
 
 def _span(start_s: float, stop_s: float, period: float) -> Span:
-    length = int(np.floor((stop_s - start_s) / period + _JITTER)) + 1
+    length = int(np.floor((stop_s - start_s) / period + _EARLY)) + 1
     return Span(start_s, length, (0, length))
 
 
@@ -266,7 +269,7 @@ class _Grid:
         grid = self._span.start_s + period * np.arange(self._done, end)
         first = int(np.searchsorted(t, grid[0] - period / 2)) if len(grid) else 0
         found = waiting.part(slice(first, first + len(grid)))
-        if len(found.t) < len(grid) or (np.abs(found.t - grid) > _JITTER * period).any():
+        if len(found.t) < len(grid) or (np.abs(found.t - grid) > _EXACT * period).any():
             found = waiting.at(grid)
         following = self._span.start_s + period * end
         kept = max(int(np.searchsorted(t, following, side="right")) - 3, 0)

@@ -24,9 +24,13 @@ class TooShortError(DataError):
         self.log = log
         self.seconds = seconds
         self.needed = needed
-        super().__init__(
-            f"{log} is {seconds:.3g} s long, and a filter of {cutoff_hz:g} Hz needs {needed:.3g} s:"
-            " record for longer, or raise --cutoff."
+        self.cutoff_hz = cutoff_hz
+        super().__init__(log, seconds, needed, cutoff_hz)
+
+    def __str__(self) -> str:
+        return (
+            f"{self.log} is {self.seconds:.3g} s long, and a filter of {self.cutoff_hz:g} Hz needs"
+            f" {self.needed:.3g} s: record for longer, or raise --cutoff."
         )
 
 
@@ -36,6 +40,10 @@ class ArmsDifferError(DataError):
     def __init__(self, first: str, other: str) -> None:
         self.first = first
         self.other = other
-        super().__init__(
-            f"{first} and {other} carry different robot.urdf files: name one arm with --robot."
+        super().__init__(first, other)
+
+    def __str__(self) -> str:
+        return (
+            f"{self.first} and {self.other} carry different robot.urdf files:"
+            " name one arm with --robot."
         )

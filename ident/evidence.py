@@ -1,8 +1,11 @@
 """All recordings of one identification, reduced, with the base parameters that they share."""
 
+import os
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
+from multiprocessing import get_context
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +26,9 @@ Array = NDArray[np.floating]
 
 FOLDS = 3
 """Every third pair of stretches is held out in turn."""
+
+_WORTH_PROCESSES = 200_000
+"""With fewer samples in all, starting processes takes longer than they save."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +131,7 @@ def gather(data: Sequence[Dataset], arm: Arm) -> Evidence:
     base = base_map(arm.robot, arm.terms, [posture(d) for d in data])
     if not base.kept:
         raise DataError(f"{data[0].name}: no parameter of the model has an effect on this motion.")
-    logs = tuple(_log(d, arm, base) for d in data)
+    logs = _logs(data, arm, base)
     prior = prior_parameters(arm.robot, base)
     sizes = link_sizes(prior, base.parameters)
     constraints = feasible_set(base.parameters, sizes, arm.settings.feasible_set)
@@ -139,6 +145,16 @@ def posture(data: Dataset) -> Posture:
     What columns depend on each other does not change with the range that a joint moves in.
     """
     return Posture(data.place, np.where(data.moving, np.pi, 0.0))
+
+
+def _logs(data: Sequence[Dataset], arm: Arm, base: BaseMap) -> tuple[Log, ...]:
+    """All recordings reduced, in several processes where that pays."""
+    one = partial(_log, arm=arm, base=base)
+    workers = min(len(data), os.cpu_count() or 1)
+    if workers == 1 or sum(d.samples for d in data) < _WORTH_PROCESSES:
+        return tuple(map(one, data))
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        return tuple(pool.map(one, data))
 
 
 def _log(data: Dataset, arm: Arm, base: BaseMap) -> Log:

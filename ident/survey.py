@@ -16,6 +16,7 @@ Array = NDArray[np.floating]
 GAP_PERIODS = 10
 """A hole of more periods than this is never bridged."""
 
+_MOST_HOLES = 1000
 _MOST_STEPS = 100_000
 """The period is the median of so many steps between stamps at most, evenly thinned."""
 
@@ -113,7 +114,7 @@ class _Stamps:
         self._name = name
         self._steps = np.empty(0, dtype=np.int64)
         self._stride = 1
-        self._large: list[Stamps] = []
+        self._longest = np.empty((0, 2), dtype=np.int64)
         self._last = self._count = 0
         self.first = self.repeated = 0
 
@@ -138,8 +139,7 @@ class _Stamps:
         self.repeated += int((steps == 0).sum())
         self._count += len(steps)
         self._last = int(stamp_ns[-1])
-        large = steps > GAP_PERIODS / 2 * np.median(steps)
-        self._large.append(np.column_stack([ends[:-1], ends[1:]])[large])
+        self._longest = _longest(np.concatenate([self._longest, _pairs(ends)]))
         self._steps = np.concatenate([self._steps, steps[steps > 0][:: self._stride]])
         while len(self._steps) > _MOST_STEPS:
             self._steps, self._stride = self._steps[::2], 2 * self._stride
@@ -158,11 +158,30 @@ class _Stamps:
         return float(np.median(self._steps))
 
     def spans_s(self) -> tuple[tuple[float, float], ...]:
-        """The unbroken stretches [s]."""
-        ends = np.concatenate(self._large)
+        """The unbroken stretches [s].
+
+        Raises:
+            DataError: more holes than are remembered.
+        """
+        ends = self._longest
         holes = ends[ends[:, 1] - ends[:, 0] > GAP_PERIODS * self.period_ns]
+        if len(holes) == _MOST_HOLES:
+            raise DataError(f"{self._name} has {_MOST_HOLES} holes or more; repair the recording.")
         starts, stops = [self.first, *holes[:, 1]], [*holes[:, 0], self._last]
         return tuple(
             ((int(a) - self.first) * 1e-9, (int(b) - self.first) * 1e-9)
             for a, b in zip(starts, stops, strict=True)
         )
+
+
+def _pairs(stamps: Stamps) -> Stamps:
+    """Each stamp with the next, shape (S - 1, 2)."""
+    return np.column_stack([stamps[:-1], stamps[1:]])
+
+
+def _longest(pairs: Stamps) -> Stamps:
+    """Those of the longest steps, in order of time."""
+    if len(pairs) <= _MOST_HOLES:
+        return pairs
+    kept = np.argpartition(pairs[:, 0] - pairs[:, 1], _MOST_HOLES)[:_MOST_HOLES]
+    return pairs[np.sort(kept)]

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from synthetic_arm import motion, recording
 
+import ident.evidence
 from ident.culling import automatic, sweep
 from ident.dataset import dataset
 from ident.delay import delay
+from ident.errors import TooShortError
 from ident.estimators import ESTIMATORS, wanted_estimators
 from ident.evidence import Evidence, gather, held_out, noise
 from ident.held_out import check_held_out
@@ -198,3 +200,19 @@ def test_what_cannot_be_told_is_named(evidence):
     assert {"m1", "L1xx", "m2"} <= set(limits.without_effect)
     assert "fv1" not in limits.only_combined
     assert "m7" in limits.only_combined
+
+
+def test_recordings_reduce_alike_in_several_processes(wam, noisy, monkeypatch):
+    data = [dataset(noisy, wam.arm.robot.joint_names, name) for name in ("first", "second")]
+    alone = gather(data, wam.arm)
+    monkeypatch.setattr(ident.evidence, "_WORTH_PROCESSES", 0)
+    together = gather(data, wam.arm)
+    assert [log.data.name for log in together.logs] == ["first", "second"]
+    np.testing.assert_array_equal(together.triangles, alone.triangles)
+    short = replace(
+        noisy, stamp_ns=noisy.stamp_ns[:400], q=noisy.q[:400], effort=noisy.effort[:400]
+    )
+    with pytest.raises(
+        TooShortError, match=r"^short is 1\.6 s long, and a filter of 2\.5 Hz needs"
+    ):
+        gather([data[0], dataset(short, wam.arm.robot.joint_names, "short")], wam.arm)
