@@ -14,6 +14,8 @@ STEADY_CYCLES = 20
 """One question in so many cycles while nothing changes: 25 a second at 500 Hz."""
 WALKING_CYCLES = 2
 """The same while the arm changes its mode."""
+ZERO_TURNS = 4
+"""One in so many questions on the way to torque is for ZERO, so that no torque comes without it."""
 REASON_CYCLES = 5
 """So long an answer about the pendant is awaited when the module has left ACTIVE."""
 SILENT_CYCLES = 100
@@ -194,7 +196,9 @@ class Supervision:
                 self._fail("safety module fell back to IDLE, and does not say why")
 
     def _walking(self) -> Question:
-        """The module until it has arrived, then all Pucks at once."""
+        """The module until it has arrived, then all Pucks at once; in between its zero."""
+        if self._wants_torque and self._turn % ZERO_TURNS == 0:
+            return self._zero
         target = SafetyMode.ACTIVE if self._wants_torque else SafetyMode.IDLE
         return self._mode if self.safety_mode != target else self._mode_of_all
 

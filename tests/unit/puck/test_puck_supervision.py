@@ -50,11 +50,16 @@ def questions(watch, cycles, first=1):
 
 def test_on_the_way_up_the_module_is_asked_until_it_is_active_then_all_pucks(watch):
     watch.go(wants_torque=True)
-    assert set(questions(watch, 4)) == {ASK_MODULE}
+    assert questions(watch, 8) == [ASK_MODULE] * 3 + [ASK_ZERO]
     say(watch, 10, "MODE", SafetyMode.IDLE)
-    assert set(questions(watch, 4)) == {ASK_MODULE}
+    assert questions(watch, 8) == [ASK_MODULE] * 3 + [ASK_ZERO]
     say(watch, 10, "MODE", SafetyMode.ACTIVE)
-    assert set(questions(watch, 4)) == {ASK_ALL}
+    assert questions(watch, 8) == [ASK_ALL] * 3 + [ASK_ZERO]
+
+
+def test_on_the_way_down_nobody_asks_for_the_zero(watch):
+    watch.go(wants_torque=False)
+    assert questions(watch, 16) == [ASK_MODULE] * 8
 
 
 def test_every_other_question_of_a_steady_arm_is_for_the_modules_mode(watch):
