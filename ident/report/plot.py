@@ -120,8 +120,13 @@ def legend(x: float, y: float, entries: list[tuple[str, Sign]]) -> list[str]:
         else:
             marks.append(marker(x + 11, y - 4, sign))
         marks.append(word(x + 28, y, text))
-        x += 50 + text_width(text)
+        x += legend_width([(text, sign)])
     return marks
+
+
+def legend_width(entries: list[tuple[str, Sign]]) -> float:
+    """How much room a legend takes [px]."""
+    return sum(50 + text_width(text) for text, _ in entries)
 
 
 def thinned(t: Array, y: Array, buckets: int = BUCKETS) -> tuple[Array, Array]:

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.report.axis import Axis, linear_axis, logarithmic_axis
-from ident.report.plot import legend, line, marker, text_width, word
-from ident.report.style import AFTER, BEFORE, BLUE, FLOOR, GREY, RULE, WIDE, Sign
+from ident.report.plot import legend, legend_width, line, marker, text_width, word
+from ident.report.style import AFTER, BEFORE, BLUE, FLOOR, GREY, HALF, RULE, WIDE, Sign
 from ident.report.svg import Drawing, element
 from ident.report.words import number
 
@@ -17,6 +17,7 @@ Array = NDArray[np.floating]
 _ROW = 30.0
 _TOP = 34.0
 _LEAST_NAMES = 150.0
+_LEAST_NAMES_OF_HALF = 80.0
 _GRID = Sign(RULE, "line", 1)
 
 
@@ -46,13 +47,17 @@ class Dots:
 def dots(content: Dots) -> Drawing:
     """One row per joint, one marker per kind."""
     numbers = {k: np.array(v, dtype=float) for k, v in content.values.items()}
-    place = (_names(content.rows), WIDE - 20.0)
+    entries = [(content.words[k], content.signs[k]) for k in numbers]
+    width, start = HALF, _names(content.rows, _LEAST_NAMES_OF_HALF)
+    if start + legend_width(entries) > width:
+        width, start = WIDE, _names(content.rows)
+    place = (start, width - 20.0)
     x = (
         logarithmic_axis(content.quantity, list(numbers.values()), place)
         if content.logarithmic
         else linear_axis(content.quantity, list(numbers.values()), place, zero=True)
     )
-    marks = legend(x.start, 16, [(content.words[k], content.signs[k]) for k in numbers])
+    marks = legend(x.start, 16, entries)
     marks += _rows(content.rows, x)
     for i in range(len(content.rows)):
         found = [(k, v[i]) for k, v in numbers.items() if np.isfinite(v[i]) and v[i] >= x.low]
@@ -62,7 +67,7 @@ def dots(content: Dots) -> Drawing:
         + ", ".join(f"{content.words[k]} {number(float(v[i]))}" for k, v in numbers.items())
         for i, row in enumerate(content.rows)
     )
-    return _drawing(content.title, content.quantity, said, len(content.rows), marks)
+    return _drawing(content.title, content.quantity, said, len(content.rows), marks, width)
 
 
 def dumbbell(title: str, quantity: str, rows: Sequence[str], pairs: Array, floor: Array) -> Drawing:
@@ -108,9 +113,9 @@ def bars(title: str, quantity: str, rows: Sequence[str], values: Sequence[float]
     return _drawing(title, quantity, said, len(rows), marks)
 
 
-def _names(rows: Sequence[str]) -> float:
+def _names(rows: Sequence[str], least: float = _LEAST_NAMES) -> float:
     """Where the plot begins, to the right of the rows' names [px]."""
-    return max(_LEAST_NAMES, 20.0 + max(map(text_width, rows), default=0.0))
+    return max(least, 20.0 + max(map(text_width, rows), default=0.0))
 
 
 def _middle(row: int) -> float:
@@ -132,6 +137,8 @@ def _rows(rows: Sequence[str], x: Axis) -> list[str]:
     return marks
 
 
-def _drawing(title: str, quantity: str, said: str, rows: int, marks: Sequence[str]) -> Drawing:
+def _drawing(
+    title: str, quantity: str, said: str, rows: int, marks: Sequence[str], width: float = WIDE
+) -> Drawing:
     height = _TOP + _ROW * rows + 44
-    return Drawing(WIDE, height, title, f"{quantity}. {said}.", tuple(marks))
+    return Drawing(width, height, title, f"{quantity}. {said}.", tuple(marks))
