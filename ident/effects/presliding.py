@@ -46,11 +46,7 @@ class Presliding:
     exact = False
     smooth = False
     uses = ()
-    settings = (
-        Setting(
-            "distance", "rad", (0.0004, 0.0008, 0.0016, 0.003, 0.006, 0.012, 0.025), 2e-4, 0.06
-        ),
-    )
+    settings = (Setting("distance", "rad", (0.0016, 0.003, 0.006, 0.012, 0.025), 1e-3, 0.06),)
 
     def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
         """One for each joint, distance and form."""

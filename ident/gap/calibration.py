@@ -108,7 +108,7 @@ def _run(
     table = tabulate(simulated, now.model, now.accepted)
     burst = find_burst(simulated, table, now.fit, now.fit.choice)
     gains["contact"] = 0.0 if burst is None else burst.gain
-    left = leftovers(simulated, now.model, table, now.fit, SEARCHED)
+    left = leftovers(simulated, now.model, table, now.fit)
     return gains, max((x.gain for x in left), default=0.0)
 
 

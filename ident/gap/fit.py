@@ -7,6 +7,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from ident.gap.grams import Grams
+from ident.gap.region import Region
 
 Array = NDArray[np.floating]
 
@@ -126,6 +127,13 @@ def mean_log_ratio(before: Array, after: Array, counts: NDArray[np.int64]) -> Ar
     """Mean over each joint's rows of log(before / after), shape (n,); all of shape (n, regions)."""
     ratio = (np.log(before / after) * counts).sum(axis=1)
     return ratio / np.maximum(counts.sum(axis=1), 1)
+
+
+def mean_squares(model: Fit) -> Array:
+    """Mean squared residual of each joint where it slides [N^2 m^2], shape (n,)."""
+    kept = np.arange(model.sigma.shape[1]) != Region.TURNING
+    counts = model.counts[:, kept]
+    return (model.sigma[:, kept] ** 2 * counts).sum(axis=1) / np.maximum(counts.sum(axis=1), 1)
 
 
 def places(grams: Grams, choice: Choice) -> list[Places]:

@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.gap.fit import Fit, places, solve
+from ident.gap.fit import Fit, Places, places, solve
 from ident.gap.generic import GROUPS, group_columns
 from ident.gap.region import Region
 from ident.gap.residual import Residual, memory_of, residuals
-from ident.gap.search import Present
+from ident.gap.search import HELD_OUT, SEARCHED, Present
 from ident.gap.table import APART, Nominal, PresentModel, Table, body_step, observed, tabulate
 
 Array = NDArray[np.floating]
@@ -28,7 +28,7 @@ class Leftover:
     Attributes:
         joint: from 0.
         group: what it depends on, in words.
-        gain: nats per sample, less what chance would give.
+        gain: nats per sample, less what chance would give, and on held-out data, whichever is less.
         share: part of the squared residual that it explains.
         detail: which wave of a periodic group.
     """
@@ -40,24 +40,23 @@ class Leftover:
     detail: int = 0
 
 
-def leftovers(
-    rows: Nominal, model: PresentModel, table: Table, now: Fit, folds: tuple[int, ...]
-) -> list[Leftover]:
+def leftovers(rows: Nominal, model: PresentModel, table: Table, now: Fit) -> list[Leftover]:
     """Structure of all joints and groups, the strongest first.
+
+    It is searched where effects are, and counts as far as it holds on what no search has seen.
 
     Args:
         rows: the recordings.
         model: what the columns are formed with.
         table: with the accepted effects' columns.
         now: the present fit.
-        folds: the data to use.
     """
     left = residuals(table, now)
-    used = np.isin(table.fold, folds)
     found = []
     for j, groups in _groups(rows, model):
-        sliding = used & (table.region[:, j] != Region.TURNING)
-        found += _joint(table, now, j, groups, sliding, left[j].values)
+        sliding = table.region[:, j] != Region.TURNING
+        here = [sliding & np.isin(table.fold, SEARCHED), sliding & (table.fold == HELD_OUT)]
+        found += _joint(table, now, j, groups, here, left[j].values)
     return sorted(found, key=lambda x: -x.gain)
 
 
@@ -97,43 +96,81 @@ def _groups(rows: Nominal, model: PresentModel) -> Iterator[tuple[int, list[Arra
         )
 
 
+@dataclass(frozen=True)
+class _Rows:
+    """Residuals and model columns of some rows of a joint, in units of their noise."""
+
+    chosen: NDArray[np.bool_]
+    sigma: Array
+    nominal: Array
+    error: Array
+
+    def scaled(self, columns: Array) -> Array:
+        """Other columns in the same rows and units."""
+        return columns[self.chosen] / self.sigma[:, None]
+
+
 def _joint(
     table: Table,
     now: Fit,
     joint: int,
     groups: list[Array],
-    rows: NDArray[np.bool_],
+    rows: list[NDArray[np.bool_]],
     residual: Array,
 ) -> list[Leftover]:
+    """Structure of one joint; `rows` are those to search, and those to test it on."""
     pl = places(table.grams, now.choice)[joint]
-    sigma = now.sigma[joint][table.region[rows, joint]]
-    nominal = pl.of(table.columns[joint][rows]) / sigma[:, None]
-    e = residual[rows] / sigma
+    searched, unseen = (_rows(table, now, joint, pl, chosen, residual) for chosen in rows)
+    e = searched.error
     square = float(e @ e)
     tried = []
     for group, columns in zip(GROUPS, groups, strict=True):
         if columns.shape[1] == 0:
             continue
-        scaled = columns[rows] / sigma[:, None]
+        scaled = searched.scaled(columns)
         across = np.zeros((len(now.normal), scaled.shape[1]))
-        across[pl.unknown] = nominal.T @ scaled
+        across[pl.unknown] = searched.nominal.T @ scaled
         projected = solve(now.normal, across)
         products = scaled.T @ scaled - across.T @ projected
         fitted = _fitted(products, scaled.T @ e, scaled, group.single)
-        rest = e - (scaled - nominal @ projected[pl.unknown]) @ fitted.values
-        tried.append((group, fitted, rest, scaled.shape[1]))
+        explained = (scaled - searched.nominal @ projected[pl.unknown]) @ fitted.values
+        there = unseen.scaled(columns) - unseen.nominal @ projected[pl.unknown]
+        tried.append((group, fitted, e - explained, unseen.error - there @ fitted.values))
     if not tried:
         return []
     least = min((rest for _, _, rest, _ in tried), key=lambda r: float(r @ r))
-    effective = len(e) / memory_of(least, table.stretch[rows])
+    effective = len(e) / memory_of(least, table.stretch[searched.chosen])
     found = []
-    for group, fitted, rest, size in tried:
+    for group, fitted, rest, beyond in tried:
         share = float(np.clip((square - float(rest @ rest)) / max(square, len(e)), 0.0, 1 - 1e-9))
+        size = len(fitted.values)
         many = np.log(size / 2) + 1 if group.single else size / 2
         nats = -0.5 * np.log(1 - share) - many / effective
+        held = _log_ratio(unseen.error, beyond)
         name = group.name.format(j=joint + 1)
-        found.append(Leftover(joint, name, float(nats), share, fitted.place))
+        found.append(Leftover(joint, name, float(min(nats, held)), share, fitted.place))
     return found
+
+
+def _rows(
+    table: Table,
+    now: Fit,
+    joint: int,
+    pl: Places,
+    chosen: NDArray[np.bool_],
+    residual: Array,
+) -> _Rows:
+    sigma = now.sigma[joint][table.region[chosen, joint]]
+    nominal = pl.of(table.columns[joint][chosen]) / sigma[:, None]
+    return _Rows(chosen, sigma, nominal, residual[chosen] / sigma)
+
+
+def _log_ratio(before: Array, after: Array) -> float:
+    """Nats per sample by which a residual is smaller."""
+    if len(before) == 0:
+        return np.inf
+    squares = [max(float(np.mean(e**2)), 1e-12) for e in (before, after)]
+    return 0.5 * float(np.log(squares[0] / squares[1]))
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Hypothesis
-from ident.gap.fit import Fit, fit, mean_log_ratio, predicted_rms
+from ident.gap.fit import Fit, fit, mean_log_ratio, mean_squares, predicted_rms
 from ident.gap.null import Threshold
 from ident.gap.residual import memory_of, residuals
 from ident.gap.scan import Score
@@ -99,7 +99,7 @@ def _believable(
     sizes = zip(score.values, score.hypothesis.coefficients, strict=True)
     if all(abs(value) < coefficient.least for value, coefficient in sizes):
         return False
-    drop = (_square(before) - _square(score.fit))[list(seat)]
+    drop = (mean_squares(before) - mean_squares(score.fit))[list(seat)]
     for earlier in found:
         if catalogue()[earlier.hypothesis.effect].exact or earlier.hypothesis.effect == effect:
             continue
@@ -108,12 +108,6 @@ def _believable(
         ):
             return False
     return True
-
-
-def _square(model: Fit) -> Array:
-    """Mean squared residual per joint, shape (n,)."""
-    total = (model.sigma**2 * model.counts).sum(axis=1)
-    return total / np.maximum(model.counts.sum(axis=1), 1)
 
 
 def held_out_gains(table: Table, score: Score, before: Fit) -> tuple[float, ...]:
@@ -160,7 +154,7 @@ def _found(
         tuned,
         seat,
         tuned.fit.gains_over(before),
-        np.maximum(_square(before) - _square(tuned.fit), 0.0),
+        np.maximum(mean_squares(before) - mean_squares(tuned.fit), 0.0),
         held_out_gains(table, score, before),
         rivals,
         best,
@@ -229,7 +223,7 @@ def _alike(
         ):
             taken.add(score.hypothesis.joints)
             gains = score.fit.gains_over(present.fit)
-            drop = np.maximum(_square(present.fit) - _square(score.fit), 0.0)
+            drop = np.maximum(mean_squares(present.fit) - mean_squares(score.fit), 0.0)
             held = held_out_gains(table, score, present.fit)
             alike.append(Found(score, seat, gains, drop, held, (), None, np.inf))
     return alike

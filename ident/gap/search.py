@@ -18,7 +18,10 @@ from ident.gap.turning import USUAL, Mixture
 Array = NDArray[np.floating]
 
 SEARCHED = (0, 1)
-"""Folds on which effects are looked for; the last one is held out."""
+"""Folds on which effects are looked for."""
+
+HELD_OUT = 2
+"""The fold that no search has seen."""
 
 _REFINEMENTS = 3
 _EXACT_OF_REFINED = 20

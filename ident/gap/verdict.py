@@ -13,7 +13,8 @@ from ident.gap.naming import Found
 from ident.gap.null import Threshold
 
 _UNEXPLAINED = 0.2  # of a joint's gap: with more left, a name is only an analogy
-_ANALOGY = 2.0  # nats: so much structure beside an effect says that its form is another one
+_ANALOGY = 2.0  # nats: so much structure beside an effect says that its form is another one,
+_NEARLY = 0.03  # unless no more than this part of the joint's gap is left with it
 
 
 class Kind(StrEnum):
@@ -92,7 +93,10 @@ def decide(
     parts = (tuple(found), burst, tuple(left), tuple(faults))
     if faults:
         return Verdict(Kind.DATA_FAULT, *parts)
-    if any(x.unexplained > _UNEXPLAINED or x.leftover.gain > _ANALOGY for x in left):
+    if any(
+        x.unexplained > _UNEXPLAINED or (x.leftover.gain > _ANALOGY and x.unexplained > _NEARLY)
+        for x in left
+    ):
         return Verdict(Kind.UNKNOWN, *parts)
     if any(f.rivals for f in found):
         return Verdict(Kind.AMBIGUOUS, *parts)

@@ -10,12 +10,12 @@ from ident.gap.calibration import calibrated
 from ident.gap.contact import Burst, find_burst
 from ident.gap.experiment import Experiment, base_columns, facts_of
 from ident.gap.faults import faults
-from ident.gap.fit import Fit
+from ident.gap.fit import mean_squares
 from ident.gap.leftover import leftovers
 from ident.gap.naming import Found, next_effects, taken_in
 from ident.gap.null import Threshold, least_threshold
 from ident.gap.scan import Score
-from ident.gap.search import SEARCHED, Present, all_hypotheses, begin, extend
+from ident.gap.search import Present, all_hypotheses, begin, extend
 from ident.gap.stretch import stretches
 from ident.gap.table import Nominal, nominal, tabulate
 from ident.gap.trusted import known_torque
@@ -91,8 +91,8 @@ def search(source: Experiment, options: Options, tell: Tell) -> Search:
     tell("looking at what is left")
     end = way.present
     table = tabulate(way.rows, end.model, end.accepted)
-    left = leftovers(way.rows, end.model, table, end.fit, SEARCHED)
-    rest = nameless(left, way.found, _squares(end.fit), way.threshold)
+    left = leftovers(way.rows, end.model, table, end.fit)
+    rest = nameless(left, way.found, mean_squares(end.fit), way.threshold)
     verdict = decide(wrong, way.found, way.burst, rest)
     first, last = tuple(way.scores[0]), tuple(way.scores[-1])
     return Search(source, way.rows, start, end, first, last, way.threshold, verdict)
@@ -163,8 +163,3 @@ def _cut(way: _Way, best: float) -> bool:
     way.rows = replace(way.rows, apart=burst.rows)
     way.present = extend(way.rows, way.present, ())
     return True
-
-
-def _squares(model: Fit) -> Array:
-    total = (model.sigma**2 * model.counts).sum(axis=1)
-    return total / np.maximum(model.counts.sum(axis=1), 1)
