@@ -22,7 +22,7 @@ BLOCKS = 36
 """Equal stretches into which each recording is cut, for held-out checks and error bars."""
 
 
-EXCERPT = 6000
+EXCERPT = 4000
 """Most instants that an excerpt holds."""
 
 
@@ -157,6 +157,7 @@ def reduction(
         while sum(len(e.t) for e in excerpts) > EXCERPT:
             stride *= 2
             excerpts = [_thinned(e) for e in excerpts]
+        del rows  # the stream needs the room for the next ones
     excerpt = _joined(excerpts)
     size = excerpt.W.shape[-1] + 1
     R, R_raw = np.zeros((BLOCKS, n, size, size)), np.zeros((n, size, size))
