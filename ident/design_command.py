@@ -63,9 +63,10 @@ def design(
     if purpose is None:
         with Progress(chosen) as progress:
             found = design_file(config, out, chosen, start, progress.report)
+        wishes = chosen.model_dump(mode="json", exclude_none=True)
     else:
-        found = design_for(config, out, purpose)
-    written = [out, report_beside(found, config, out)]
+        found, wishes = design_for(config, out, purpose), {"for": purpose}
+    written = [out, report_beside(found, config, out, wishes)]
     if view:
         written.append(view_beside(found, config, out))
         webbrowser.open(written[-1].resolve().as_uri())

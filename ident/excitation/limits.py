@@ -45,6 +45,7 @@ def design_limits(arm: ArmFile, source: Path | str) -> LimitsSection:
     ]
     if faults:
         raise ConfigurationError(source, faults)
+    slow = wanted.speed_m_s or np.inf
     tightened = {
         "position_lower_rad": tuple(lower.tolist()),
         "position_upper_rad": tuple(upper.tolist()),
@@ -53,8 +54,8 @@ def design_limits(arm: ArmFile, source: Path | str) -> LimitsSection:
         "jerk_rad_s3": _least(limits.jerk_rad_s3, left, None),
         "motor_torque_nm": _least(limits.motor_torque_nm, left, None),
         "motor_torque_slew_nm_s": _least(limits.motor_torque_slew_nm_s, left, None),
-        "elbow_speed_m_s": limits.elbow_speed_m_s * left,
-        "tool_speed_m_s": limits.tool_speed_m_s * left,
+        "elbow_speed_m_s": min(limits.elbow_speed_m_s * left, slow),
+        "tool_speed_m_s": min(limits.tool_speed_m_s * left, slow),
         "clearance_m": limits.clearance_m / left,
     }
     return limits.model_copy(update=tightened)

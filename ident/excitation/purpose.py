@@ -76,6 +76,13 @@ def design_motion(place: Place, purpose: Purpose) -> Design:
     Raises:
         ConfigurationError: a joint that the arm does not have, or impossible limits.
     """
+    found = _motion(place, purpose)
+    shown = purpose.effect if purpose.joint is None else f"{purpose.effect}:{purpose.joint}"
+    promise = {"shows": shown} | found.trajectory.promise
+    return replace(found, trajectory=replace(found.trajectory, promise=promise))
+
+
+def _motion(place: Place, purpose: Purpose) -> Design:
     n = place.robot.dof
     if purpose.joint is not None and not 1 <= purpose.joint <= n:
         raise ConfigurationError("--for", [f"no joint {purpose.joint}; the arm has 1 to {n}"])

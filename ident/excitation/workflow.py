@@ -1,7 +1,7 @@
 """`ident design` from files to files."""
 
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from ident.arm import arm_from_file
 from ident.excitation.design import Design, Place, design
@@ -10,6 +10,7 @@ from ident.excitation.limits import design_limits
 from ident.excitation.purpose import design_motion, purpose_of
 from ident.excitation.settings import DesignSettings
 from ident.excitation.view import view_page
+from ident.provenance import provenance
 from ident.report.design_page import DesignReport, design_page
 from ident.report.page import render
 from wamctl.arm.config import find_file, load_arm_file
@@ -89,14 +90,21 @@ def save(found: Design, out: Path) -> None:
         raise DataError(f"{out} cannot be written ({error}).") from error
 
 
-def report_beside(found: Design, config: Path, out: Path) -> Path:
+def report_beside(found: Design, config: Path, out: Path, settings: dict[str, Any]) -> Path:
     """Write the report of a design beside its trajectory file, as .html.
+
+    Args:
+        found: the design.
+        config: the arm's file.
+        out: the trajectory file.
+        settings: how it was made, for the page's end.
 
     Raises:
         DataError: the file cannot be written.
     """
-    arm = load_arm_file(config).arm
-    report = DesignReport(arm, found.trajectory, found.quantities, found.t, {})
+    arm = arm_from_file(find_file(config), ())
+    content = {"provenance": provenance(arm, []) | {"settings": settings}}
+    report = DesignReport(arm.name, found.trajectory, found.quantities, found.t, content)
     return _page(out.with_suffix(".html"), render(design_page(report)))
 
 

@@ -85,6 +85,7 @@ def design_page(report: DesignReport) -> Page:
         Section("The motion", _motion(report)),
         Section("How much of each limit it uses", _shares(report)),
         Section("Motor torque", _torque(report)),
+        Section("Speed of elbow and tool", _speed(report)),
         Section("Distance between the arm's bodies", _distance(report)),
         provenance_section(report.content),
     ]
@@ -100,14 +101,21 @@ def design_page(report: DesignReport) -> Page:
 def _verdict(report: DesignReport) -> Verdict:
     promise = report.trajectory.promise
     worst = max((float(used_share(q).max()), q.name) for q in report.per_joint())
-    sentence = (
-        f"A motion that shows {promise.get('parameters', 'the')} base parameters with a condition"
-        f" number of {number(promise.get('condition_number'))}."
-    )
-    kept = worst[0] <= 100
+    if "shows" in promise:
+        sentence = f"A motion that makes one effect visible: {promise['shows']}."
+    else:
+        sentence = (
+            f"A motion that shows {promise.get('parameters', 'the')} base parameters with a"
+            f" condition number of {number(promise.get('condition_number'))}."
+        )
+    passed = [q.name for q in report.quantities if _passes(q)]
+    kept = not passed
     more = [
-        f"It {'keeps' if kept else 'passes'} every limit of the design; closest to its limit is the"
-        f" {worst[1]}, with {percent(worst[0])} of what is allowed."
+        "It keeps every limit of the design."
+        if kept
+        else f"It passes limits of the design: {', '.join(passed)}.",
+        f"Of the joints and motors, the {worst[1]} comes closest to its limit, with"
+        f" {percent(worst[0])} of what is allowed.",
     ]
     if report.distance is not None:
         least = float(report.distance.values.min())
@@ -117,12 +125,21 @@ def _verdict(report: DesignReport) -> Verdict:
     )
 
 
+def _passes(quantity: Quantity) -> bool:
+    values = quantity.values
+    return bool(((values < quantity.lower) | (values > quantity.upper)).any())
+
+
 def _figures(report: DesignReport) -> list[tuple[str, str]]:
     trajectory = report.trajectory
     series = trajectory.series
-    return [
-        (number(trajectory.promise.get("condition_number")), "condition number of W"),
+    condition = trajectory.promise.get("condition_number")
+    seen = [
+        (number(condition), "condition number of W"),
         (str(trajectory.promise.get("parameters", "–")), "base parameters"),
+    ]
+    return [
+        *(seen if condition is not None else []),
         (f"{number(series.period_s)}\u202fs", f"a period, {trajectory.periods} of which count"),
         (whole(series.harmonics), f"harmonics of {setting(series.fundamental_rad_s)}\u202frad/s"),
     ]
@@ -148,6 +165,11 @@ def _motion(report: DesignReport) -> list[Block]:
 def _torque(report: DesignReport) -> list[Block]:
     caption = "Torque that one period asks of each motor, friction included, by the CAD model."
     return [_over_time(q, report.t, caption) for q in report.per_joint("N m")]
+
+
+def _speed(report: DesignReport) -> list[Block]:
+    caption = "Speed of elbow and tool over one period."
+    return [_over_time(q, report.t, caption) for q in report.quantities if q.name == "speed"]
 
 
 def _shares(report: DesignReport) -> list[Block]:

@@ -213,7 +213,7 @@ def random_arm(arm: ArmFile, rng: np.random.Generator) -> ArmFile:
     excitation = {
         "fundamental_rad_s": 0.1 * np.pi * 10 ** rng.uniform(0.3, 1.0),
         "harmonics": int(rng.integers(1, 9)),
-        "ramp_s": 3.0 * 10 ** rng.uniform(-1, 0.3),
+        "ramp_s": 10 ** rng.uniform(-0.5, 0.5),
         "margin": rng.uniform(0.0, 0.5),
         "constraints": "all",
         **dict.fromkeys(
@@ -334,7 +334,7 @@ def run(trajectory: Path, seed: int) -> dict[str, float]:
     subprocess.run(excite, check=True, stdout=sys.stderr)
     subprocess.run(["ident", "run", str(log), "--out", str(model)], check=True, stdout=sys.stderr)
     found = json.loads((model / "run.json").read_text(encoding="utf-8"))
-    return {p["name"]: p["ols_sd"] for p in found["parameters"]}
+    return {p["name"]: p["sd"] for p in found["base_parameters"]}
 
 
 def published(positions: Path, names: tuple[str, ...]) -> FourierSeries:

@@ -286,6 +286,7 @@ class ExcitationSection(Section):
     position_upper_rad: Vector | None = None
     velocity_rad_s: PositiveVector | None = None
     acceleration_rad_s2: PositiveVector | None = None
+    speed_m_s: Positive | None = Field(default=None, description="of elbow and tool, likewise")
     margin: NonNegative = Field(
         default=0.1, lt=1, description="share of each limit of the arm that a design leaves free"
     )

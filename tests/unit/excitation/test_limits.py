@@ -6,14 +6,18 @@ import numpy as np
 import pytest
 
 from ident.excitation.constraints import constraints_of
-from ident.excitation.design import Place, accepted
+from ident.excitation.design import Place, accepted, problem_of
 from ident.excitation.fit import fit
-from ident.excitation.grid import series_of
-from ident.excitation.limits import design_limits, possible_pose
+from ident.excitation.grid import coefficients_of, grid, series_of
+from ident.excitation.limits import design_limits, faults_at, possible_pose
 from ident.excitation.problem import Problem
+from ident.excitation.settings import DesignSettings
+from wamctl.arm.collision import collision_shapes
 from wamctl.arm.config import ArmFile
 from wamctl.arm.errors import ConfigurationError
+from wamctl.arm.trajectory import FourierSeries
 from wamctl.arm.trajectory_check import check_trajectory, violations
+from wamctl.arm.transmission import transmission
 
 
 def tightened(place: Place, rng: np.random.Generator) -> Place:
@@ -72,3 +76,43 @@ def test_too_much_clearance_is_named(place: Place) -> None:
     limits = place.limits.model_copy(update={"clearance_m": 5.0})
     with pytest.raises(ConfigurationError, match=r"distance of pedestal and upper arm is "):
         possible_pose(place.arm, place.robot, limits, "arm.yaml")
+
+
+def test_elbow_and_tool_may_be_asked_to_be_slower(place: Place) -> None:
+    slow = design_limits(excitation(place.arm, speed_m_s=0.45), "arm.yaml")
+    assert (slow.elbow_speed_m_s, slow.tool_speed_m_s) == (0.45, 0.45)
+    faster = design_limits(excitation(place.arm, speed_m_s=7.0), "arm.yaml")
+    assert faster.tool_speed_m_s == place.limits.tool_speed_m_s
+
+
+def test_friction_behind_a_differential_counts_in_its_hardest_directions(place: Place) -> None:
+    """Motors 5 and 6 feel the friction of joints 5 and 6 at once, whichever way those turn."""
+    coulomb = np.array(place.arm.excitation.expected_coulomb_nm)
+    shared = float(np.abs(joint_from_motor(place)[:, 4]) @ coulomb)
+    bound = (*place.limits.motor_torque_nm[:4], 0.9 * shared, *place.limits.motor_torque_nm[5:])
+    limits = place.limits.model_copy(update={"motor_torque_nm": bound})
+    shapes = collision_shapes(place.robot)
+    still = possible_pose(place.arm, place.robot, place.limits, "arm.yaml")
+    (found,) = faults_at(place.arm, place.robot, limits, shapes, still)
+    assert found.startswith("torque of motor 5 is ")
+
+
+def joint_from_motor(place: Place) -> np.ndarray:
+    return transmission(place.arm.transmission, place.arm.arm).joint_from_motor
+
+
+def test_rates_hold_over_the_ramps_and_between_the_samples(place: Place) -> None:
+    """A short ramp and a joint's jerk close to its bound."""
+    arm = excitation(place.arm, ramp_s=0.05)
+    a, b = np.full((2, 7, 5), 0.05)
+    series = FourierSeries(
+        place.robot.joint_names, 0.1 * np.pi, a, b, np.array([0, 0, 0, 1, 0, 0, 0])
+    )
+    tight = place.limits.model_copy(update={"jerk_rad_s3": (0.02,) * 7})
+    under = replace(place, arm=arm, limits=tight)
+    columns = problem_of(under, DesignSettings()).columns
+    found = accepted(under, columns, series, 3).trajectory
+    assert check_trajectory(arm, place.robot, found) == []
+    fine = grid(0.1 * np.pi, 5, 1_000_003)
+    jerk = np.abs(fine.jerk @ coefficients_of(found.series)).max(axis=0)
+    assert (jerk <= 0.02).all()

@@ -59,7 +59,9 @@ def test_nothing_to_repeat(place: Place) -> None:
 
 
 def test_stribeck_turns_one_joint_back_slowly(place: Place) -> None:
-    _, qd = position_and_velocity(design_motion(place, purpose_of("stribeck:4")))
+    found = design_motion(place, purpose_of("stribeck:4"))
+    assert found.trajectory.promise["shows"] == "stribeck:4"
+    _, qd = position_and_velocity(found)
     assert np.count_nonzero(np.diff(np.sign(qd[:, 3]))) >= 15
     assert np.mean(np.abs(qd[:, 3]) < 0.1) > 0.3
     assert np.abs(np.delete(qd, 3, axis=1)).max() == 0.0

@@ -224,8 +224,29 @@ def test_design_page_says_how_near_the_limits_are(
     text = text_of(pages["design"])
     assert "A motion that shows 57 base parameters with a condition number of 56.8." in text
     worst = max((float(used_share(q).max()), q.name) for q in design_report.per_joint())
-    assert f"closest to its limit is the {worst[1]}, with {number(worst[0])} % of" in text
+    assert "It keeps every limit of the design." in text
+    assert f"the {worst[1]} comes closest to its limit, with {number(worst[0])} % of" in text
     assert "No two bodies come closer than 0.100 m." in text
+
+
+def test_design_page_names_the_limits_that_are_passed(design_report: DesignReport) -> None:
+    *others, distance = design_report.quantities
+    near = replace(distance, lower=np.array([0.15]))
+    page = design_page(replace(design_report, quantities=[*others, near]))
+    assert page.verdict.status == "bad"
+    assert page.verdict.more[0] == "It passes limits of the design: distance."
+
+
+def test_design_page_for_one_effect(design_report: DesignReport) -> None:
+    shown = replace(
+        design_report.trajectory, promise={"shows": "stribeck:4", "condition_number": None}
+    )
+    page = design_page(replace(design_report, trajectory=shown))
+    assert page.verdict.sentence == "A motion that makes one effect visible: stribeck:4."
+    assert [words for _, words in page.figures] == [
+        "a period, 3 of which count",
+        "harmonics of 0.314159\u202frad/s",
+    ]
 
 
 def test_names_are_escaped(pages: dict[str, str]) -> None:
