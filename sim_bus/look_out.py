@@ -6,7 +6,7 @@ import time
 from collections.abc import Sequence
 from typing import Protocol
 
-_LOOK_OUT_NS = 500_000
+_LOOK_OUT_NS = 50_000
 
 
 class Source(Protocol):
@@ -23,10 +23,10 @@ def readable(sources: Sequence[Source], timeout_s: float | None) -> list[Source]
 
 
 def soon_readable(sources: Sequence[Source], timeout_s: float | None) -> list[Source]:
-    """The same, for what is expected within a fraction of a millisecond.
+    """The same, for what may come at any moment.
 
-    Looking out for it is cheaper than to sleep and be woken up, and whoever else wants the core has
-    it. It is for lockstep: in real time it would burn the core.
+    Looking out for it for about as long as a wake-up takes is cheaper than to sleep at once. For
+    longer it would not be: on a busy machine, who burns his share of the core gets it later.
     """
     patient_until = time.monotonic_ns() + _LOOK_OUT_NS
     while time.monotonic_ns() < patient_until:
