@@ -33,7 +33,7 @@ class ThermalDrift:
     exact = False
     smooth = False
     uses = ("direction",)
-    settings = (Setting("time_constant", "s", (5.0, 10.0, 20.0, 40.0, 80.0, 300.0), 2.0, 2000.0),)
+    settings = (Setting("time_constant", "s", (10.0, 20.0, 40.0, 80.0, 300.0), 8.0, 2000.0),)
 
     def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
         """One for each joint and time constant: Coulomb or viscous friction, or both."""

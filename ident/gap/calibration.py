@@ -20,7 +20,7 @@ from ident.gap.null import (
     redrawn,
     simulated_datasets,
 )
-from ident.gap.residual import Residual
+from ident.gap.residual import Residual, residuals
 from ident.gap.scan import chance_gains
 from ident.gap.search import SEARCHED, Present, all_hypotheses, begin, examine, extend
 from ident.gap.stretch import stretches
@@ -60,8 +60,9 @@ def calibrated(
     present, larger = models
     hypotheses = all_hypotheses(present.model.facts)
     table = tabulate(rows, present.model, present.accepted, hypotheses)
+    after = tabulate(rows, larger.model, larger.accepted)
+    threshold = _with_chance(threshold, table, present, residuals(after, larger.fit))
     left = noise(rows, larger)
-    threshold = _with_chance(threshold, table, present, left)
     loop = controller_of(source), wire_of(source)
     if loop[0] is None or loop[1] is None or not can_simulate(source):
         return threshold

@@ -29,7 +29,7 @@ _DISTANCES = (0.0, 0.0, 2e-4, 5e-4)
 """Presliding distances drawn for joints without presliding [rad]: the same as sticking."""
 
 _ROOM = 2.0
-_LEAST_GAIN = 0.03
+_LEAST_GAIN = 0.04
 _LEAST_BESIDE_TRUSTED = 0.1
 _LEAST_BURST = 0.15  # a stretch of time is found among hundreds, in any residual
 

@@ -142,8 +142,8 @@ def run(seed: int, count: int, scale: float, families: list[str]) -> Run:
         "trajectory.yaml": trajectory_yaml(Trajectory(excitation.series, PERIODS, {}, {})).encode(),
     }
     logs = []
-    for truth, number in ((hidden, seed), (Hidden(), seed + 1_000_000)):
-        log = record(file, robot, body, truth, noise, motion, number)
+    for truth in (hidden, Hidden()):
+        log = record(file, robot, body, truth, noise, motion, seed)
         series = ReferenceSeries(log.stamp_ns, motion.q, motion.qd, motion.qdd)
         logs.append(replace(log, reference=series, attachments=inside))
     return Run(cases, logs[0], logs[1], bristles)
