@@ -50,6 +50,7 @@ class Cycle:
         self._rad_per_count = 2.0 * np.pi / np.array(drives.counts_per_revolution)
         self._units_per_nm = np.array(drives.torque_units_per_nm, dtype=float)
         self._has_goal = self._must_idle = False
+        self._settled = True
         self._count = 0
         self._ordered_in = -_REPEAT
 
@@ -64,6 +65,9 @@ class Cycle:
 
     def sample(self, remaining: Callable[[], float]) -> Readings:
         """Poll, then the position of every motor.
+
+        After a cycle in which frames stayed away, those may still come, before the new ones: then
+        the whole time is waited, and the last frame of each motor counts.
 
         Raises:
             BusStopError: the bus does not send or receive.
@@ -83,12 +87,14 @@ class Cycle:
                 if slot is None:
                     self._hear(frame)
                     continue
+                self.counters.late += slot not in missing
                 counts[slot] = frames.decode_position(frame.data[:3])
                 missing.discard(slot)
-                if not missing:
+                if not missing and self._settled:
                     break
         except (can.CanError, OSError) as error:
             raise self._failed(error) from error
+        self._settled = not missing
         return self._readings(counts, tuple(sorted(missing)))
 
     def send(self, tau_motor: Array) -> Array:

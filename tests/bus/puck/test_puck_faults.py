@@ -54,6 +54,12 @@ FAULTS = [
         0.01,
     ),
     (
+        {"fault": "doubled_frames", "id": 0x443, "number": 10_000},
+        BusStopError,
+        r"late or doubled positions in 8 cycles in a row \(limit 8\)",
+        0.05,
+    ),
+    (
         {"fault": "bus_off", "node": "host"},
         BusStopError,
         r"bus \S+:\S+ went bus-off",
