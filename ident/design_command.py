@@ -16,6 +16,7 @@ class Objective(StrEnum):
 
     CONDITION = "condition"
     DETERMINANT = "determinant"
+    ERRORS = "errors"
 
 
 Settings = Annotated[

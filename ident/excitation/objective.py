@@ -1,4 +1,4 @@
-"""What a design minimises: the paper's condition number, or the volume of the errors."""
+"""What a design minimises: the paper's condition number, or the parameters' standard errors."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -19,13 +19,13 @@ class Objective:
 
     Attributes:
         kind: `condition`, the ratio of the largest to the smallest singular value of W (paper,
-            V-A); or `determinant`, the D-optimal volume of the parameters' errors, which does not
-            depend on units.
+            V-A); `determinant`, the D-optimal volume of the parameters' errors; or `errors`, the
+            geometric mean of their standard errors. The last two do not depend on units.
         weights: of each column, shape (b,); a parameter of weight 2 must be seen twice as well
-            (condition), or its own error counts twice (determinant).
+            (condition), or its own error counts twice (determinant, errors).
     """
 
-    kind: Literal["condition", "determinant"]
+    kind: Literal["condition", "determinant", "errors"]
     weights: Array
 
 
@@ -56,7 +56,9 @@ def value_and_slope(objective: Objective, found: Array, power: float) -> tuple[f
             the closer, and the less smooth.
     """
     if objective.kind == "determinant":
-        return _determinant(objective.weights, found)
+        return _spread(1.0, objective.weights - 1.0, found)
+    if objective.kind == "errors":
+        return _spread(0.0, objective.weights, found)
     scale = np.outer(1.0 / objective.weights, 1.0 / objective.weights)
     value, slope = _condition(found * scale, power)
     return value, slope * scale
@@ -73,13 +75,12 @@ def _condition(found: Array, power: float) -> tuple[float, Array]:
     return float(value), (vectors * weights) @ vectors.T
 
 
-def _determinant(weights: Array, found: Array) -> tuple[float, Array]:
-    """Mean logarithm of the standard errors: the volume's, and the weighted parameters' own."""
+def _spread(volume: float, own: Array, found: Array) -> tuple[float, Array]:
+    """Mean logarithm of the standard errors: of their volume, and of the parameters' own."""
     values, vectors = np.linalg.eigh(found)
     values = np.maximum(values, _FLOOR * values[-1])
     inverse = (vectors / values) @ vectors.T
     variance = np.diag(inverse)
-    extra = weights - 1.0
-    total = 2.0 * weights.sum()
-    value = (-np.log(values).sum() + extra @ np.log(variance)) / total
-    return float(value), -(inverse + (inverse * (extra / variance)) @ inverse) / total
+    total = 2.0 * (volume * len(own) + own.sum())
+    value = (-volume * np.log(values).sum() + own @ np.log(variance)) / total
+    return float(value), -(volume * inverse + (inverse * (own / variance)) @ inverse) / total

@@ -15,8 +15,9 @@ Term = Literal["viscous", "coulomb", "offset", "rotor_inertia"]
 class DesignSettings(Section):
     """What to minimise, how, and when to stop."""
 
-    objective: Literal["condition", "determinant"] = Field(
-        default="condition", description="the paper's condition number, or the errors' volume"
+    objective: Literal["condition", "determinant", "errors"] = Field(
+        default="condition",
+        description="the paper's condition number, or the standard errors: their volume, or mean",
     )
     terms: tuple[Term, ...] | None = Field(
         default=None, description="what the model will hold; unset: what the arm's file says"

@@ -304,8 +304,10 @@ def errors(arguments: argparse.Namespace) -> None:
     place = place_of(_PUBLISHED, "all")
     motions = {"published": published(arguments.published, place.robot.joint_names)}
     if arguments.designed is None:
-        settings = DesignSettings(time_s=arguments.time, processes=arguments.processes)
-        made = design(place, settings, None, nothing)
+        settings = DesignSettings(
+            objective=arguments.objective, time_s=arguments.time, processes=arguments.processes
+        )
+        made = designed(place, settings, None, arguments.cpu)
         motions["designed"] = made.trajectory.series
         say(f"designed: condition number {made.trajectory.promise['condition_number']}")
     sd = {}
@@ -369,6 +371,9 @@ def main() -> None:
         if work is errors:
             part.add_argument("--seed", type=int, default=0, help="of the simulated arm")
             part.add_argument("--out", type=Path, default=Path("excitation-errors"))
+            part.add_argument(
+                "--objective", choices=("condition", "determinant", "errors"), default="errors"
+            )
             part.add_argument("--designed", type=Path, help="a design to use; else one is made")
             part.add_argument(
                 "--published", type=Path, required=True, help="positions, 500 Hz, one period [rad]"
