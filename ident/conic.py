@@ -72,7 +72,9 @@ def program(P: Array, c: Array, constraints: Sequence[Constraint]) -> Program:
     return Program(sparse.csc_matrix(np.triu(P)), c, sparse.csc_matrix(A), b, cones)
 
 
-def solve(P: Array, c: Array, constraints: Sequence[Constraint], what: str) -> Solution:
+def solve(
+    P: Array, c: Array, constraints: Sequence[Constraint], what: str, refined: bool = True
+) -> Solution:
     """The program's solution.
 
     Args:
@@ -80,6 +82,8 @@ def solve(P: Array, c: Array, constraints: Sequence[Constraint], what: str) -> S
         c: shape (p,).
         constraints: in terms of x.
         what: what is solved, for the message.
+        refined: whether the solver repeats its linear solves to gain digits; what is well scaled
+            does without.
 
     Raises:
         DataError: the solver gives up; the sentence names `what` and its status.
@@ -88,6 +92,7 @@ def solve(P: Array, c: Array, constraints: Sequence[Constraint], what: str) -> S
     task = program(P, c, constraints)
     settings = clarabel.DefaultSettings()
     settings.verbose = False
+    settings.iterative_refinement_enable = refined
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = _TOLERANCE
     found = clarabel.DefaultSolver(task.P, task.c, task.A, task.b, task.cones, settings).solve()
     status = str(found.status)

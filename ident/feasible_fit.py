@@ -1,8 +1,8 @@
 """Feasible least squares: the semidefinite program (44), in its reduced form (32)-(36).
 
 Clarabel takes the quadratic objective as it is, so that the matrix U of (43) is not needed. The
-unknown is delta - delta_0, where delta_0 is the (mostly impossible) parameter set of the OLS
-solution, so that the objective starts at zero, in units of the OLS error.
+unknowns start at the (mostly impossible) parameter set of the OLS solution, so that the objective
+starts at zero, in units of the OLS error.
 """
 
 from dataclasses import replace
@@ -65,15 +65,30 @@ def _solved(problem: Problem, prior_weight: float) -> Estimate:
     scale = parameter_scale(parameters, problem.sizes)
     start = with_beta(base, problem.prior, ordinary(problem))
     error = least_error(problem)
-    G = problem.R[:-1, :-1] @ (base.K * scale)
-    known = np.array([prior_weight if p.kind == "inertial" else 0.0 for p in parameters])
-    P = 2 * (G.T @ G) / error + 2 * np.diag(known + _RIDGE)
-    c = 2 * known * (start - problem.prior) / scale
-    inside = [replace(k, A=k.A * scale, b=k.b - k.A @ start) for k in problem.constraints]
-    found = solve(P, c, inside, "The feasible fit")
-    delta = start + scale * found.x
+    T = _change_of_variables(problem, scale, error)
+    known = np.array([prior_weight if p.kind == "inertial" else 0.0 for p in parameters]) / scale**2
+    P = 2 * T.T @ (known[:, None] * T) + 2 * _RIDGE * np.eye(len(T))
+    P[: len(base.kept), : len(base.kept)] += 2 * np.eye(len(base.kept))
+    c = 2 * T.T @ (known * (start - problem.prior))
+    inside = [replace(k, A=k.A @ T, b=k.b - k.A @ start) for k in problem.constraints]
+    found = solve(P, c, inside, "The feasible fit", refined=False)
+    delta = start + T @ found.x
     active = active_constraints(problem.constraints, found, error)
     return Estimate(base.K @ delta, delta, active, found.status, found.seconds)
+
+
+def _change_of_variables(problem: Problem, scale: Array, error: float) -> Array:
+    """What makes delta of the unknowns, beta and delta_d of (29)-(31) in their units, shape (p, p).
+
+    The first b are R1 (beta - beta_ols), whose squared length is what the fit adds to the error;
+    the others are the dependent parameters. The objective is then as well conditioned as can be.
+    """
+    base = problem.base
+    kept = list(base.kept)
+    free = [i for i in range(len(scale)) if i not in base.kept]
+    of_beta = np.zeros((len(scale), len(kept)))
+    of_beta[kept] = np.linalg.inv(problem.R[:-1, :-1]) * np.sqrt(error)
+    return np.column_stack([of_beta, free_moves(base) * scale[free]])
 
 
 def nearest_to_cad(problem: Problem, estimate: Estimate) -> Estimate:
