@@ -1,7 +1,7 @@
 """The page of `ident design`: the motion, what it promises, and how much of each limit it uses."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -169,7 +169,9 @@ def _torque(report: DesignReport) -> list[Block]:
 
 def _speed(report: DesignReport) -> list[Block]:
     caption = "Speed of elbow and tool over one period."
-    return [_over_time(q, report.t, caption) for q in report.quantities if q.name == "speed"]
+    speeds = [q for q in report.quantities if q.name == "speed"]
+    unsigned = [replace(q, lower=np.full_like(q.lower, -np.inf)) for q in speeds]
+    return [_over_time(q, report.t, caption) for q in unsigned]
 
 
 def _shares(report: DesignReport) -> list[Block]:
