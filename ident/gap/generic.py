@@ -14,8 +14,9 @@ from ident.effects.effect import Observed
 Array = NDArray[np.floating]
 
 _KNOTS = 12
-_WAVES = 40
-_PERIODS_PER_S = (0.2, 4.0)
+_WAVES = 59
+_WAVE_NUMBERS = (2.0, 60.0)  # per rad
+_BEATS_HZ = (0.2, 4.0)
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,9 @@ class Group:
     single: bool = False
 
 
+BEAT = Group("time, periodically", 0, single=True)
+"""Its columns are formed by `beat_columns`: too many frequencies to form all."""
+
 GROUPS = (
     Group("the position of joint {j}", _KNOTS),
     Group("the position and direction of joint {j}", _KNOTS),
@@ -42,7 +46,7 @@ GROUPS = (
     Group("time since the start of the run", _KNOTS),
     Group("time since the start, following the direction of joint {j}", _KNOTS),
     Group("the angle of joint {j}, periodically", 2 * _WAVES, single=True),
-    Group("time, periodically", 2 * _WAVES, single=True),
+    BEAT,
     Group("the motion of other joints", 0),
 )
 """The last group has six columns for each other joint."""
@@ -64,8 +68,7 @@ def group_columns(
     place = _tents((q - low) / max(high - low, 1e-9))
     fast = _tents(np.sqrt(np.minimum(np.abs(qd) / 1.5, 1.0)))
     late = _tents(seen.t / end_s)
-    waves = np.geomspace(2.0, 60.0, _WAVES)
-    beats = 2 * np.pi * np.geomspace(*_PERIODS_PER_S, _WAVES)
+    waves = np.linspace(*_WAVE_NUMBERS, _WAVES)
     others = [k for k in range(seen.arm.dof) if k != joint and seen.arm.moving[k]]
     cross = [
         column
@@ -88,9 +91,22 @@ def group_columns(
         late,
         late * way[:, None],
         _pairs(np.outer(q, waves)),
-        _pairs(np.outer(seen.t, beats)),
+        np.zeros((len(q), 0)),
         np.column_stack(cross) if cross else np.zeros((len(q), 0)),
     ]
+
+
+def beat_columns(t: Array, rows: NDArray[np.bool_], error: Array) -> tuple[Array, int]:
+    """Sine and cosine of the loudest frequency in some rows, shape (R, 2), and how many there are.
+
+    Args:
+        t: time of each row [s], shape (R,).
+        rows: those to look at, shape (R,).
+        error: their residual.
+    """
+    beats = 2 * np.pi * np.arange(*_BEATS_HZ, 0.5 / max(float(np.ptp(t)), 1.0))
+    power = np.abs(np.exp(-1j * np.outer(beats, t[rows])) @ error)
+    return _pairs(t[:, None] * beats[power.argmax()]), len(beats)
 
 
 def _tents(u: Array) -> Array:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.gap.fit import Fit, Places, places, solve
-from ident.gap.generic import GROUPS, group_columns
+from ident.gap.generic import BEAT, GROUPS, beat_columns, group_columns
 from ident.gap.region import Region
 from ident.gap.residual import Residual, memory_of, residuals
 from ident.gap.search import HELD_OUT, SEARCHED, Present
@@ -124,7 +124,10 @@ def _joint(
     e = searched.error
     square = float(e @ e)
     tried = []
-    for group, columns in zip(GROUPS, groups, strict=True):
+    for group, formed in zip(GROUPS, groups, strict=True):
+        columns, choices = formed, max(formed.shape[1] // 2, 1)
+        if group is BEAT and len(e):
+            columns, choices = beat_columns(table.t, searched.chosen, e / searched.sigma)
         if columns.shape[1] == 0:
             continue
         scaled = searched.scaled(columns)
@@ -135,16 +138,16 @@ def _joint(
         fitted = _fitted(products, scaled.T @ e, scaled, group.single)
         explained = (scaled - searched.nominal @ projected[pl.unknown]) @ fitted.values
         there = unseen.scaled(columns) - unseen.nominal @ projected[pl.unknown]
-        tried.append((group, fitted, e - explained, unseen.error - there @ fitted.values))
+        beyond = unseen.error - there @ fitted.values
+        many = np.log(choices) + 1 if group.single else len(fitted.values) / 2
+        tried.append((group, fitted, e - explained, beyond, many))
     if not tried:
         return []
-    least = min((rest for _, _, rest, _ in tried), key=lambda r: float(r @ r))
+    least = min((rest for _, _, rest, _, _ in tried), key=lambda r: float(r @ r))
     effective = len(e) / memory_of(least, table.stretch[searched.chosen])
     found = []
-    for group, fitted, rest, beyond in tried:
+    for group, fitted, rest, beyond, many in tried:
         share = float(np.clip((square - float(rest @ rest)) / max(square, len(e)), 0.0, 1 - 1e-9))
-        size = len(fitted.values)
-        many = np.log(size / 2) + 1 if group.single else size / 2
         nats = -0.5 * np.log(1 - share) - many / effective
         held = _log_ratio(unseen.error, beyond)
         name = group.name.format(j=joint + 1)
