@@ -34,7 +34,8 @@ def found(effect: str = "stribeck", rivals: tuple[Score, ...] = (), explained: f
 BURST = Burst(0, 3.0, 4.0, (1,), np.array([2.0]), 0.3, np.zeros(4, dtype=bool))
 FAULT = Fault("dropped_samples", (), "log: 9 samples repeat.", 9.0)
 LARGE = Nameless(Leftover(1, "the position of joint 2", 0.4, 0.5), 0.6)
-CLEAR = Nameless(Leftover(1, "the position of joint 2", 2.5, 0.99), 0.05)
+CLEAR = Nameless(Leftover(1, "the position of joint 2", 2.5, 0.99), 0.1)
+CLEAR_BUT_TINY = Nameless(Leftover(1, "the position of joint 2", 2.5, 0.99), 0.02)
 SMALL = Nameless(Leftover(1, "the position of joint 2", 0.4, 0.5), 0.05)
 
 
@@ -49,6 +50,7 @@ SMALL = Nameless(Leftover(1, "the position of joint 2", 0.4, 0.5), 0.05)
         ([], [found()], None, [LARGE], Kind.UNKNOWN),
         ([], [], None, [LARGE], Kind.UNKNOWN),
         ([], [found()], None, [CLEAR], Kind.UNKNOWN),
+        ([], [found()], None, [CLEAR_BUT_TINY], Kind.NAMED),
         ([FAULT], [found()], BURST, [LARGE], Kind.DATA_FAULT),
     ],
 )
