@@ -7,7 +7,7 @@ import numpy as np
 from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed, Setting
 from ident.simulation.arm import SimulatedArm
 
-_LEAST_S = 0.0015  # less is within what holding and differentiating leave
+_LEAST_S = 0.0008  # less is within what holding and differentiating leave
 
 
 class TorqueDelay:

@@ -12,13 +12,12 @@ from wamctl.arm.robot import cad_parameters
 
 Array = NDArray[np.floating]
 
-_FAST_STEPS = (
-    12.0  # a sample-to-sample move of so many smallest ones shows a lost or repeated sample
-)
+_FAST_STEPS = 12.0  # a move of so many smallest ones, or usual errors, shows a lost sample
 _SHARE = 2e-4  # of the samples
 _LEAST_EVENTS = 4
 _CLEAR = 0.7  # correlation that makes a gain meaningful
 _GAIN = (0.25, 4.0)
+_HELD, _JUMPED = 0.25, 1.75  # of the expected move
 _HOLE = 1.5  # periods
 _ROUNDING = 1e-9  # rad: two motors' counts that cancel leave no more
 
@@ -65,16 +64,15 @@ def _stamps(recording: Recording, name: str) -> list[Fault]:
 def _samples(recording: Recording, name: str) -> list[Fault]:
     """Positions that repeat, or jump by two samples' way, on all joints at once."""
     step = np.diff(recording.q, axis=0)
-    smallest = np.array([_smallest(s) for s in step.T])
     before, after = step[:-4], step[4:]
     expected = 0.25 * (before + step[1:-3] + step[3:-1] + after)
     here = step[2:-2]
-    scaled = expected / np.maximum(smallest, 1e-12)
-    fast = (np.abs(scaled) > _FAST_STEPS).sum(axis=1) >= 2
-    size = (scaled**2).sum(axis=1)
-    ratio = (here / np.maximum(smallest, 1e-12) * scaled).sum(axis=1) / np.maximum(size, 1e-12)
-    repeated = int((fast & (ratio < 0.25)).sum())
-    jumped = int((fast & (ratio > 1.75)).sum())
+    least = np.maximum([_smallest(s) for s in step.T], _usual(here - expected))
+    fast = np.abs(expected) > _FAST_STEPS * np.maximum(least, _ROUNDING)
+    ratio = here / np.where(fast, expected, np.inf)
+    enough = fast.sum(axis=1) >= 2
+    repeated = int((enough & (~fast | (ratio < _HELD)).all(axis=1)).sum())
+    jumped = int((enough & (~fast | (ratio > _JUMPED)).all(axis=1)).sum())
     count = repeated + jumped
     if count < max(_LEAST_EVENTS, _SHARE * len(step)):
         return []
@@ -89,6 +87,11 @@ def _smallest(step: Array) -> float:
     """The smallest move of a joint from sample to sample [rad]."""
     moved = np.abs(step[np.abs(step) > _ROUNDING])
     return float(np.quantile(moved, 0.02)) if len(moved) else 1.0
+
+
+def _usual(error: Array) -> Array:
+    """Size of most errors of each joint [rad], shape (n,)."""
+    return 1.5 * np.median(np.abs(error), axis=0) if len(error) else np.zeros(error.shape[1])
 
 
 def _channels(source: Experiment) -> list[Fault]:

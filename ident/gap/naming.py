@@ -23,6 +23,7 @@ _WORTH_TUNING = 0.75
 _SURE = 4.0  # units of log-likelihood between leader and rival
 _FORM = 0.12  # of what an effect of uncertain form explained: less may be its form's error
 _SAME_SHARE = 0.3
+_HELD = 0.25  # of its gain: what an effect must bring on every fold, fitted on the others
 
 
 @dataclass(frozen=True)
@@ -128,10 +129,10 @@ def held_out_gains(table: Table, score: Score, before: Fit) -> tuple[float, ...]
 
 
 def _holds(table: Table, score: Score, before: Fit) -> bool:
-    """Whether every fold is predicted better with the effect than without."""
+    """Whether every fold is predicted clearly better with the effect than without."""
     if "log" in score.hypothesis.settings:
         return True
-    return min(held_out_gains(table, score, before)) > 0.0
+    return min(held_out_gains(table, score, before)) > _HELD * score.gain
 
 
 def _found(

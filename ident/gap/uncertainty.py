@@ -20,6 +20,7 @@ from ident.gap.table import FOLDS, Nominal, Table, tabulate
 Array = NDArray[np.floating]
 
 _BLOCK_S = 1.5
+_SURE = 2.5  # standard deviations
 _STEP = 0.02  # of a setting: for its derivative
 _MOST = 0.3  # of a setting: the longest step that is taken
 
@@ -46,6 +47,16 @@ class Final:
     hypotheses: tuple[Hypothesis, ...]
     fit: Fit
     parameters: tuple[dict[str, Value], ...]
+
+
+def clear(rows: Nominal, model: Present, count: int) -> list[bool]:
+    """Whether each of the last so many effects has a coefficient that is surely not zero."""
+    final = finished(rows, model)
+    pairs = list(zip(final.hypotheses, final.parameters, strict=True))[-count:]
+    return [
+        any(abs(values[c.name].value) > _SURE * values[c.name].sd for c in h.coefficients)
+        for h, values in pairs
+    ]
 
 
 def finished(rows: Nominal, end: Present) -> Final:

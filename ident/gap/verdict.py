@@ -13,8 +13,8 @@ from ident.gap.naming import Found
 from ident.gap.null import Threshold
 
 _UNEXPLAINED = 0.2  # of a joint's gap: with more left, a name is only an analogy
-_ANALOGY = 1.0  # nats: so much structure beside an effect says that its form is another one,
-_NEARLY = 0.05  # unless no more than this part of the joint's gap is left with it
+_ANALOGY = 0.3  # nats: so much structure beside an effect says that its form is another one,
+_NEARLY = 0.03  # unless no more than this part of the joint's gap is left with it
 
 
 class Kind(StrEnum):

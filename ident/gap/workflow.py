@@ -19,6 +19,7 @@ from ident.gap.search import Present, all_hypotheses, begin, extend
 from ident.gap.stretch import stretches
 from ident.gap.table import Nominal, nominal, tabulate
 from ident.gap.trusted import known_torque
+from ident.gap.uncertainty import clear
 from ident.gap.verdict import Verdict, decide, nameless
 from ident.gap.windows import windows_for
 
@@ -138,17 +139,27 @@ def _sequence(
             way.threshold = calibrated(
                 source, way.rows, (way.present, larger), way.threshold, runs, tell
             )
-            kept = [f for f in fresh if f.score.gain >= way.threshold.of(f.hypothesis.effect)]
-            if not kept:
-                break
-            if len(kept) < len(fresh):
-                larger = taken_in(way.rows, way.present, kept)
-            fresh = kept
+            fresh = [f for f in fresh if f.score.gain >= way.threshold.of(f.hypothesis.effect)]
+        fresh, larger = _sure(way, fresh, larger)
+        if not fresh:
+            break
         way.present = larger
         way.found += fresh
     if way.burst is not None and way.burst.gain < way.threshold.of("contact"):
         way.burst, way.rows = None, rows
     return way
+
+
+def _sure(way: _Way, fresh: list[Found], larger: Present) -> tuple[list[Found], Present]:
+    """Those effects whose size is surely not zero, and the model with them."""
+    while fresh:
+        if len(larger.accepted) != len(way.present.accepted) + len(fresh):
+            larger = taken_in(way.rows, way.present, fresh)
+        kept = [f for f, c in zip(fresh, clear(way.rows, larger, len(fresh)), strict=True) if c]
+        if len(kept) == len(fresh):
+            break
+        fresh = kept
+    return fresh, larger
 
 
 def _cut(way: _Way, best: float) -> bool:

@@ -36,7 +36,7 @@ FAULT = Fault("dropped_samples", (), "log: 9 samples repeat.", 9.0)
 LARGE = Nameless(Leftover(1, "the position of joint 2", 0.4, 0.5), 0.6)
 CLEAR = Nameless(Leftover(1, "the position of joint 2", 2.5, 0.99), 0.1)
 CLEAR_BUT_TINY = Nameless(Leftover(1, "the position of joint 2", 2.5, 0.99), 0.02)
-SMALL = Nameless(Leftover(1, "the position of joint 2", 0.4, 0.5), 0.05)
+SMALL = Nameless(Leftover(1, "the position of joint 2", 0.2, 0.3), 0.1)
 
 
 @pytest.mark.parametrize(
