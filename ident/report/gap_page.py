@@ -138,6 +138,7 @@ def verdict_sentences(report: GapReport) -> list[str]:
     """The answer, and what to know beside it."""
     content = report.content
     effects = [f"{report.title(e['name'])} at {report.of(e['joints'])}" for e in content["effects"]]
+    partly = content["verdict"] == "unknown" and bool(effects)
     sentence = {
         "no_gap": "The model explains these recordings down to their noise.",
         "named": f"The model misses {listed(effects)}.",
@@ -147,7 +148,9 @@ def verdict_sentences(report: GapReport) -> list[str]:
         "data_fault": "These recordings cannot be trusted, so that no effect is named"
         + (f": {listed(effects)}." if effects else "."),
     }[content["verdict"]]
-    more = [_closed(content["held_out"])] if content["verdict"] in ("named", "ambiguous") else []
+    more = [f"Part of it looks like {listed(effects)}."] if partly else []
+    if partly or content["verdict"] in ("named", "ambiguous"):
+        more.append(_closed(content["held_out"]))
     more += [_what_is_left(report, u) for u in content.get("unexplained", [])]
     if content["verdict"] == "ambiguous":
         more += [_experiment(report, e) for e in content["effects"] if e["separating_experiment"]]

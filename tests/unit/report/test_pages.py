@@ -218,6 +218,15 @@ def test_gap_without_a_named_effect(
     assert page.verdict.more == []
 
 
+def test_an_unknown_gap_says_what_part_of_it_looks_like(
+    gap_report: GapReport, gap_content: dict[str, Any]
+) -> None:
+    page = gap_page(replace(gap_report, content=gap_content | {"verdict": "unknown"}))
+    assert page.verdict.sentence.endswith("that no effect of the catalogue explains.")
+    assert page.verdict.more[0].startswith("Part of it looks like ")
+    assert "falls from 3.21" in page.verdict.more[1]
+
+
 def test_design_page_says_how_near_the_limits_are(
     pages: dict[str, str], design_report: DesignReport
 ) -> None:
