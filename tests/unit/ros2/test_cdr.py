@@ -152,7 +152,7 @@ def test_both_ways_of_reading_points_agree() -> None:
         for e in (True, False)
     )
     assert columns(little, TRAJECTORY_POINT) is not None
-    (fast,), (slow,) = reference_series(little, range(20)), reference_series(big, range(20))
+    fast, slow = reference_series(little, range(20)), reference_series(big, range(20))
     for k, (one, other) in enumerate([(fast.q, slow.q), (fast.qd, slow.qd), (fast.qdd, slow.qdd)]):
         np.testing.assert_array_equal(one, rows[:, k])
         np.testing.assert_array_equal(other, rows[:, k])
