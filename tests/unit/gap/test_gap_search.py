@@ -109,6 +109,20 @@ def test_repeated_samples_are_a_fault_of_the_data(plain):
     assert faults(source_of(plain)) == []
 
 
+def test_a_late_sample_is_not_a_lost_one(plain):
+    late = plain.stamp_ns.copy()
+    late[100:-100:100] += 1_500_000
+    assert faults(source_of(replace(plain, stamp_ns=late))) == []
+    missing = plain.stamp_ns.copy()
+    for k in range(100, len(missing) - 100, 100):
+        missing[k:] += 2_000_000
+    (fault,) = faults(source_of(replace(plain, stamp_ns=missing)))
+    assert (fault.name, fault.count) == (
+        "dropped_samples",
+        len(range(100, len(missing) - 100, 100)),
+    )
+
+
 def test_torque_in_another_unit_is_a_fault_of_the_data(plain):
     command = replace(plain.command, effort=1000.0 * plain.command.effort)
     found = faults(source_of(replace(plain, command=command)))
