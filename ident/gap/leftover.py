@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.gap.fit import Fit, Places, places, solve
+from ident.gap.fit import Fit, Places, mean_squares, places, predicted_rms, solve
 from ident.gap.generic import BEAT, GROUPS, beat_columns, group_columns
 from ident.gap.region import Region
 from ident.gap.residual import Residual, memory_of, residuals
@@ -18,6 +18,7 @@ Array = NDArray[np.floating]
 _RIDGE = 1e-6
 _FREE = 1e-4  # of the largest direction of all free curves: the rest is left to the noise
 _LEAST_FREEDOM = 0.1
+_DISAGREE = 0.7  # nats: twice the residual where no fit has looked
 _SEEN = 1e-5  # of the columns' own squares: what is left of a direction after projection
 
 
@@ -57,7 +58,21 @@ def leftovers(rows: Nominal, model: PresentModel, table: Table, now: Fit) -> lis
         sliding = table.region[:, j] != Region.TURNING
         here = [sliding & np.isin(table.fold, SEARCHED), sliding & (table.fold == HELD_OUT)]
         found += _joint(table, now, j, groups, here, left[j].values)
+    found += _elsewhere(table, now)
     return sorted(found, key=lambda x: -x.gain)
+
+
+def _elsewhere(table: Table, now: Fit) -> list[Leftover]:
+    """Joints at which the model fails on the held-out data alone: the recordings disagree."""
+    there = table.grams.of([HELD_OUT])
+    ahead = replace(now, sigma=predicted_rms(there, now), counts=there.counts[:, 0])
+    here, beyond = mean_squares(now), mean_squares(ahead)
+    found = []
+    for j in np.flatnonzero(beyond > here * np.exp(2 * _DISAGREE)):
+        gain = 0.5 * float(np.log(beyond[j] / here[j]))
+        name = "which part of the recordings it is"
+        found.append(Leftover(int(j), name, gain, float(1 - here[j] / beyond[j])))
+    return found
 
 
 def noise(rows: Nominal, present: Present) -> list[Residual]:
