@@ -78,7 +78,7 @@ class Dataset:
         rate_hz: of the samples.
         spans: unbroken stretches, in order of time.
         torque: which torque it is.
-        place: where each held joint is [rad], shape (n,); zero for moving ones.
+        place: where each held joint is [rad or m], shape (n,); zero for moving ones.
         moving: which joints move, shape (n,).
         has_reference: whether the wanted position is known.
         facts: what was repaired or left out, one sentence each.
@@ -144,13 +144,17 @@ def dataset(
     joint_names: Sequence[str],
     name: str,
     torque: TorqueSource | None = None,
+    sliding: Sequence[bool] = (),
 ) -> Dataset:
     """A recording in memory as a dataset; errors are those of `survey` and `dataset_of`."""
-    return dataset_of(survey(recording, name), joint_names, torque)
+    return dataset_of(survey(recording, name), joint_names, torque, sliding)
 
 
 def dataset_of(
-    found: Survey, joint_names: Sequence[str], torque: TorqueSource | None = None
+    found: Survey,
+    joint_names: Sequence[str],
+    torque: TorqueSource | None = None,
+    sliding: Sequence[bool] = (),
 ) -> Dataset:
     """The samples of a log on a uniform grid.
 
@@ -158,6 +162,7 @@ def dataset_of(
         found: the log.
         joint_names: the robot's joints, n of them.
         torque: which one to use; None takes the commanded one where there is one.
+        sliding: which of the joints are prismatic, n of them; empty: none.
 
     Raises:
         DataError: joints or torque that cannot be used.
@@ -179,8 +184,11 @@ def dataset_of(
     held = tuple(n for n, moves in zip(joint_names, moving, strict=True) if not moves)
     if held:
         facts.append(f"held: {', '.join(held)}")
+    others = [n for n in found.joint_names if n not in joint_names]
+    if others:
+        facts.append(f"recorded, but no joints of the model: {', '.join(others)}")
     spans = tuple(_span(start, stop, found.period_s) for start, stop in found.spans_s)
-    place = np.where(moving, 0.0, _place((low + high) / 2))
+    place = np.where(moving, 0.0, _place((low + high) / 2, sliding))
     return Dataset(
         name=found.name,
         rate_hz=round(1 / found.period_s, 6),
@@ -200,10 +208,11 @@ def in_memory(data: Dataset, rate_hz: float, segments: Sequence[Segment]) -> Dat
     return replace(data, rate_hz=rate_hz, spans=spans, read=partial(enumerate, tuple(segments)))
 
 
-def _place(middle: Array) -> Array:
-    """Where held joints are: at the right angle next to their middle, if that is near."""
+def _place(middle: Array, sliding: Sequence[bool]) -> Array:
+    """Where held joints are: turning ones at the right angle beside their middle, if near."""
     right_angle = np.round(middle / (np.pi / 2)) * (np.pi / 2)
-    return np.where(np.abs(middle - right_angle) < _HELD, right_angle, middle)
+    turning = ~np.array(sliding or [False] * len(middle))
+    return np.where(turning & (np.abs(middle - right_angle) < _HELD), right_angle, middle)
 
 
 def _columns(found: Survey, joint_names: Sequence[str]) -> list[int]:

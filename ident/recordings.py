@@ -61,7 +61,7 @@ def _survey(path: Path, reading: Reading, joints: tuple[str, ...]) -> Survey:
 
 
 def _dataset(found: Survey, arm: Arm, reading: Reading) -> Dataset:
-    data = dataset_of(found, arm.robot.joint_names, reading.torque)
+    data = dataset_of(found, arm.robot.joint_names, reading.torque, arm.robot.sliding.tolist())
     return only_steady_state(data, found, found.name)
 
 

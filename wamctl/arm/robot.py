@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from wamctl.arm.errors import ConfigurationError
 from wamctl.arm.inertial import INERTIAL_NAMES, PINOCCHIO_INDEX, change_of_frame, parameter_name
+from wamctl.arm.mimic import in_the_way, named, pairs_of
 
 Array = NDArray[np.floating]
 
@@ -43,6 +44,14 @@ class Robot:
         return len(self.joint_names)
 
     @property
+    def sliding(self) -> NDArray[np.bool_]:
+        """Which joints are prismatic, shape (n,)."""
+        data = self.data()
+        pin.computeJointJacobians(self.model, data, pin.neutral(self.model))
+        spaces = [np.asarray(joint.S) for joint in list(data.joints)[1:]]
+        return np.array([bool(np.any(space[:3])) for space in spaces])
+
+    @property
     def inertial_names(self) -> tuple[str, ...]:
         """Names of the 10 n inertial parameters in the order of (8), link by link."""
         return tuple(parameter_name(s, k) for k in range(1, self.dof + 1) for s in INERTIAL_NAMES)
@@ -61,9 +70,12 @@ def load_robot(
 ) -> Robot:
     """The robot of a URDF text; joints that are not named are locked at zero.
 
+    So are joints that mimic another, and those that they mimic: a gripper's fingers.
+
     Args:
         urdf: text of the URDF.
-        joint_names: the joints to keep, in any order; empty keeps every moving joint.
+        joint_names: the joints to keep, from the base outwards; empty keeps every joint that moves
+            by itself.
         parameter_frames: per kept joint the URDF link in whose frame the parameters of (8) are
             expressed; empty: the joint's own frame.
         gravity_m_s2: gravity in the base frame [m/s^2].
@@ -71,7 +83,7 @@ def load_robot(
 
     Raises:
         ConfigurationError: unreadable URDF, unknown joint or frame, joints with more than one
-            degree of freedom.
+            degree of freedom, or a linkage of joints that mimic each other.
     """
     full = _parse(urdf, source)
     known = [n for n in full.names if n != "universe"]
@@ -80,7 +92,12 @@ def load_robot(
         raise ConfigurationError(
             source, [f"no joint named {n!r}; its joints are {', '.join(known)}" for n in missing]
         )
-    locked = [full.getJointId(n) for n in known if joint_names and n not in joint_names]
+    pairs = pairs_of(urdf)
+    faults = named(pairs, joint_names) if joint_names else in_the_way(pairs, full)
+    if faults:
+        raise ConfigurationError(source, faults)
+    kept = joint_names or [n for n in known if n not in pairs and n not in pairs.values()]
+    locked = [full.getJointId(n) for n in known if n not in kept]
     model = pin.buildReducedModel(full, locked, pin.neutral(full)) if locked else full
     names = tuple(n for n in model.names if n != "universe")
     odd = [n for i, n in enumerate(names, 1) if model.joints[i].nq != 1 or model.joints[i].nv != 1]

@@ -169,3 +169,52 @@ def test_a_joint_of_several_degrees_of_freedom_is_refused_by_name():
     floating = TWO_LINKS.replace('name="elbow" type="revolute"', 'name="elbow" type="floating"')
     with pytest.raises(ConfigurationError, match="joint 'elbow' has more than one degree"):
         load_robot(floating, source="arm.urdf")
+
+
+GRIPPER = """
+  <link name="finger"/><link name="thumb"/>
+  <joint name="close" type="prismatic"><parent link="lower"/><child link="finger"/>
+    <axis xyz="1 0 0"/><limit lower="0" upper="0.04" velocity="1" effort="9"/></joint>
+  <joint name="follow" type="prismatic"><parent link="lower"/><child link="thumb"/>
+    <axis xyz="-1 0 0"/><mimic joint="close"/>
+    <limit lower="0" upper="0.04" velocity="1" effort="9"/></joint>
+</robot>"""
+WITH_GRIPPER = TWO_LINKS.replace("</robot>", GRIPPER)
+LINKAGE = TWO_LINKS.replace('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0"/><mimic joint="elbow"/>', 1)
+
+
+def test_a_gripper_s_fingers_are_locked():
+    robot = load_robot(WITH_GRIPPER)
+    assert robot.joint_names == ("shoulder", "elbow")
+    assert robot.sliding.tolist() == [False, False]
+    assert load_robot(WITH_GRIPPER, ("shoulder",)).joint_names == ("shoulder",)
+
+
+@pytest.mark.parametrize("joint", ["close", "follow"])
+def test_a_finger_that_is_asked_for_is_refused_by_name(joint):
+    with pytest.raises(ConfigurationError) as caught:
+        load_robot(WITH_GRIPPER, ("shoulder", "elbow", joint), source="arm.urdf")
+    assert str(caught.value) == (
+        "arm.urdf: joint 'follow' moves with 'close' (mimic): leave both out, and they are locked"
+        " at zero."
+    )
+
+
+def test_a_linkage_in_the_chain_is_refused_by_name():
+    alone = GRIPPER.replace('<mimic joint="close"/>', "")
+    with pytest.raises(ConfigurationError) as caught:
+        load_robot(LINKAGE.replace("</robot>", alone), source="arm.urdf")
+    assert str(caught.value) == (
+        "arm.urdf: joint 'shoulder' moves with 'elbow' (mimic) and carries close, follow: such a"
+        " linkage is no chain of independent joints, and cannot be modelled."
+    )
+
+
+def test_a_gripper_alone_is_refused_by_name():
+    with pytest.raises(ConfigurationError, match=r"joint 'shoulder' moves with 'elbow' \(mimic\)"):
+        load_robot(LINKAGE, source="arm.urdf")
+
+
+def test_a_sliding_joint_is_known():
+    robot = load_robot(TWO_LINKS.replace('"elbow" type="revolute"', '"elbow" type="prismatic"'))
+    assert robot.sliding.tolist() == [False, True]

@@ -115,6 +115,21 @@ def test_a_joint_that_hardly_moves_is_held_at_the_right_angle_beside_it():
         dataset(made(t, 0.01 * q), NAMES, "log")
 
 
+def test_a_sliding_joint_is_held_where_it_is():
+    t = np.arange(200) / 50
+    q = np.column_stack([np.sin(t), np.full(200, 0.03)])
+    turning, sliding = (dataset(made(t, q), NAMES, "log", None, s) for s in ((), (False, True)))
+    assert turning.place.tolist() == [0.0, 0.0]
+    assert sliding.place.tolist() == [0.0, pytest.approx(0.03)]
+
+
+def test_recorded_joints_that_the_model_lacks_are_told():
+    t = np.arange(200) / 50
+    assert dataset(made(t, sines(t)), ("a",), "log").facts == (
+        "recorded, but no joints of the model: b",
+    )
+
+
 def test_only_the_counted_periods_give_rows():
     trajectory = read_trajectory("wam7-excitation.yaml")
     wanted = reference(trajectory.series, 2, 1.0, 0.02)
