@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 from typing import NoReturn
@@ -12,44 +11,16 @@ from mcap.writer import Writer
 from numpy.typing import NDArray
 
 from wamctl.arm.errors import DataError
+from wamctl.arm.messages import DIAGNOSTICS, TOPICS, Messages, Status
 from wamctl.arm.recording import JOINT_COMMANDS, JOINT_REFERENCE, JOINT_STATES, Recording
-from wamctl.arm.ros2.cdr import JOINT_STATE, TRAJECTORY_POINT, Kind, encode
 from wamctl.arm.ros2.message_definition import definition
-from wamctl.arm.ros2.template import Template
 
 Array = NDArray[np.floating]
 
-DIAGNOSTICS = "/diagnostics"
 CHUNK_NS = 300_000_000
 """A chunk is closed when it spans this much time [ns], so that a cut loses no more."""
 
-_TOPICS = {
-    JOINT_STATES: "sensor_msgs/msg/JointState",
-    JOINT_COMMANDS: "sensor_msgs/msg/JointState",
-    JOINT_REFERENCE: "trajectory_msgs/msg/JointTrajectoryPoint",
-    DIAGNOSTICS: "diagnostic_msgs/msg/DiagnosticArray",
-}
 _LARGEST_CHUNK = 2**24
-_NS = 1_000_000_000
-
-
-@dataclass(frozen=True)
-class Status:
-    """One component's entry of a diagnostics message.
-
-    Attributes:
-        name: the component, for instance `drive 3`.
-        level: 0 fine, 1 warning, 2 error, 3 stale.
-        message: its state in words.
-        hardware_id: which device.
-        values: further facts.
-    """
-
-    name: str
-    level: int = 0
-    message: str = ""
-    hardware_id: str = ""
-    values: Mapping[str, str] = field(default_factory=dict)
 
 
 class Recorder:
@@ -77,11 +48,9 @@ class Recorder:
         attachments: Mapping[str, bytes] | None = None,
     ) -> None:
         self._path = Path(path)
-        self._names = list(joint_names)
-        self._start_ns: int | None = None
-        self._chunk_ns = 0
-        self._templates: dict[tuple[str, tuple[int, ...]], Template] = {}
-        self._counts = dict.fromkeys(_TOPICS, 0)
+        self._messages = Messages(joint_names)
+        self._chunk_ns: int | None = None
+        self._counts = dict.fromkeys(TOPICS, 0)
         try:
             self._file = self._path.open("wb")
         except OSError as error:
@@ -103,11 +72,11 @@ class Recorder:
         """Channel of each topic."""
         schemas = {
             kind: self._writer.register_schema(kind, "ros2msg", definition(kind).encode())
-            for kind in dict.fromkeys(_TOPICS.values())
+            for kind in dict.fromkeys(TOPICS.values())
         }
         return {
             topic: self._writer.register_channel(topic, "cdr", schemas[kind])
-            for topic, kind in _TOPICS.items()
+            for topic, kind in TOPICS.items()
         }
 
     def cycle(
@@ -155,27 +124,15 @@ class Recorder:
 
     def diagnostics(self, stamp_ns: int, statuses: Sequence[Status]) -> None:
         """The states of drives, bus and loop."""
-        self._write(DIAGNOSTICS, stamp_ns, encode(_diagnostic_array(stamp_ns, statuses)))
+        self._write(DIAGNOSTICS, stamp_ns, self._messages.diagnostics(stamp_ns, statuses))
 
     def add(self, topic: str, stamp_ns: int, *arrays: Array | None) -> None:
         """A message on one of the joint topics: its first three arrays, None for an empty one."""
-        key = (topic, tuple([0 if a is None else len(a) for a in arrays]))
-        template = self._templates.get(key)
-        if template is None:
-            template = self._templates[key] = self._template(*key)
-        time_ns = stamp_ns
-        if topic == JOINT_REFERENCE:
-            time_ns -= stamp_ns if self._start_ns is None else self._start_ns
-        self._write(topic, stamp_ns, template.filled(time_ns, arrays))
-
-    def _template(self, topic: str, lengths: tuple[int, ...]) -> Template:
-        if topic == JOINT_REFERENCE:
-            return Template(TRAJECTORY_POINT, [], (*lengths, 0))
-        return Template(JOINT_STATE, self._names, lengths)
+        self._write(topic, stamp_ns, self._messages.joints(topic, stamp_ns, *arrays))
 
     def _write(self, topic: str, stamp_ns: int, message: bytes) -> None:
-        if self._start_ns is None:
-            self._start_ns = self._chunk_ns = stamp_ns
+        if self._chunk_ns is None:
+            self._chunk_ns = stamp_ns
         try:
             if abs(stamp_ns - self._chunk_ns) >= CHUNK_NS:
                 self._writer.flush()
@@ -234,22 +191,6 @@ def write_recording(path: Path | str, recording: Recording) -> None:
     with Recorder(path, *facts) as recorder:
         for stamp, topic, k in sorted(rows, key=lambda row: row[0]):
             recorder.add(topic, stamp, *(None if c is None else c[k] for c in columns[topic]))
-
-
-def _diagnostic_array(stamp_ns: int, statuses: Sequence[Status]) -> list[tuple[Kind, object]]:
-    """The fields of diagnostic_msgs/msg/DiagnosticArray in a row."""
-    row: list[tuple[Kind, object]] = [
-        ("int32", stamp_ns // _NS),
-        ("uint32", stamp_ns % _NS),
-        ("string", ""),
-        ("uint32", len(statuses)),
-    ]
-    for status in statuses:
-        row.append(("byte", status.level))
-        row.extend(("string", t) for t in (status.name, status.message, status.hardware_id))
-        row.append(("uint32", len(status.values)))
-        row.extend(("string", text) for pair in status.values.items() for text in pair)
-    return row
 
 
 def _unwritable(path: Path, error: OSError) -> str:

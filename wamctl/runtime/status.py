@@ -6,7 +6,7 @@ from dataclasses import astuple, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from wamctl.arm.recorder import Status
+from wamctl.arm.messages import Status
 from wamctl.runtime.phase import Phase
 
 Array = NDArray[np.floating]

@@ -14,7 +14,8 @@ import sys
 from collections.abc import Mapping, Sequence
 
 from wamctl.arm.errors import DataError
-from wamctl.arm.recorder import Recorder, Status
+from wamctl.arm.messages import Status
+from wamctl.arm.recorder import Recorder
 from wamctl.runtime import ring as shared
 from wamctl.runtime.status import diagnostics
 
