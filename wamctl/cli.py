@@ -20,6 +20,7 @@ from wamctl.bench import Bench, bench
 from wamctl.check import Check, check
 from wamctl.errors import UsageError
 from wamctl.home import home
+from wamctl.live.watch import PORT, check_installed, live_view
 from wamctl.monitor import monitor
 from wamctl.printout import print_bench, print_check, print_summary
 from wamctl.runtime.excite import Order, Summary, excite
@@ -57,17 +58,24 @@ def _excite(
     yes_move_the_arm: Annotated[
         str, typer.Option(metavar="NAME", help="the arm's name, instead of typing it")
     ] = "",
+    live: Annotated[bool, typer.Option("--live", help="serve the run to Foxglove")] = False,
+    live_port: Annotated[
+        int, typer.Option(min=1, max=65535, help="where --live listens, on this machine only")
+    ] = PORT,
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
     """Run the experiment: check, enable, move, excite, return, disable, and write the log."""
     with _reported(debug):
+        if live:
+            check_installed()
         prepared = prepare(config, trajectory)
         file = prepared.arm.file
         place = Place(prepared.path, prepared.arm, bus or file.bus.channel, lockstep, seed)
         log = out or Path(f"{file.arm}-{datetime.now():%Y%m%d-%H%M%S}.mcap")
         confirm = partial(_confirm, prepared, yes_move_the_arm)
-        summary = excite(Order(prepared, place, log, confirm))
+        watchers = (partial(live_view, port=live_port),) if live else ()
+        summary = excite(Order(prepared, place, log, confirm, watchers))
         _print(summary, print_summary, as_json)
 
 

@@ -49,11 +49,12 @@ class Messages:
 
     Args:
         joint_names: names of the n joints.
+        start_ns: stamp of the log's first message [ns]; None: that of the first one encoded here.
     """
 
-    def __init__(self, joint_names: Sequence[str]) -> None:
+    def __init__(self, joint_names: Sequence[str], start_ns: int | None = None) -> None:
         self._names = list(joint_names)
-        self._start_ns: int | None = None
+        self._start_ns = start_ns
         self._templates: dict[tuple[str, tuple[int, ...]], Template] = {}
 
     def joints(self, topic: str, stamp_ns: int, *arrays: Array | None) -> bytes:

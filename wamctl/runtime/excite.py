@@ -9,7 +9,7 @@ from pathlib import Path
 from wamctl.errors import StopError, UsageError
 from wamctl.runtime import experiment, provenance
 from wamctl.runtime.drives import Counters
-from wamctl.runtime.logger import LogHead, recorded
+from wamctl.runtime.logger import LogHead, Watcher, recorded
 from wamctl.runtime.loop import Loop
 from wamctl.runtime.operator import StopRequest
 from wamctl.runtime.preflight import Prepared
@@ -27,12 +27,14 @@ class Order:
         place: where its drives are.
         out: the log to write.
         confirm: asks the operator before the drives are enabled; raises when he refuses.
+        watchers: who looks on.
     """
 
     prepared: Prepared
     place: Place
     out: Path
     confirm: Callable[[Connection], None]
+    watchers: tuple[Watcher, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -89,7 +91,7 @@ def excite(order: Order) -> Summary:
         motion = experiment.plan(arm, rest, order.prepared.excitation)
         order.confirm(connection)
         with (
-            recorded(_head(order, connection), clock.waits, shown=True) as log,
+            recorded(_head(order, connection), clock.waits, True, order.watchers) as log,
             StopRequest().listening() as operator,
             punctual(real_time=not place.lockstep) as grants,
         ):

@@ -5,8 +5,8 @@ import json
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext, suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -48,6 +48,10 @@ class LogHead:
     state_names: Mapping[int, str]
     metadata: Mapping[str, str]
     attachments: Mapping[str, bytes]
+
+
+Watcher = Callable[[int, LogHead], AbstractContextManager[None]]
+"""Someone who looks on, given the ring's descriptor, while the block runs."""
 
 
 class Logger:
@@ -199,20 +203,26 @@ def _json(head: LogHead) -> str:
 
 
 @contextmanager
-def recorded(head: LogHead, waits: bool, shown: bool) -> Iterator[Logger]:
+def recorded(
+    head: LogHead, waits: bool, shown: bool, watchers: Sequence[Watcher] = ()
+) -> Iterator[Logger]:
     """An open log that ends with the reason for which the block is left.
 
     Args:
         head: what the log is about.
         waits: wait for a slow writer instead of stopping.
         shown: show progress where standard error is a terminal.
+        watchers: who else looks on.
 
     Raises:
         DataError: the file cannot be written, or is not whole.
+        UserError: a watcher cannot begin; there is no log then.
     """
     joints = len(head.joint_names)
     last_word = "the experiment ended with a bug"
-    with shared.created(joints) as (descriptor, ring):
+    with shared.created(joints) as (descriptor, ring), ExitStack() as watching:
+        for watcher in watchers:
+            watching.enter_context(watcher(descriptor, head))
         log = Logger(head, descriptor, ring, waits)
         try:
             with display(descriptor, joints) if shown else nullcontext():

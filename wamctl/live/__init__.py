@@ -1,0 +1,1 @@
+"""The running experiment in Foxglove (`wamctl excite --live`)."""

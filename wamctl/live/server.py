@@ -1,0 +1,133 @@
+"""The process that serves the running experiment to Foxglove, so that no viewer delays the loop.
+
+Started as `python -m wamctl.live.server DESCRIPTOR PORT`. One line of JSON on its input says what
+the log is about; it answers `ready`, or why it cannot serve, and ends with its input. The newest
+cycle is sent fifty times a second, with the topics and messages that the log has.
+"""
+
+import json
+import os
+import select
+import signal
+import sys
+from typing import Any
+
+import foxglove
+from foxglove.channels import FrameTransformsChannel
+from foxglove.messages import (
+    FrameTransform,
+    FrameTransforms,
+    Quaternion,
+    Timestamp,
+    Vector3,
+)
+
+from wamctl.arm.messages import DIAGNOSTICS, TOPICS, Messages
+from wamctl.arm.recording import JOINT_COMMANDS, JOINT_REFERENCE, JOINT_STATES
+from wamctl.arm.robot import load_robot
+from wamctl.arm.ros2.message_definition import definition
+from wamctl.live.news import Reader, Record
+from wamctl.live.pose import Links, Placement
+from wamctl.live.watch import READY
+from wamctl.runtime import ring as shared
+from wamctl.runtime.status import diagnostics
+
+_INTERVAL_S = 0.02
+_POLITENESS = 10
+_NS = 1_000_000_000
+
+
+def main() -> None:
+    """Serve one run."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the operator's stop is for the loop
+    os.nice(_POLITENESS)
+    about = json.loads(sys.stdin.buffer.readline())
+    ring = shared.attach(int(sys.argv[1]), len(about["joint_names"]))
+    port = int(sys.argv[2])
+    try:
+        server = foxglove.start_server(name="wamctl", host="127.0.0.1", port=port)
+    except RuntimeError as error:
+        _answer(f"--live: port {port} cannot be used ({error}); name another with --live-port.")
+        return
+    broadcast, reader = Broadcast(about), Reader(ring)
+    _answer(READY)
+    ended = False
+    while not ended:
+        ended = bool(select.select([sys.stdin], [], [], _INTERVAL_S)[0])
+        new = reader.newest()
+        if new:
+            broadcast.send(new, reader.first_stamp_ns())
+    server.stop()
+
+
+class Broadcast:
+    """The topics, and what goes out on them.
+
+    Args:
+        about: joint names, drives, names of the drives' states by number, and URDF.
+    """
+
+    def __init__(self, about: dict[str, Any]) -> None:
+        self._names = tuple(about["joint_names"])
+        self._drives = about["drives"]
+        self._state_names = {int(code): name for code, name in about["state_names"].items()}
+        self._links = Links(load_robot(about["urdf"], self._names))
+        self._channels = {topic: _channel(topic, kind) for topic, kind in TOPICS.items()}
+        self._frames = FrameTransformsChannel("/tf")
+        self._messages: Messages | None = None
+
+    def send(self, new: dict[int, Record], start_ns: int | None) -> None:
+        """Send the newest records.
+
+        Args:
+            new: by kind.
+            start_ns: stamp of the log's first record [ns], where it is known.
+        """
+        if self._messages is None:
+            self._messages = Messages(self._names, start_ns)
+        if shared.CYCLE in new:
+            self._send_cycle(new[shared.CYCLE], self._messages)
+        if shared.STATUS in new:
+            found = new[shared.STATUS]
+            entries = diagnostics(found.values, self._drives, self._state_names)
+            message = self._messages.diagnostics(found.stamp_ns, entries)
+            self._channels[DIAGNOSTICS].log(message, log_time=found.stamp_ns)
+
+    def _send_cycle(self, new: Record, messages: Messages) -> None:
+        n, stamp = len(self._names), new.stamp_ns
+        q, qd, q_ref, qd_ref, qdd_ref, tau = new.values[: shared.COLUMNS * n].reshape(-1, n)
+        for topic, arrays in (
+            (JOINT_STATES, (q, qd, None)),
+            (JOINT_COMMANDS, (q_ref, qd_ref, tau)),
+            (JOINT_REFERENCE, (q_ref, qd_ref, qdd_ref)),
+        ):
+            self._channels[topic].log(messages.joints(topic, stamp, *arrays), log_time=stamp)
+        transforms = [_transform(p, stamp) for p in self._links.at(q)]
+        self._frames.log(FrameTransforms(transforms=transforms), log_time=stamp)
+
+
+def _channel(topic: str, kind: str) -> foxglove.Channel:
+    schema = foxglove.Schema(name=kind, encoding="ros2msg", data=definition(kind).encode())
+    return foxglove.Channel(topic, schema=schema, message_encoding="cdr")
+
+
+def _transform(placement: Placement, stamp_ns: int) -> FrameTransform:
+    seconds, nanoseconds = divmod(stamp_ns, _NS)
+    x, y, z = placement.translation.tolist()
+    qx, qy, qz, qw = placement.quaternion.tolist()
+    return FrameTransform(
+        timestamp=Timestamp(seconds, nanoseconds),
+        parent_frame_id=placement.parent,
+        child_frame_id=placement.child,
+        translation=Vector3(x=x, y=y, z=z),
+        rotation=Quaternion(x=qx, y=qy, z=qz, w=qw),
+    )
+
+
+def _answer(text: str) -> None:
+    sys.stdout.write(text + "\n")
+    sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()

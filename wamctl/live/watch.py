@@ -1,0 +1,86 @@
+"""Starts and ends the process that serves the live view, beside the loop."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+
+from wamctl.errors import UsageError
+from wamctl.runtime.logger import LogHead
+
+READY = "ready"
+PORT = 8765
+"""Where Foxglove looks first."""
+_CLOSE_S = 5.0
+
+
+def check_installed() -> None:
+    """See whether there is anything to serve the live view with.
+
+    Raises:
+        UsageError: the optional library is not installed.
+    """
+    if find_spec("foxglove") is None:
+        raise UsageError(
+            "--live needs foxglove-sdk, which is not installed: pip install 'wam-ident[live]'."
+        )
+
+
+@contextmanager
+def live_view(descriptor: int, head: LogHead, port: int = PORT) -> Iterator[None]:
+    """A Foxglove server on this machine while the block runs.
+
+    It reads the ring behind the writer's back and takes nothing out of it, so that neither loop nor
+    log can be kept waiting. If it dies, the experiment goes on.
+
+    Args:
+        descriptor: the ring's.
+        head: what the log is about.
+        port: where to listen, on the local interface only.
+
+    Raises:
+        UsageError: it cannot serve there.
+    """
+    process = subprocess.Popen(
+        [sys.executable, "-m", "wamctl.live.server", str(descriptor), str(port)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        pass_fds=(descriptor,),
+        start_new_session=True,  # a Ctrl-C at the terminal must not reach it
+        text=True,
+    )
+    with process:
+        try:
+            if process.stdin is None or process.stdout is None:
+                raise ValueError("no pipes to the live view")
+            process.stdin.write(_json(head) + "\n")
+            process.stdin.flush()
+            answer = process.stdout.readline().strip()
+            if answer != READY:
+                raise UsageError(answer or "The live view ended before it began.")
+            sys.stderr.write(f"Live view: in Foxglove, open the connection ws://127.0.0.1:{port}\n")
+            yield
+        finally:
+            _end(process)
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    if process.stdin is not None:
+        process.stdin.close()
+    try:
+        process.wait(_CLOSE_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+
+
+def _json(head: LogHead) -> str:
+    return json.dumps(
+        {
+            "joint_names": list(head.joint_names),
+            "drives": list(head.drives),
+            "state_names": dict(head.state_names),
+            "urdf": head.attachments["robot.urdf"].decode("utf-8"),
+        }
+    )
