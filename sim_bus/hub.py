@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Protocol
 import can
 
 from sim_bus.errors import SimulatedBusError
-from sim_bus.frame import ERROR, EXTENDED, REMOTE, Frame, bundle, unpack, unstamp
+from sim_bus.frame import ERROR, EXTENDED, REMOTE, Bundle, Frame, bundle, unpack, unstamp
 from sim_bus.look_out import Source
 
 _PACKET_BYTES = 128
@@ -43,12 +43,23 @@ class Hub(Protocol):
         """All frames that have come in, after `select` has found these sources readable."""
         ...
 
-    def deliver(self, frames: Sequence[Frame], sender: object) -> None:
-        """Give frames to all programs but their sender, by the next `flush`."""
+    def deliver(self, frames: Sequence[Frame], sender: object, time_ns: int) -> None:
+        """Give frames to all programs but their sender, by the next `flush`.
+
+        Args:
+            frames: the frames.
+            sender: who does not get them.
+            time_ns: when they passed, where they do not say otherwise [ns].
+        """
         ...
 
-    def settle(self, sender: object) -> None:
-        """A program has been given all that follows from its oldest open frame; see `flush`."""
+    def settle(self, sender: object, time_ns: int) -> None:
+        """A program has been given all that follows from its oldest open frame; see `flush`.
+
+        Args:
+            sender: the program.
+            time_ns: the bus's time by then [ns].
+        """
         ...
 
     def flush(self) -> None:
@@ -120,16 +131,21 @@ class SocketHub:
             if frame is not None:
                 yield Received(frame, client, sent_ns)
 
-    def deliver(self, frames: Sequence[Frame], sender: object) -> None:
+    def deliver(self, frames: Sequence[Frame], sender: object, time_ns: int) -> None:
         """Give frames to all clients but their sender, by the next `flush`."""
+        passed_ns = [frame.passed_ns or time_ns for frame in frames]
         for client, outbox in self._clients.items():
             if client is not sender:
                 outbox.frames += frames
+                outbox.passed_ns += passed_ns
+                outbox.now_ns = time_ns
 
-    def settle(self, sender: object) -> None:
+    def settle(self, sender: object, time_ns: int) -> None:
         """A client has been given all that follows from its oldest open frame; see `flush`."""
         for client, outbox in self._clients.items():
-            outbox.settled += client is sender
+            if client is sender:
+                outbox.settled += 1
+                outbox.now_ns = time_ns
 
     def flush(self) -> None:
         """Send each client what is for it; a client that is too slow loses frames."""
@@ -139,13 +155,11 @@ class SocketHub:
 
     def _send(self, client: socket.socket, outbox: "_Outbox") -> None:
         """One packet."""
-        frames, settled = outbox.frames[:_MOST_FRAMES], min(outbox.settled, _MOST_SETTLED)
-        del outbox.frames[:_MOST_FRAMES]
-        outbox.settled -= settled
+        parts = outbox.take()
         try:
-            client.send(bundle(frames, settled), socket.MSG_DONTWAIT)
+            client.send(bundle(parts), socket.MSG_DONTWAIT)
         except BlockingIOError:
-            self.overruns += len(frames)
+            self.overruns += len(parts.frames)
         except OSError:
             self._drop(client)
 
@@ -166,7 +180,19 @@ class _Outbox:
     """What a client is to be sent."""
 
     frames: list[Frame] = field(default_factory=list)
+    passed_ns: list[int] = field(default_factory=list)
     settled: int = 0
+    now_ns: int = 0
+
+    def take(self) -> Bundle:
+        """As much of it as a packet holds."""
+        settled = min(self.settled, _MOST_SETTLED)
+        parts = Bundle(
+            settled, self.now_ns, self.frames[:_MOST_FRAMES], self.passed_ns[:_MOST_FRAMES]
+        )
+        del self.frames[:_MOST_FRAMES], self.passed_ns[:_MOST_FRAMES]
+        self.settled -= settled
+        return parts
 
 
 class PythonCanHub:
@@ -206,13 +232,13 @@ class PythonCanHub:
                 frames.append(Received(frame, self, _monotonic_ns(message)))
         return frames
 
-    def deliver(self, frames: Sequence[Frame], sender: object) -> None:
+    def deliver(self, frames: Sequence[Frame], sender: object, time_ns: int) -> None:
         """Send drives' frames; the frames of other programs are on the bus already."""
         if sender is not self:
             for frame in frames:
                 self._deliver(frame)
 
-    def settle(self, sender: object) -> None:
+    def settle(self, sender: object, time_ns: int) -> None:
         """Nothing: a CAN bus has no word for it."""
 
     def flush(self) -> None:

@@ -45,7 +45,7 @@ class SimulatedBus(can.BusABC):
         self._can_protocol = can.CanProtocol.CAN_FD if fd else can.CanProtocol.CAN_20
         self._arrived: deque[can.Message] = deque()
         self._lockstep = lockstep
-        self._sent = self._settled = 0
+        self._sent = self._settled = self._now_ns = 0
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         try:
             self._socket.connect(self.channel)
@@ -117,13 +117,20 @@ class SimulatedBus(can.BusABC):
     def _take(self, packet: bytes) -> None:
         if not packet:
             raise self._closed()
-        settled, frames = unbundle(packet)
-        self._settled += settled
-        now_s = time.time()
-        self._arrived.extend([_message(frame, self.channel, now_s) for frame in frames])
+        parts = unbundle(packet)
+        self._settled += parts.settled
+        self._now_ns = parts.now_ns
+        ahead_ns = 0 if self._lockstep else -time.monotonic_ns() + time.time_ns()
+        for frame, passed_ns in zip(parts.frames, parts.passed_ns, strict=True):
+            self._arrived.append(_message(frame, self.channel, (passed_ns + ahead_ns) * 1e-9))
 
     def _closed(self) -> can.CanOperationError:
         return can.CanOperationError(f"{self.channel_info} was closed by its server")
+
+    @property
+    def now_s(self) -> float | None:
+        """The bus's own time in lockstep [s], by which its frames are stamped; None elsewhere."""
+        return self._now_ns * 1e-9 if self._lockstep else None
 
     def fileno(self) -> int:
         """The descriptor for `select`; once it is readable, `recv` until nothing comes."""
@@ -140,7 +147,7 @@ class SimulatedBus(can.BusABC):
 
 
 def _message(frame: Frame, channel: str, arrived_s: float) -> can.Message:
-    can_id, data, fd = frame
+    can_id, data, fd, _ = frame
     message = can.Message(arrived_s, can_id, False, channel=channel, data=data, is_fd=fd)
     message.bitrate_switch = fd
     if can_id > 0x7FF:

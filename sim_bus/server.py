@@ -97,7 +97,7 @@ class RealTime:
         now = self._without_pauses(until_ns)
         while (arrival := self._wire.take(now)) is not None:
             self._send(arrival.time_ns, self._arm.tick(arrival.time_ns))
-            self._hub.deliver([arrival.frame], arrival.sender)
+            self._hub.deliver([arrival.frame], arrival.sender, arrival.time_ns + self._origin_ns)
             hear = self._arm.overhear if arrival.sender is self else self._arm.receive
             self._send(arrival.time_ns, hear(arrival.time_ns, arrival.frame))
         self._hub.flush()
@@ -120,7 +120,7 @@ class RealTime:
 
     def _send(self, time_ns: int, frames: list[Frame]) -> None:
         for frame in frames:
-            self._wire.offer(time_ns, frame, self)
+            self._wire.offer(time_ns, frame._replace(passed_ns=0), self)
 
 
 class Lockstep:
@@ -163,9 +163,9 @@ class Lockstep:
         if opens or self._passes:
             self._pass_on(self._arm.tick(self._now_ns))
         late_ns = rhythm.torques_after_ns if frame.can_id in rhythm.torque_ids else 0
-        self._hub.deliver([frame], sender)
+        self._hub.deliver([frame], sender, self._now_ns)
         self._pass_on(self._arm.receive(self._now_ns + late_ns, frame))
-        self._hub.settle(sender)
+        self._hub.settle(sender, self._now_ns)
         if opens:
             self._hub.flush()
             self._arm.run_physics(self._now_ns + (rhythm.torques_after_ns or self._period_ns))
@@ -179,7 +179,7 @@ class Lockstep:
     def _pass_on(self, frames: list[Frame]) -> None:
         """Give the devices' frames to the programs and to the other devices."""
         while frames:
-            self._hub.deliver(frames, self)
+            self._hub.deliver(frames, self, self._now_ns)
             frames = [a for frame in frames for a in self._arm.overhear(self._now_ns, frame)]
 
 

@@ -19,7 +19,7 @@ from wamctl.runtime.logger import Logger, LogHead, recorded
 from wamctl.runtime.loop import Array, Loop, Watch
 from wamctl.runtime.phase import Phase
 from wamctl.runtime.realtime import PRIORITY, Grants, punctual
-from wamctl.runtime.session import Place, clock_of, connected
+from wamctl.runtime.session import Connection, Place, connected
 from wamctl.runtime.state import ArmState
 from wamctl.runtime.timing import Percentiles, percentiles
 
@@ -81,7 +81,7 @@ def bench(place: Place, seconds: float) -> Bench:
         head = _head(place, connection.drives, Path(folder) / "bench.mcap")
         with recorded(head, waits=False, shown=True) as log, punctual(real_time=True) as grants:
             name, before = baseline(period_s, seconds / 2)
-            loop = _run(place, connection.drives, log, seconds)
+            loop = _run(place, connection, log, seconds)
             _, after = baseline(period_s, seconds / 2)
     latency, cycle = loop.timing.latency(), loop.timing.cycle()
     timer, wire_us = (
@@ -106,8 +106,8 @@ def bench(place: Place, seconds: float) -> Bench:
     )
 
 
-def _run(place: Place, drives: Drives, log: Logger, seconds: float) -> Loop:
-    clock, control = clock_of(place), place.arm.control
+def _run(place: Place, connection: Connection, log: Logger, seconds: float) -> Loop:
+    drives, clock, control = connection.drives, connection.clock, place.arm.control
 
     def law(state: ArmState) -> tuple[Setpoint, Array]:
         wanted = Setpoint(state.q, 0.0 * state.q, 0.0 * state.q)

@@ -41,7 +41,7 @@ def monitor(place: Place, seconds: float | None) -> None:
 
 def _states(place: Place, connection: Connection) -> Iterator[tuple[ArmState, Readings]]:
     drives, arm = connection.drives, place.arm
-    clock = RealTimeClock(_PERIOD_S)
+    clock = RealTimeClock(_PERIOD_S, connection.channel.stamps_by_wall_clock)
     estimator = Estimator(
         arm.transmission, arm.file.controller.velocity_cutoff_hz, drives.resting_angles()
     )
@@ -49,7 +49,7 @@ def _states(place: Place, connection: Connection) -> Iterator[tuple[ArmState, Re
     clock.start()
     while True:
         clock.tick()
-        readings = drives.sample(clock.remaining)
+        readings = drives.sample(clock)
         yield estimator.update(readings, _PERIOD_S), readings
         drives.send(np.zeros(arm.robot.dof))
 

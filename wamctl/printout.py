@@ -72,8 +72,8 @@ def _print_percentiles(name: str, us: Percentiles) -> None:
 def _print_frames(frames: Counters) -> None:
     _line(
         "frames",
-        f"{frames.lost} lost, {frames.late} late, {frames.malformed} malformed, "
-        f"{frames.foreign} foreign",
+        f"{frames.lost} lost, {frames.late} late, {frames.doubled} doubled, "
+        f"{frames.reordered} reordered, {frames.malformed} malformed, {frames.foreign} foreign",
     )
 
 

@@ -53,7 +53,7 @@ class Way:
 
     def due(self, time_ns: int) -> list[Frame]:
         """Late frames whose time has come."""
-        due = [frame for release_ns, frame in self._late if release_ns <= time_ns]
+        due = [f._replace(passed_ns=ns) for ns, f in self._late if ns <= time_ns]
         if due:
             self._late = [(r, f) for r, f in self._late if r > time_ns]
         return due

@@ -316,7 +316,15 @@ class SafetySection(Section):
         description="the arm may move this many times as fast as its velocity limits"
     )
     missed_cycles: int = Field(
-        ge=1, le=50, description="this many cycles in a row without a drive's position stop the arm"
+        ge=1,
+        le=50,
+        description="this many cycles without a drive's position, or with a late, doubled or "
+        "(answers_in_order) overtaken one, more than good cycles since, stop the arm",
+    )
+    answers_in_order: bool = Field(
+        default=False,
+        description="positions come with the lowest identifier first, cycle by cycle; false: "
+        "others are only counted",
     )
     braking_s: Positive = Field(description="time for a controlled stop [s]")
 

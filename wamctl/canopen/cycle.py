@@ -1,7 +1,5 @@
 """The cycle of torque drives on the bare bus: SYNC out, positions in, torques out, nothing else."""
 
-from collections.abc import Callable
-
 import can
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +11,8 @@ from wamctl.canopen.inputs import Inputs
 from wamctl.canopen.sdo import is_plain
 from wamctl.canopen.supervision import Supervision
 from wamctl.errors import BusStopError
-from wamctl.runtime.drives import Counters, Readings
+from wamctl.runtime.arrivals import Arrivals
+from wamctl.runtime.drives import Pace, Readings
 
 Array = NDArray[np.floating]
 
@@ -45,12 +44,13 @@ class Cycle:
         section: BusSection,
     ) -> None:
         n, fd, period_s = len(drives.node_ids), section.is_fd, section.period_s
-        self.counters = Counters(lost_by_drive=dict.fromkeys(names, 0))
         self.words = [0] * n
         self._bus, self._names, self._channel, self._period_s = bus, names, channel, period_s
         self._supervision = Supervision(drives.node_ids, names, drives.heartbeat_ms / 1000)
         self._inputs = Inputs(drives, names, _UNHEARD_CYCLES)
         self._slots = {0x180 + node: slot for slot, node in enumerate(drives.node_ids)}
+        self._arrivals = Arrivals(names, list(self._slots), period_s)
+        self.counters = self._arrivals.counters
         self._sync = pdo.message(pdo.SYNC_ID, 0, fd)
         self._heartbeat = pdo.message(_MASTER_HEARTBEAT_ID, 1, fd)
         self._heartbeat.data[0] = _OPERATIONAL
@@ -84,7 +84,7 @@ class Cycle:
         """Motor angle from the arm's zero pose [rad], shape (n,), of position counts."""
         return (counts - self._zero_counts) * self._rad_per_count
 
-    def sample(self, remaining: Callable[[], float]) -> Readings:
+    def sample(self, pace: Pace) -> Readings:
         """SYNC, then statusword and position of every drive.
 
         After a cycle in which frames stayed away, those may still come, before the new ones: then
@@ -94,7 +94,8 @@ class Cycle:
             BusStopError: the bus does not send or receive.
         """
         counts = [np.nan] * len(self.words)
-        missing = set(self._slots.values())
+        arrivals = self._arrivals
+        arrivals.begin()
         self._count += 1
         try:
             self._discard_late()
@@ -102,22 +103,22 @@ class Cycle:
             if self._count % self._heartbeat_cycles == 0:
                 self._bus.send(self._heartbeat)
             for _ in range(_MOST_FRAMES):
-                message = self._bus.recv(max(0.0, remaining()))
+                message = self._bus.recv(max(0.0, pace.remaining()))
                 if message is None:
                     break
                 slot = self._slots.get(message.arbitration_id)
                 if slot is None or not _carries_position(message):
                     self._hear(message)
                     continue
-                self.counters.late += slot not in missing
-                self.words[slot], counts[slot] = pdo.POSITION_FRAME.unpack(message.data)
-                missing.discard(slot)
-                if not missing and self._settled:
+                if arrivals.admit(slot, pace.age(message.timestamp)):
+                    self.words[slot], counts[slot] = pdo.POSITION_FRAME.unpack(message.data)
+                if not arrivals.missing and self._settled:
                     break
         except (can.CanError, OSError) as error:
             raise self._failed(error) from error
-        self._settled = not missing
-        return self._readings(np.array(counts), tuple(sorted(missing)))
+        arrivals.end()
+        self._settled = not arrivals.missing
+        return self._readings(np.array(counts))
 
     def send(self, tau_motor: Array) -> Array:
         """Controlwords where a state is to change, and the torque frames [N m], shape (n,).
@@ -162,8 +163,9 @@ class Cycle:
             message = self._bus.recv(0.0)
             if message is None:
                 return
-            if message.arbitration_id in self._slots and _carries_position(message):
-                self.counters.late += 1
+            slot = self._slots.get(message.arbitration_id)
+            if slot is not None and _carries_position(message):
+                self._arrivals.leave_out(slot)
             else:
                 self._hear(message)
 
@@ -184,17 +186,23 @@ class Cycle:
         ):
             self.counters.foreign += 1
 
-    def _readings(self, counts: Array, missing: tuple[int, ...]) -> Readings:
+    def _readings(self, counts: Array) -> Readings:
         if self.words != self._read_words:
             self._read_states()
         enabled, disabled = self._enabled, self._disabled
         fault = self._supervision.fault(self._now_s) or self._state_fault()
         self._arrived |= enabled if self._goal is Goal.ENABLED else disabled
-        for slot in missing:
-            self.counters.lost += 1
-            self.counters.lost_by_drive[self._names[slot]] += 1
-        stop = self._inputs.reason()
-        return Readings(self.angle(counts), missing, enabled, disabled, fault, stop)
+        return Readings(
+            self.angle(counts),
+            tuple(sorted(self._arrivals.missing)),
+            enabled,
+            disabled,
+            fault,
+            self._inputs.reason(),
+            tuple(sorted(self._arrivals.late)),
+            tuple(sorted(self._arrivals.doubled)),
+            tuple(sorted(self._arrivals.overtaken)),
+        )
 
     def _read_states(self) -> None:
         self._read_words = self.words.copy()

@@ -15,7 +15,7 @@ from wamctl.canopen import ds402, sdo, set_up
 from wamctl.canopen.cycle import Cycle
 from wamctl.canopen.ds402 import Goal, State
 from wamctl.errors import BusError, DrivesError
-from wamctl.runtime.drives import Counters, Readings
+from wamctl.runtime.drives import Counters, Pace, Readings
 
 Array = NDArray[np.floating]
 
@@ -128,9 +128,9 @@ class CanopenDrives:
         self._cycle.start()
         self._cycle.send(np.zeros(len(self._nodes)))
 
-    def sample(self, remaining: Callable[[], float]) -> Readings:
+    def sample(self, pace: Pace) -> Readings:
         """SYNC, then statusword and position of every drive."""
-        return self._cycle.sample(remaining)
+        return self._cycle.sample(pace)
 
     def send(self, tau_motor: Array) -> Array:
         """Torque frames [N m], shape (n,); returns the torques as rounded on the wire."""

@@ -1,7 +1,5 @@
 """The cycle of classic Pucks on the bare bus: poll, positions, torques, at times one question."""
 
-from collections.abc import Callable
-
 import can
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +10,8 @@ from wamctl.puck import frames
 from wamctl.puck.acting import ActingTorque
 from wamctl.puck.supervision import Supervision
 from wamctl.puck.wiring import CycleFrames, is_plain, message
-from wamctl.runtime.drives import Counters, Readings
+from wamctl.runtime.arrivals import Arrivals
+from wamctl.runtime.drives import Pace, Readings
 
 Array = NDArray[np.floating]
 
@@ -32,6 +31,7 @@ class Cycle:
         wires: the frames.
         supervision: what is asked beside them.
         acting: which torque acts when.
+        period_s: poll to poll [s].
     """
 
     def __init__(
@@ -43,10 +43,12 @@ class Cycle:
         wires: CycleFrames,
         supervision: Supervision,
         acting: ActingTorque,
+        period_s: float,
     ) -> None:
-        self.counters = Counters(lost_by_drive=dict.fromkeys(names, 0))
         self._bus, self._channel, self._names = bus, channel, names
         self._wires, self._supervision, self._acting = wires, supervision, acting
+        self._arrivals = Arrivals(names, list(wires.slot_of), period_s)
+        self.counters = self._arrivals.counters
         self._rad_per_count = 2.0 * np.pi / np.array(drives.counts_per_revolution)
         self._units_per_nm = np.array(drives.torque_units_per_nm, dtype=float)
         self._has_goal = self._must_idle = False
@@ -63,7 +65,7 @@ class Cycle:
         """Motor angle from the arm's zero pose [rad], shape (n,), of position counts."""
         return counts * self._rad_per_count
 
-    def sample(self, remaining: Callable[[], float]) -> Readings:
+    def sample(self, pace: Pace) -> Readings:
         """Poll, then the position of every motor.
 
         After a cycle in which frames stayed away, those may still come, before the new ones: then
@@ -73,29 +75,30 @@ class Cycle:
             BusStopError: the bus does not send or receive.
         """
         counts = np.full(len(self._names), np.nan)
-        missing = set(range(len(self._names)))
+        arrivals = self._arrivals
+        arrivals.begin()
         self._count += 1
         try:
             self._discard_late()
             self._acting.polled()
             self._bus.send(self._wires.poll)
             for _ in range(_MOST_FRAMES):
-                frame = self._bus.recv(max(0.0, remaining()))
+                frame = self._bus.recv(max(0.0, pace.remaining()))
                 if frame is None:
                     break
                 slot = self._slot(frame)
                 if slot is None:
                     self._hear(frame)
                     continue
-                self.counters.late += slot not in missing
-                counts[slot] = frames.decode_position(frame.data[:3])
-                missing.discard(slot)
-                if not missing and self._settled:
+                if arrivals.admit(slot, pace.age(frame.timestamp)):
+                    counts[slot] = frames.decode_position(frame.data[:3])
+                if not arrivals.missing and self._settled:
                     break
         except (can.CanError, OSError) as error:
             raise self._failed(error) from error
-        self._settled = not missing
-        return self._readings(counts, tuple(sorted(missing)))
+        arrivals.end()
+        self._settled = not arrivals.missing
+        return self._readings(counts)
 
     def send(self, tau_motor: Array) -> Array:
         """Torque frames [N m], shape (n,), then at times a question or an order to idle.
@@ -140,10 +143,11 @@ class Cycle:
             frame = self._bus.recv(0.0)
             if frame is None:
                 return
-            if self._slot(frame) is None:
+            slot = self._slot(frame)
+            if slot is None:
                 self._hear(frame)
             else:
-                self.counters.late += 1
+                self._arrivals.leave_out(slot)
 
     def _slot(self, frame: can.Message) -> int | None:
         """Place of the motor whose position the frame carries; None for any other frame."""
@@ -167,20 +171,20 @@ class Cycle:
         node = self._wires.node_of.get(can_id)
         return node is not None and self._supervision.hear(node, data)
 
-    def _readings(self, counts: Array, missing: tuple[int, ...]) -> Readings:
-        for slot in missing:
-            self.counters.lost += 1
-            self.counters.lost_by_drive[self._names[slot]] += 1
-        watched = self._supervision
-        if missing:
+    def _readings(self, counts: Array) -> Readings:
+        watched, arrivals = self._supervision, self._arrivals
+        if arrivals.missing:
             watched.alarm()
         return Readings(
             self.angle(counts),
-            missing,
+            tuple(sorted(arrivals.missing)),
             watched.enabled,
             watched.disabled,
             watched.fault,
             watched.too_hot,
+            tuple(sorted(arrivals.late)),
+            tuple(sorted(arrivals.doubled)),
+            tuple(sorted(arrivals.overtaken)),
         )
 
     def _failed(self, error: Exception) -> BusStopError:

@@ -18,7 +18,7 @@ from wamctl.puck.exchange import Exchange
 from wamctl.puck.properties import motor_properties, safety_properties
 from wamctl.puck.supervision import Supervision
 from wamctl.puck.wiring import cycle_frames
-from wamctl.runtime.drives import Counters, Readings
+from wamctl.runtime.drives import Counters, Pace, Readings
 
 Array = NDArray[np.floating]
 
@@ -75,6 +75,7 @@ class PuckDrives:
             cycle_frames(drives, self._motors[0], self._safety),
             self._supervision,
             ActingTorque(len(nodes), arm.bus.period_s, lockstep),
+            arm.bus.period_s,
         )
 
     @property
@@ -154,9 +155,9 @@ class PuckDrives:
         module, ignored = self._drives.safety_module.node_id, safety_module.IGNORED_SAMPLES
         self._exchange.tell(module, self._safety["IFAULT"], ignored)
 
-    def sample(self, remaining: Callable[[], float]) -> Readings:
+    def sample(self, pace: Pace) -> Readings:
         """Poll, then the position of every motor."""
-        return self._cycle.sample(remaining)
+        return self._cycle.sample(pace)
 
     def send(self, tau_motor: Array) -> Array:
         """Torque frames [N m], shape (n,); returns the mean torque until the next poll."""

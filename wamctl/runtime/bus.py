@@ -1,7 +1,7 @@
 """Opening a CAN bus from its word, `INTERFACE:CHANNEL`."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import can
 
@@ -10,6 +10,7 @@ from wamctl.errors import BusError, UsageError
 
 EMBEDDED = "sim"
 _SIMULATED_ONLY = frozenset({"simbus", "virtual", "udp_multicast"})
+_WALL_CLOCK = frozenset({"simbus", "socketcan"})
 _HINT = "`--bus sim` runs the simulated arm and needs no hardware"
 
 
@@ -29,9 +30,24 @@ class Channel:
         return self.interface in _SIMULATED_ONLY or self.name.startswith(("vcan", "vxcan"))
 
     @property
+    def stamps_by_wall_clock(self) -> bool:
+        """Whether frames are stamped as they pass, by the clock of `time.time`."""
+        return self.interface in _WALL_CLOCK
+
+    @property
     def is_embedded(self) -> bool:
         """Whether it is the simulated bus that this project brings along."""
         return self.interface == "simbus"
+
+
+@runtime_checkable
+class Timekeeper(Protocol):
+    """A bus with a time of its own: the simulated one in lockstep."""
+
+    @property
+    def now_s(self) -> float | None:
+        """Its present time, by which its frames are stamped [s]; None where it has none."""
+        ...
 
 
 def parse_channel(word: str) -> Channel:

@@ -1,6 +1,6 @@
 """The one interface to the motor controllers: the loop knows no bus, frame or protocol beyond."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.floating]
 
+WINDOW = 0.8
+"""Share of the period in which the drives' answers to SYNC must have come."""
+
 
 @dataclass(frozen=True)
 class Readings:
@@ -16,7 +19,10 @@ class Readings:
 
     Attributes:
         angle_motor: motor angle from the arm's zero pose, shape (n,) [rad]; NaN where none came.
-        missing: places (0, 1, ...) of the drives whose angle did not come in time.
+        missing: places (0, 1, ...) of the drives whose angle did not come.
+        late: those with an angle that came too late for its cycle, whether it is used or not.
+        doubled: those with more than one angle.
+        overtaken: those whose angle came behind one that it precedes in the plan.
         enabled: every drive gives torque.
         disabled: no drive gives torque.
         fault: why the drives cannot be trusted any more, as the start of a sentence; or None.
@@ -29,6 +35,21 @@ class Readings:
     disabled: bool
     fault: str | None
     stop: str | None = None
+    late: tuple[int, ...] = ()
+    doubled: tuple[int, ...] = ()
+    overtaken: tuple[int, ...] = ()
+
+
+class Pace(Protocol):
+    """What a cycle's clock says about its frames."""
+
+    def remaining(self) -> float:
+        """Time left to wait for frames [s]."""
+        ...
+
+    def age(self, stamp_s: float) -> float:
+        """Time from this cycle's SYNC to a frame's time stamp [s]; negative for older frames."""
+        ...
 
 
 @dataclass
@@ -37,6 +58,8 @@ class Counters:
 
     lost: int = 0
     late: int = 0
+    doubled: int = 0
+    reordered: int = 0
     malformed: int = 0
     foreign: int = 0
     lost_by_drive: dict[str, int] = field(default_factory=dict)
@@ -101,11 +124,11 @@ class Drives(Protocol):
         """Bring the drives to where the cycle can begin, every torque primed with zero."""
         ...
 
-    def sample(self, remaining: Callable[[], float]) -> Readings:
+    def sample(self, pace: Pace) -> Readings:
         """Ask for the angles of this instant and collect them.
 
         Args:
-            remaining: time left to wait for frames [s].
+            pace: how long to wait for frames, and how old they are.
 
         Raises:
             BusStopError: the bus itself does not work any more.

@@ -14,7 +14,7 @@ from wamctl.runtime.loop import Loop
 from wamctl.runtime.operator import StopRequest
 from wamctl.runtime.preflight import Prepared
 from wamctl.runtime.realtime import Grants, punctual
-from wamctl.runtime.session import Connection, Place, clock_of, connected
+from wamctl.runtime.session import Connection, Place, connected
 from wamctl.runtime.timing import Timing
 
 
@@ -84,9 +84,8 @@ def excite(order: Order) -> Summary:
     if order.out.exists():
         raise UsageError(f"The log {order.out} exists already: name another with --out.")
     arm, place = order.prepared.arm, order.place
-    clock = clock_of(place)
     with connected(place) as connection:
-        drives = connection.drives
+        clock, drives = connection.clock, connection.drives
         rest = arm.transmission.joint_angle(drives.resting_angles())
         motion = experiment.plan(arm, rest, order.prepared.excitation)
         order.confirm(connection)

@@ -13,6 +13,7 @@ from wamctl.arm.robot import Robot
 from wamctl.arm.transmission import Transmission
 from wamctl.errors import BusStopError, SafetyStopError, StopError
 from wamctl.runtime.clock import Clock
+from wamctl.runtime.disturbance import Disturbance
 from wamctl.runtime.drives import Drives, Readings
 from wamctl.runtime.logger import Logger
 from wamctl.runtime.phase import Phase
@@ -80,7 +81,9 @@ class Loop:
         )
         self._status_cycles = max(1, round(_STATUS_S / file.bus.period_s))
         self._sent: list[Array] = [np.zeros(arm.robot.dof)] * (drives.delay_cycles + 1)
-        self._disturbed = self._late = 0
+        self._disturbance = Disturbance(
+            drives.names, file.safety.missed_cycles, file.safety.answers_in_order
+        )
         self._first_ns = self._last_ns = 0
 
     @property
@@ -121,7 +124,7 @@ class Loop:
 
     def _cycle(self, law: Law, watch: Watch) -> Readings:
         stamp_ns, elapsed_s = self._next_instant()
-        readings = self._drives.sample(self._clock.remaining)
+        readings = self._drives.sample(self._clock)
         self._clock.patient = not readings.missing
         state = self._estimator.update(readings, elapsed_s)
         if watch >= Watch.DRIVES:
@@ -157,14 +160,9 @@ class Loop:
     def _check_drives(self, readings: Readings) -> None:
         if readings.fault is not None:
             raise BusStopError(readings.fault)
-        late, before = self._drives.counters.late, self._late
-        self._late = late
-        self._disturbed = self._disturbed + 1 if readings.missing or late > before else 0
-        limit = self._arm.file.safety.missed_cycles
-        if self._disturbed >= limit:
-            silent = ", ".join(self._drives.names[slot] for slot in readings.missing)
-            what = f"no position from {silent}" if silent else "late or doubled positions"
-            raise BusStopError(f"{what} in {self._disturbed} cycles in a row (limit {limit})")
+        cause = self._disturbance.note(readings, self._clock.waited)
+        if cause is not None:
+            raise BusStopError(cause)
 
     def _check_host(self, readings: Readings) -> None:
         reason = self._operator() or readings.stop

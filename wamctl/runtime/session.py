@@ -5,8 +5,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+import can
+
 from wamctl.errors import UsageError
-from wamctl.runtime.bus import EMBEDDED, Channel, open_bus, parse_channel
+from wamctl.runtime.bus import EMBEDDED, Channel, Timekeeper, open_bus, parse_channel
 from wamctl.runtime.clock import Clock, LockstepClock, RealTimeClock
 from wamctl.runtime.controllers import open_drives
 from wamctl.runtime.drives import Drives
@@ -44,11 +46,13 @@ class Connection:
 
     Attributes:
         channel: the bus.
+        clock: what paces the loop on it.
         drives: its drives.
         notes: what the operator should know.
     """
 
     channel: Channel
+    clock: Clock
     drives: Drives
     notes: tuple[str, ...]
 
@@ -71,17 +75,17 @@ def connected(place: Place, zeroed: bool = True) -> Iterator[Connection]:
         drives = open_drives(bus, channel, place.arm.file, place.path, place.lockstep)
         notes = drives.set_up() if zeroed else drives.prepare()
         try:
-            yield Connection(channel, drives, tuple(notes))
+            yield Connection(channel, _clock(place, channel, bus), drives, tuple(notes))
         finally:
             drives.cut_off()
 
 
-def clock_of(place: Place) -> Clock:
-    """The clock that paces the loop."""
+def _clock(place: Place, channel: Channel, bus: can.BusABC) -> Clock:
     file = place.arm.file
     if place.lockstep:
-        return LockstepClock(file.bus.period_s)
-    return RealTimeClock(file.bus.period_s, file.safety.missed_cycles)
+        return LockstepClock(file.bus.period_s, bus if isinstance(bus, Timekeeper) else None)
+    overtime = file.safety.missed_cycles / 2
+    return RealTimeClock(file.bus.period_s, channel.stamps_by_wall_clock, overtime)
 
 
 @contextmanager

@@ -27,6 +27,8 @@ def is_complete(done):
     assert vars(done.summary.frames) == {
         "lost": 0,
         "late": 0,
+        "doubled": 0,
+        "reordered": 0,
         "malformed": 0,
         "foreign": 0,
         "lost_by_drive": {f"drive {k} (node {k})": 0 for k in range(1, 8)},

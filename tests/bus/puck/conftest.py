@@ -96,6 +96,19 @@ class ClassicArm:
             yield Rig(PuckDrives(bus, file, section, "sim", lockstep=True))
 
 
+class Until:
+    """A cycle that waits until an instant of the monotonic clock, and takes each frame as new."""
+
+    def __init__(self, end_s: float) -> None:
+        self._end_s = end_s
+
+    def remaining(self) -> float:
+        return self._end_s - time.monotonic()
+
+    def age(self, stamp_s: float) -> float:
+        return 0.0
+
+
 class Rig:
     """A master, and a loop around it that is as small as can be."""
 
@@ -103,9 +116,12 @@ class Rig:
         self.drives = drives
         self.acting: list[np.ndarray] = []
 
+    def listen(self, seconds: float) -> Readings:
+        """A poll, and what comes within a time."""
+        return self.drives.sample(Until(time.monotonic() + seconds))
+
     def cycle(self, tau_motor: np.ndarray | None = None) -> Readings:
-        end = time.monotonic() + 0.2
-        readings = self.drives.sample(lambda: end - time.monotonic())
+        readings = self.listen(0.2)
         self.acting.append(self.drives.send(np.zeros(7) if tau_motor is None else tau_motor))
         return readings
 
@@ -153,11 +169,11 @@ class Muffled:
             return [Received(f, None, None) for f in self.accidents.popleft()()] + heard
         return heard
 
-    def deliver(self, frames: Sequence[Frame], sender: object) -> None:
+    def deliver(self, frames: Sequence[Frame], sender: object, time_ns: int) -> None:
         altered = [self.alters(frame) for frame in frames]
         left = [frame for frame in altered if frame is not None]
         if left:
-            self._hub.deliver(left, sender)
+            self._hub.deliver(left, sender, time_ns)
 
 
 class Witness:

@@ -25,7 +25,7 @@ def rig(classic):
     with classic.drives() as rig:
         yield rig.enabled()
         rig.drives.cut_off()
-        rig.drives.sample(lambda: 0.02)  # the frames before it have arrived
+        rig.listen(0.02)  # the frames before it have arrived
 
 
 def overheard(classic, rig, cycles, tau=None):
@@ -146,7 +146,7 @@ def test_nobody_activates_an_arm_whose_program_has_ended(classic, monkeypatch):
     with classic.drives() as rig:
         rig.drives.set_up()
         rig.drives.cut_off()
-        rig.drives.sample(lambda: 0.1)
+        rig.listen(0.1)
     node = classic.safety
     assert node._began_ns is not None
     for k in range(200):

@@ -164,7 +164,7 @@ class LoneHub:
     def __init__(self):
         self.frames = []
 
-    def deliver(self, frames, sender):
+    def deliver(self, frames, sender, time_ns):
         self.frames += frames
 
     def flush(self):
@@ -210,11 +210,11 @@ def test_in_lockstep_no_time_passes_until_the_arm_has_answered(tmp_path, lockste
         (sync,) = hub.receive(hub.sources()[1:])
 
         def answer():
-            hub.deliver([Frame(0x181)], None)
+            hub.deliver([Frame(0x181)], None, 0)
             hub.flush()
             time.sleep(0.2)
-            hub.deliver([Frame(0x182)], None)
-            hub.settle(sync.sender)
+            hub.deliver([Frame(0x182)], None, 0)
+            hub.settle(sync.sender, 0)
             hub.flush()
 
         thread = threading.Timer(0.2, answer)

@@ -56,8 +56,18 @@ def cycle(bus):
     return found
 
 
+class Now:
+    """A cycle that waits for nothing, on a bus that stamps frames from its SYNC on."""
+
+    def remaining(self):
+        return 0.0
+
+    def age(self, stamp_s):
+        return stamp_s
+
+
 def sample(cycle):
-    return cycle.sample(lambda: 0.0)
+    return cycle.sample(Now())
 
 
 def everyone(counts=0, word=DISABLED):
@@ -65,10 +75,11 @@ def everyone(counts=0, word=DISABLED):
 
 
 def test_positions_are_angles_of_the_motors(bus, cycle):
-    bus.answers.append([position(node, 100 * node) for node in range(7, 0, -1)])
+    bus.answers.append([position(node, 100 * node) for node in range(1, 8)])
     readings = sample(cycle)
     assert readings.angle_motor == pytest.approx(100 * np.arange(1, 8) * TURN)
     assert (readings.missing, readings.disabled, readings.fault) == ((), True, None)
+    assert (readings.late, readings.doubled, readings.overtaken) == ((), (), ())
 
 
 def test_a_position_that_stays_away_is_missing(bus, cycle):
@@ -93,7 +104,36 @@ def test_after_a_gap_the_last_position_counts(bus, cycle):
     assert sample(cycle).missing == tuple(range(7))
     readings = sample(cycle)
     assert readings.angle_motor == pytest.approx(2 * TURN * np.ones(7))
-    assert cycle.counters.late == 7
+    assert readings.doubled == tuple(range(7))
+    assert cycle.counters.doubled == 7
+
+
+def test_a_position_stamped_before_the_sync_is_an_older_one(bus, cycle):
+    old = position(3, 1)
+    old.timestamp = -0.001
+    bus.answers.append([old, *[f for f in everyone(2) if f.arbitration_id != 0x183]])
+    readings = sample(cycle)
+    assert (readings.missing, readings.late) == ((2,), (2,))
+    assert np.isnan(readings.angle_motor[2])
+    assert (cycle.counters.late, cycle.counters.lost) == (1, 1)
+
+
+@pytest.mark.parametrize(("age_ms", "late"), [(1.5, ()), (1.7, (2,))])
+def test_a_position_behind_the_window_is_used_and_counted_as_late(bus, cycle, age_ms, late):
+    answers = everyone(2)
+    answers[2].timestamp = age_ms * 1e-3
+    bus.answers.append(answers)
+    readings = sample(cycle)
+    assert (readings.missing, readings.late) == ((), late)
+    assert readings.angle_motor == pytest.approx(2 * TURN * np.ones(7))
+
+
+def test_a_position_behind_those_that_follow_it_is_told(bus, cycle):
+    answers = everyone()
+    bus.answers.append([*answers[:2], answers[3], answers[2], *answers[4:]])
+    readings = sample(cycle)
+    assert (readings.missing, readings.overtaken) == ((), (2,))
+    assert cycle.counters.reordered == 1
 
 
 @pytest.mark.parametrize(

@@ -60,7 +60,7 @@ def test_frames_are_awaited_for_most_of_the_period(world):
 
 
 def test_a_late_frame_holds_a_cycle_up_unless_one_was_missing_before(world):
-    clock = RealTimeClock(0.002, overtime=5)
+    clock = RealTimeClock(0.002, stamped=True, overtime=5)
     clock.start()
     clock.tick()
     assert clock.remaining() == pytest.approx(0.0116)
@@ -70,6 +70,36 @@ def test_a_late_frame_holds_a_cycle_up_unless_one_was_missing_before(world):
     assert clock.remaining() == pytest.approx(0.0116)
     clock.patient = False
     assert clock.remaining() == pytest.approx(0.0016)
+
+
+def test_waiting_is_counted_in_periods_and_only_as_long_as_it_may_last(world):
+    clock = RealTimeClock(0.002, overtime=4)
+    clock.start()
+    clock.tick()
+    assert clock.waited == 1
+    world.now_ns += 3_000_000
+    assert clock.waited == 2
+    world.now_ns += 50_000_000  # this computer was busy with something else
+    assert clock.waited == 5
+
+
+@pytest.mark.parametrize(("stamped", "ages"), [(True, [-0.001, 0.002]), (False, [0.0, 0.0])])
+def test_the_age_of_a_frame_counts_from_its_cycle(world, stamped, ages):
+    clock = RealTimeClock(0.002, stamped=stamped)
+    clock.start()
+    clock.tick()
+    started_s = time.time_ns() * 1e-9
+    world.now_ns += 9_000_000  # when it is read does not matter
+    found = [clock.age(started_s + age_s) for age_s in (-0.001, 0.002)]
+    assert found == pytest.approx(ages, abs=1e-6)
+
+
+def test_in_lockstep_the_bus_says_how_old_a_frame_is():
+    class Keeper:
+        now_s = 0.5
+
+    assert LockstepClock(0.002, Keeper()).age(0.499) == pytest.approx(-0.001)
+    assert LockstepClock(0.002).age(0.499) == 0.0
 
 
 def test_lockstep_stamps_are_the_same_every_time(world):

@@ -49,7 +49,7 @@ class IdealDrives:
     def resting_angles(self):
         return self._arm.transmission.motor_angle(REST)
 
-    def sample(self, remaining):
+    def sample(self, pace):
         self._on = self._wanted and self.obeys
         self.cycle += 1
         angle = self._arm.transmission.motor_angle(self._q)
@@ -228,7 +228,7 @@ def test_a_silent_drive_ends_it(wam, rig):
 
     rig.drives.accident = at(300, lose)
     stop = rig.stopped()
-    assert stop.cause == "no position from drive 3 in 8 cycles in a row (limit 8)"
+    assert stop.cause == "no position from drive 3 in 8 cycles (limit 8)"
     assert stop.outcome == "the drives were disabled"
 
 
