@@ -13,6 +13,9 @@ from wamctl.arm.robot import Robot, cad_parameters
 
 Array = NDArray[np.floating]
 
+_LEAST_SHARE = 1e-8
+"""Of the squared torque: data with less error count as if they had it, or no solver could scale."""
+
 
 @dataclass(frozen=True)
 class Problem:
@@ -103,7 +106,7 @@ def least_error(problem: Problem) -> float:
     torque = float(np.sum(problem.R[:, -1] ** 2))
     if torque == 0.0:
         raise DataError("The torque is zero throughout the recording; nothing can be learned.")
-    return max(float(squared_error(problem.R, ordinary(problem))), 1e-12 * torque)
+    return max(float(squared_error(problem.R, ordinary(problem))), _LEAST_SHARE * torque)
 
 
 def solved(gram: Array) -> Array:

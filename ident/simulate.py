@@ -48,19 +48,34 @@ class _Setting:
 def simulate_model(
     model_path: Path, trajectory: Path | None, config: str | None, out: Path
 ) -> Recording:
-    """Simulate and write a log.
+    """Simulate the arm of a `model.yaml`, and write a log.
 
     Args:
-        model_path: a `model.yaml`.
-        trajectory: the motion; None: the one of the recording that the model was identified on,
-            or the configuration's.
-        config: the arm's configuration; None: the recording's, or the shipped one of this name.
+        model_path: the model.
+        trajectory: as of `simulated`.
+        config: as of `simulated`.
         out: the log.
 
     Raises:
         UserError: a file that cannot be used, or nothing that says how the arm is moved.
     """
-    model = load_model(model_path)
+    recording = simulated(load_model(model_path), trajectory, config)
+    write_recording(out, recording)
+    return recording
+
+
+def simulated(model: Model, trajectory: Path | None, config: str | None) -> Recording:
+    """What a recording of the identified arm with its controller would hold.
+
+    Args:
+        model: the arm.
+        trajectory: the motion; None: the one of the recording that the model was identified on,
+            or the configuration's.
+        config: the arm's configuration; None: the recording's, or the shipped one of this name.
+
+    Raises:
+        UserError: a file that cannot be used, or nothing that says how the arm is moved.
+    """
     setting = _setting(model, trajectory, config)
     series = _ordered(setting.trajectory.series, model.robot.joint_names)
     file = setting.file
@@ -73,9 +88,7 @@ def simulate_model(
         wire_for(file),
         (motion.q, motion.qd, motion.qdd),
     )
-    recording = _recording(model, setting, motion, result)
-    write_recording(out, recording)
-    return recording
+    return _recording(model, setting, motion, result)
 
 
 def _setting(model: Model, trajectory: Path | None, config: str | None) -> _Setting:
@@ -123,7 +136,18 @@ def _file(
         file = file_of(log, model.logs[0], None)
         if isinstance(file, ArmFile):
             return file, {k: v for k, v in log.attachments.items() if k == "config.yaml"}
-    path = find_file(config or f"{model.arm}.yaml")
+    try:
+        path = find_file(config or f"{model.arm}.yaml")
+    except ConfigurationError as error:
+        if config is not None:
+            raise
+        raise ConfigurationError(
+            "--config",
+            [
+                f"not given, and neither the model's recording nor a shipped file says how"
+                f" {model.arm} is controlled; name a file as wam7.yaml is one"
+            ],
+        ) from error
     return load_arm_file(path), {"config.yaml": path.read_bytes()}
 
 
