@@ -1,0 +1,117 @@
+"""The whole experiment in real time, arm and loop in processes of their own: what got lost or late.
+
+Usage: scripts/benchmarks/real_time.py [CONFIG] [OPTION...], from the root, with .venv's Python.
+
+    --bus INTERFACE:CHANNEL  where; a socket of the embedded bus without it
+    --fd                     CAN FD (1 and 5 Mbit/s) at 1 kHz
+    --hogs                   beside it, a process on each core that never rests
+    --seconds N              ends after N seconds of cycles; without it, the shipped minute
+
+On a kernel with vcan, behind scripts/vcan-test .venv/bin/python, with --bus socketcan:vcan0.
+Prints how it ended, the loop's figures, the processor time of each side, and what the kernel's
+limit on real-time processes is (sched_rt_runtime_us): who needs more than that share of each second
+is held up for the rest of it.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import yaml
+
+from wamctl.arm.config import find_file
+
+HOG = "import os; os.sched_setaffinity(0, {int(__import__('sys').argv[1])})\nwhile True: pass"
+LIMIT = Path("/proc/sys/kernel/sched_rt_runtime_us")
+TICK_S = 1.0 / os.sysconf("SC_CLK_TCK")
+
+
+def program(name: str) -> str:
+    """A command of the project."""
+    return str(Path(sys.executable).with_name(name))
+
+
+def at_one_kilohertz(shipped: str, folder: Path) -> Path:
+    """A shipped arm on CAN FD with half the period."""
+    content = yaml.safe_load(find_file(shipped).read_text())
+    content["bus"] |= {"period_s": 0.001, "data_bitrate_bit_s": 5_000_000}
+    content["robot"]["urdf"] = str(find_file(content["robot"]["urdf"]))
+    content["drives"]["dictionary"] = str(find_file(content["drives"]["dictionary"]))
+    content["excitation"]["trajectory"] = str(find_file(content["excitation"]["trajectory"]))
+    content["safety"]["missed_cycles"] = 16
+    path = folder / "arm.yaml"
+    path.write_text(yaml.safe_dump(content))
+    return path
+
+
+@contextmanager
+def running(command: list[str]) -> Iterator["subprocess.Popen[str]"]:
+    """A process that is ended with the block."""
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True) as process:
+        try:
+            yield process
+        finally:
+            process.terminate()
+
+
+def spent_s(pid: int) -> float:
+    """User and system time of a process [s]."""
+    fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) * TICK_S
+
+
+def minute(config: str, arm: str, bus: str, seconds: float | None, log: Path) -> None:
+    """One experiment on a served arm; prints its figures."""
+    serve = [program("sim-bus"), "serve", "--config", config, "--bus", bus]
+    excite = [program("wamctl"), "excite", "--config", config, "--bus", bus, "--json"]
+    excite += ["--yes-move-the-arm", arm, "--out", str(log)]
+    with running(serve) as server:
+        if server.stdout:
+            print(server.stdout.readline().strip())
+        with subprocess.Popen(excite, stdout=subprocess.PIPE, text=True) as loop:
+            before, began = spent_s(server.pid), time.monotonic()
+            took = {}
+            while loop.poll() is None:
+                took = {"loop": spent_s(loop.pid), "arm": spent_s(server.pid) - before}
+                time.sleep(0.5)
+                if seconds is not None and time.monotonic() - began > seconds:
+                    loop.terminate()
+            said = loop.stdout.read() if loop.stdout else ""
+    print(f"exit code {loop.returncode}")
+    if said:
+        print(json.dumps(json.loads(said), indent=1))
+    passed = time.monotonic() - began
+    for name, used in took.items():
+        print(f"{name}: {100.0 * used / passed:.0f} % of a core")
+
+
+def main() -> None:
+    """The figures."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("config", nargs="?", default="wam7.yaml")
+    parser.add_argument("--bus")
+    parser.add_argument("--fd", action="store_true")
+    parser.add_argument("--hogs", action="store_true")
+    parser.add_argument("--seconds", type=float)
+    asked = parser.parse_args()
+    limit = LIMIT.read_text().strip() if LIMIT.exists() else "unknown"
+    print(f"sched_rt_runtime_us {limit}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
+    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
+        config = str(at_one_kilohertz(asked.config, Path(folder))) if asked.fd else asked.config
+        arm = yaml.safe_load(find_file(config).read_text())["arm"]
+        for core in sorted(os.sched_getaffinity(0)) if asked.hogs else ():
+            stack.enter_context(running([sys.executable, "-c", HOG, str(core)]))
+        bus = asked.bus or f"simbus:{folder}/bus"
+        minute(config, arm, bus, asked.seconds, Path(folder) / "log.mcap")
+
+
+if __name__ == "__main__":
+    main()

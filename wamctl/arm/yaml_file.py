@@ -1,0 +1,87 @@
+"""YAML files: where they are, what they hold, and every fault of it in one sentence."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TypeVar
+
+import yaml
+from pydantic import BaseModel, ValidationError
+
+from wamctl.arm.errors import ConfigurationError
+
+M = TypeVar("M", bound=BaseModel)
+
+
+def shipped_file(name: str) -> Path:
+    """Path of a file in `configs/`, from the source tree or from the installed wheel."""
+    inside_wheel = Path(__file__).parent.parent / "configs" / name
+    return (
+        inside_wheel
+        if inside_wheel.exists()
+        else Path(__file__).parent.parent.parent / "configs" / name
+    )
+
+
+def find_file(path: str | Path) -> Path:
+    """The file itself, or the shipped file of that bare name.
+
+    Raises:
+        ConfigurationError: no such file; the sentence lists the shipped ones.
+    """
+    path = Path(path)
+    if path.is_file():
+        return path
+    if path.name == str(path) and shipped_file(path.name).is_file():
+        return shipped_file(path.name)
+    shipped = ", ".join(sorted(p.name for p in shipped_file("").glob("*.yaml")))
+    raise ConfigurationError(
+        path, [f"no such file, and none of that name is shipped (shipped: {shipped})"]
+    )
+
+
+def beside(config: Path, name: str) -> Path:
+    """A path written in a configuration file: absolute, or relative to that file."""
+    return (config.parent / name).resolve()
+
+
+def read_yaml(path: Path) -> object:
+    """The content of a YAML file.
+
+    Raises:
+        ConfigurationError: unreadable file or broken YAML, with its line.
+    """
+    try:
+        return yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigurationError(path, [f"cannot be read ({error})"]) from error
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        where = f" in line {mark.line + 1}, column {mark.column + 1}" if mark else ""
+        raise ConfigurationError(
+            path, [f"not valid YAML{where} ({getattr(error, 'problem', error)})"]
+        ) from error
+
+
+def validate(kind: type[M], content: object, source: Path | str) -> M:
+    """The model of parsed YAML.
+
+    Raises:
+        ConfigurationError: every fault at once, each with its place in the file.
+    """
+    try:
+        return kind.model_validate(content)
+    except ValidationError as error:
+        raise ConfigurationError(
+            source, [f for e in error.errors() for f in _sentences(e["loc"], e["msg"])]
+        ) from error
+
+
+def _sentences(place: Sequence[int | str], message: str) -> list[str]:
+    text = message.removeprefix("Value error, ")
+    if not place:
+        return text.split("; ")
+    if place[0] == "drives" and len(place) > 1:  # pydantic puts the protocol's name in between
+        place = (place[0], *place[2:])
+    known = {"Extra inputs are not permitted": "unknown key", "Field required": "missing"}
+    where = ".".join(str(p) for p in place)
+    return [f"{where}: {known.get(s, s[:1].lower() + s[1:])}" for s in text.split("; ")]
