@@ -20,6 +20,33 @@ _TOLERANCE = 1e-8
 
 
 @dataclass(frozen=True)
+class Inside:
+    """`A x - b` in the cones of some constraints, one below the other.
+
+    Attributes:
+        constraints: whose cones these are; their own A and b are of delta.
+        A: shape (rows, p).
+        b: shape (rows,).
+    """
+
+    constraints: Sequence[Constraint]
+    A: Array
+    b: Array
+
+
+def inside(constraints: Sequence[Constraint], start: Array, T: Array) -> Inside:
+    """Constraints on delta = start + T x as constraints on x.
+
+    Args:
+        constraints: in terms of delta, shape (p,).
+        start: shape (p,).
+        T: shape (p, p).
+    """
+    A = np.concatenate([k.A for k in constraints])
+    return Inside(constraints, A @ T, np.concatenate([k.b for k in constraints]) - A @ start)
+
+
+@dataclass(frozen=True)
 class Program:
     """Minimise x^T P x / 2 + c^T x subject to A x + s = b with s in a product of cones.
 
@@ -55,32 +82,35 @@ class Solution:
     seconds: float
 
 
-def program(P: Array, c: Array, constraints: Sequence[Constraint]) -> Program:
-    """The program of a dense objective under constraints `A x - b in cone`.
+def program(P: Array, c: Array, inside: Inside) -> Program:
+    """The program of a dense objective.
 
     Args:
         P: shape (p, p), symmetric.
         c: shape (p,).
-        constraints: in terms of x.
+        inside: constraints of x.
     """
-    A = np.concatenate([-k.A for k in constraints])
-    b = np.concatenate([-k.b for k in constraints])
     cones = [
         clarabel.PSDTriangleConeT(k.side) if k.side else clarabel.NonnegativeConeT(len(k.b))
-        for k in constraints
+        for k in inside.constraints
     ]
-    return Program(sparse.csc_matrix(np.triu(P)), c, sparse.csc_matrix(A), b, cones)
+    return Program(_sparse(np.triu(P)), c, _sparse(-inside.A), -inside.b, cones)
 
 
-def solve(
-    P: Array, c: Array, constraints: Sequence[Constraint], what: str, refined: bool = True
-) -> Solution:
+def _sparse(matrix: Array) -> sparse.csc_matrix:
+    """A matrix without its zeros."""
+    columns, rows = np.nonzero(matrix.T)
+    ends = np.searchsorted(columns, np.arange(matrix.shape[1] + 1))
+    return sparse.csc_matrix((matrix[rows, columns], rows, ends), shape=matrix.shape)
+
+
+def solve(P: Array, c: Array, inside: Inside, what: str, refined: bool = True) -> Solution:
     """The program's solution.
 
     Args:
         P: shape (p, p), symmetric.
         c: shape (p,).
-        constraints: in terms of x.
+        inside: constraints of x.
         what: what is solved, for the message.
         refined: whether the solver repeats its linear solves to gain digits; what is well scaled
             does without.
@@ -89,7 +119,7 @@ def solve(
         DataError: the solver gives up; the sentence names `what` and its status.
     """
     start = time.perf_counter()
-    task = program(P, c, constraints)
+    task = program(P, c, inside)
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.iterative_refinement_enable = refined
@@ -100,7 +130,7 @@ def solve(
         raise DataError(f"{what} has no solution: the solver stopped with {status}.")
     z, place = np.array(found.z), 0
     multipliers = []
-    for k in constraints:
+    for k in inside.constraints:
         part = z[place : place + len(k.b)]
         multipliers.append(unpacked(part, k.side) if k.side else part)
         place += len(k.b)

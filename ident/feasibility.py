@@ -13,7 +13,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from ident.base_parameters import BaseMap
-from ident.conic import solve
+from ident.conic import inside, solve
 from ident.feasible_fit import free_moves, parameter_scale
 from ident.feasible_set import (
     Constraint,
@@ -73,11 +73,12 @@ def verdict(base: BaseMap, beta: Array, prior: Array, sizes: dict[int, LinkSize]
     moves = free_moves(base) * scale
     links = link_constraints(parameters, sizes, "pseudo_inertia")
     rotors = [k for k in sign_constraints(parameters) if k.text.startswith("ia")]
-    inside = [_with_margin(k, moves, start) for k in links + rotors]
-    unknowns = len(free) + 1
-    cap = Constraint(0, "margin <= 1", 0, -np.eye(unknowns)[-1:], np.array([-1.0]))
+    unknown = np.eye(len(free) + 1)
+    cap = Constraint(0, "margin <= 1", 0, -unknown[-1:], np.array([-1.0]))
+    limits = [*(_with_margin(k, moves, start) for k in links + rotors), cap]
     P = np.diag([1e-9] * len(free) + [0.0])
-    found = solve(P, -np.eye(unknowns)[-1], [*inside, cap], "The feasibility test")
+    within = inside(limits, np.zeros(len(unknown)), unknown)
+    found = solve(P, -unknown[-1], within, "The feasibility test")
     delta = start + moves @ found.x[:-1]
     margin = float(found.x[-1])
     negative = _negative(start, base)

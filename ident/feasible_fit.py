@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.base_parameters import BaseMap
-from ident.conic import Solution, solve
+from ident.conic import Solution, inside, solve
 from ident.feasible_set import MARGIN, Constraint, LinkSize, unpacked
 from ident.parameters import Parameter
 from ident.problem import Active, Estimate, Problem, least_error, ordinary, with_beta
@@ -52,9 +52,13 @@ def feasible(problem: Problem, prior_weight: float = TIE_BREAK) -> Estimate:
 
 def holds(constraints: list[Constraint], delta: Array) -> bool:
     """Whether delta keeps every constraint, using up less than the margin of (38)."""
-    for k in constraints:
-        room = k.A @ delta - k.b
-        worst = np.linalg.eigvalsh(unpacked(room, k.side))[0] if k.side else room.min()
+    for side in {k.side for k in constraints}:
+        alike = [k for k in constraints if k.side == side]
+        rooms = [k.A @ delta - k.b for k in alike]
+        if not side:
+            worst = np.concatenate(rooms).min()
+        else:
+            worst = np.linalg.eigvalsh(unpacked(np.array(rooms), side)).min()
         if worst <= -MARGIN:
             return False
     return True
@@ -66,12 +70,13 @@ def _solved(problem: Problem, prior_weight: float) -> Estimate:
     start = with_beta(base, problem.prior, ordinary(problem))
     error = least_error(problem)
     T = _change_of_variables(problem, scale, error)
-    known = np.array([prior_weight if p.kind == "inertial" else 0.0 for p in parameters]) / scale**2
-    P = 2 * T.T @ (known[:, None] * T) + 2 * _RIDGE * np.eye(len(T))
-    P[: len(base.kept), : len(base.kept)] += 2 * np.eye(len(base.kept))
-    c = 2 * T.T @ (known * (start - problem.prior))
-    inside = [replace(k, A=k.A @ T, b=k.b - k.A @ start) for k in problem.constraints]
-    found = solve(P, c, inside, "The feasible fit", refined=False)
+    b = len(base.kept)
+    weights = np.full(len(T), _RIDGE)
+    weights[:b] = 1.0
+    known = [p.kind == "inertial" for i, p in enumerate(parameters) if i not in base.kept]
+    weights[b:] += prior_weight * np.array(known)
+    within = inside(problem.constraints, start, T)
+    found = solve(2 * np.diag(weights), np.zeros(len(T)), within, "The feasible fit", refined=False)
     delta = start + T @ found.x
     active = active_constraints(problem.constraints, found, error)
     return Estimate(base.K @ delta, delta, active, found.status, found.seconds)
@@ -109,8 +114,8 @@ def nearest_to_cad(problem: Problem, estimate: Estimate) -> Estimate:
     known = np.array([p.kind == "inertial" for p in base.parameters], dtype=float)
     P = 2 * (G.T @ G) / least_error(problem) + 2 * np.diag(_CAD_WEIGHT * known + _RIDGE)
     c = 2 * _CAD_WEIGHT * known * (estimate.delta - problem.prior) / scale
-    inside = [replace(k, A=k.A * scale, b=k.b - k.A @ estimate.delta) for k in problem.constraints]
-    found = solve(P, c, inside, "The search for the model nearest to CAD")
+    within = inside(problem.constraints, estimate.delta, np.diag(scale))
+    found = solve(P, c, within, "The search for the model nearest to CAD")
     delta = estimate.delta + scale * found.x
     if not holds(problem.constraints, delta):
         return estimate
@@ -156,5 +161,5 @@ def _direction(vector: Array) -> str:
     if abs(vector[3:]).max() > abs(vector[:3]).max():
         return "no mass left"
     axis = vector[:3] / np.linalg.norm(vector[:3])
-    axis = axis * np.sign(axis[np.argmax(np.abs(axis))])
+    axis *= np.sign(axis[np.argmax(np.abs(axis))])
     return "no extent along ({:.2f}, {:.2f}, {:.2f})".format(*axis)

@@ -138,22 +138,23 @@ def paper_matrix(delta: Array) -> Array:
 
 def packed(matrix: Array) -> Array:
     """Upper triangle of a symmetric matrix, column by column, shape (side (side + 1) / 2,)."""
-    rows, columns = _triangle(len(matrix))
-    return matrix[rows, columns] * np.where(rows == columns, 1.0, np.sqrt(2))
+    rows, columns, weights = _triangle(len(matrix))
+    return matrix[rows, columns] * weights
 
 
 def unpacked(values: Array, side: int) -> Array:
-    """The symmetric matrix of `packed`, shape (side, side)."""
-    rows, columns = _triangle(side)
-    matrix = np.zeros((side, side))
-    matrix[rows, columns] = values * np.where(rows == columns, 1.0, np.sqrt(0.5))
-    return matrix + np.triu(matrix, 1).T
+    """The symmetric matrices of `packed`, shape (..., side, side), of values (..., rows)."""
+    rows, columns, weights = _triangle(side)
+    matrices = np.empty((*values.shape[:-1], side, side))
+    matrices[..., rows, columns] = matrices[..., columns, rows] = values / weights
+    return matrices
 
 
 @cache
-def _triangle(side: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _triangle(side: int) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+    """Rows and columns of the packed entries, and what each is multiplied by."""
     columns, rows = np.tril_indices(side)
-    return rows, columns
+    return rows, columns, np.where(rows == columns, 1.0, np.sqrt(2))
 
 
 def smallest_eigenvalue(delta: Array, parameters: Sequence[Parameter]) -> float:
