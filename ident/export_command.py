@@ -1,5 +1,6 @@
 """`ident export`: an identified model for other programs."""
 
+import json
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -32,6 +33,7 @@ def export(
     model: Annotated[Path, typer.Argument(help="The model.yaml of ident run or ident gap.")],
     to: Annotated[Format, typer.Option(help="Format to write.")],
     out: Annotated[Path, typer.Option(help="File to write.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
 ) -> None:
     """Write an identified arm for other programs.
 
@@ -46,6 +48,11 @@ def export(
         out.write_text(text, encoding="utf-8")
     except OSError as error:
         raise DataError(f"{out} cannot be written ({error.strerror}).") from error
-    for sentence in left_out(identified):
+    missing = left_out(identified)
+    if as_json:
+        summary = {"file": str(out), "format": to.value, "left_out": missing}
+        typer.echo(json.dumps(summary, indent=2))
+        return
+    for sentence in missing:
         typer.echo(f"{out}: {sentence}.", err=True)
     typer.echo(out)

@@ -45,7 +45,10 @@ def _serve(
     stop_with_stdin: Annotated[bool, typer.Option(help="end when standard input ends")] = False,
     debug: Annotated[bool, typer.Option(help="show where an error came from")] = False,
 ) -> None:
-    """Serve the drives and the arm until SIGINT or SIGTERM."""
+    """Serve the drives and the arm until SIGINT or SIGTERM.
+
+    Example: sim-bus serve --config wam7.yaml --bus udp_multicast:239.74.163.2
+    """
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _stop)
     try:

@@ -65,7 +65,10 @@ def _excite(
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Run the experiment: check, enable, move, excite, return, disable, and write the log."""
+    """Run the experiment: check, enable, move, excite, return, disable, and write the log.
+
+    Example: wamctl excite --config wam7.yaml --bus sim --out log.mcap
+    """
     with _reported(debug):
         if live:
             check_installed()
@@ -87,7 +90,10 @@ def _bench(
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Measure the loop's punctuality beside a bare timer's; the drives stay disabled."""
+    """Measure the loop's punctuality beside a bare timer's; the drives stay disabled.
+
+    Example: wamctl bench --config wam7.yaml --bus sim --seconds 10
+    """
     with _reported(debug):
         path, arm = load_arm(config)
         measured = bench(Place(path, arm, bus or arm.file.bus.channel), seconds)
@@ -104,7 +110,10 @@ def _check(
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Say everything that can be said without motion: limits, collisions, bus load, drives."""
+    """Say everything that can be said without motion: limits, collisions, bus load, drives.
+
+    Example: wamctl check --config wam7.yaml --bus sim
+    """
     with _reported(debug):
         prepared = prepare(config, trajectory)
         place = Place(prepared.path, prepared.arm, bus) if bus else None
@@ -120,7 +129,10 @@ def _monitor(
     ] = None,
     debug: Debug = False,
 ) -> None:
-    """Show joints and drives, live; the drives stay disabled."""
+    """Show joints and drives, live; the drives stay disabled.
+
+    Example: wamctl monitor --config wam7.yaml --bus sim
+    """
     with _reported(debug):
         path, arm = load_arm(config)
         monitor(Place(path, arm, bus or arm.file.bus.channel), seconds)
@@ -128,7 +140,10 @@ def _monitor(
 
 @app.command("home")
 def _home(config: Config, bus: Bus = None, debug: Debug = False) -> None:
-    """Find the arm's zero: the operator holds it in its home pose; the drives stay disabled."""
+    """Find the arm's zero: the operator holds it in its home pose; the drives stay disabled.
+
+    Example: wamctl home --config wam7.yaml --bus socketcan:can0
+    """
     with _reported(debug):
         path, arm = load_arm(config)
         place = Place(path, arm, bus or arm.file.bus.channel)
