@@ -109,7 +109,7 @@ def gap_logs(
 
 def _outcome(found: Search, tell: Tell) -> _Outcome:
     tell("fitting all data")
-    final = finished(found.rows, found.end)
+    final = finished(found.rows, found.end, found.verdict.found)
     b = len(found.rows.kept)
     before, after = (possible(found.source, p.fit, b) for p in (found.start, found.end))
     whole = possible(found.source, final.fit, b) if found.end.accepted else after

@@ -3,7 +3,7 @@
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -142,6 +142,7 @@ class Setting:
         grid: values of the first search, ascending.
         lower, upper: bounds of the refinement.
         whole: only the grid's own values make sense.
+        late: values beyond the first are tried only once the effect leads.
         reported: whether it is a parameter of the effect, not only a help of the search.
     """
 
@@ -151,6 +152,7 @@ class Setting:
     lower: float
     upper: float
     whole: bool = False
+    late: bool = False
     reported: bool = True
 
 
@@ -223,4 +225,13 @@ class Effect(Protocol):
 
     def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
         """The arm with the effect in, for coefficients of shape (k,)."""
+        ...
+
+
+@runtime_checkable
+class Extrapolates(Protocol):
+    """An effect whose size is that at rest, where nothing tells it from friction turning round."""
+
+    def unseen(self, hypothesis: Hypothesis, slow: float) -> float:
+        """Part of the size that only shows below a speed [rad/s]: its form alone tells of it."""
         ...

@@ -4,9 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed
-from ident.simulation.arm import SimulatedArm
-from ident.simulation.chain import torques
+from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed, Setting
+from ident.simulation.arm import SimulatedArm, Term, term
+from ident.simulation.chain import Chain, torques
+
+_NOTHING = 1e-6
+
+
+@term
+def _first_link(t, q, qd, load, joint, settings, resistance, level):
+    resistance[joint] += settings[0] * np.cos(q[joint]) + settings[1] * np.sin(q[joint])
 
 
 class GravityTilt:
@@ -26,34 +33,65 @@ class GravityTilt:
     exact = True
     smooth = True
     uses = ("model",)
-    settings = ()
+    settings = (Setting("first_link", "1", (0.0, 1.0), 0.0, 1.0, True, True, reported=False),)
 
     def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
-        """One: all joints feel it."""
+        """One: all joints feel it.
+
+        Where the first joint is upright, a level base never shows the first link's own moments;
+        their torque on a tilted one is fitted once the effect leads.
+        """
         joints = tuple(range(arm.dof))
         bound = 0.35
-        angles = tuple(Coefficient(f"tilt_{s}", "rad", -bound, bound) for s in _axes(arm))
-        return [Hypothesis(self.id, joints, joints, angles)]
+        numbers = [Coefficient(f"tilt_{s}", "rad", -bound, bound) for s in _axes(arm)]
+        if _upright(arm):
+            numbers += [Coefficient(f"first_link_{s}", "N m") for s in ("cosine", "sine")]
+            return [Hypothesis(self.id, joints, joints, tuple(numbers), {"first_link": 0.0})]
+        return [Hypothesis(self.id, joints, joints, tuple(numbers))]
 
     def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
-        """Change of the gravity torque per tilt angle."""
+        """Change of the gravity torque per tilt angle; cosine and sine of the first joint."""
         rest = np.zeros_like(seen.q)
-        chain = seen.arm.chain
-        columns = []
-        for axis in _axes(seen.arm):
-            turned = np.cross(np.eye(3)["xyz".index(axis)], chain.gravity)
-            tilted = chain._replace(gravity=np.ascontiguousarray(turned))
-            columns.append(torques(tilted, seen.arm.delta, seen.q, rest, rest))
+        columns = [
+            torques(chain, seen.arm.delta, seen.q, rest, rest)
+            for chain in _turned(seen.arm, _axes(seen.arm))
+        ]
+        if "first_link" in hypothesis.settings:
+            q = seen.q[:, 0] * hypothesis.settings["first_link"]
+            for wave in (np.cos(q), np.sin(q)):
+                columns.append(np.zeros_like(rest))
+                columns[-1][:, 0] = wave * hypothesis.settings["first_link"]
         return np.stack(columns, axis=-1)
 
     def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
         """Gravity in another direction."""
         angle = np.zeros(3)
         for coefficient, value in zip(hypothesis.coefficients, values, strict=True):
-            angle["xyz".index(coefficient.name[-1])] = value
+            if coefficient.name.startswith("tilt"):
+                angle["xyz".index(coefficient.name[-1])] = value
         gravity = arm.chain.gravity + np.cross(angle, arm.chain.gravity)
         gravity *= np.linalg.norm(arm.chain.gravity) / np.linalg.norm(gravity)
-        return replace(arm, chain=arm.chain._replace(gravity=gravity))
+        arm = replace(arm, chain=arm.chain._replace(gravity=gravity))
+        if "first_link" in hypothesis.settings:
+            item = Term(_first_link, 0, (float(values[-2]), float(values[-1])))
+            arm = replace(arm, terms=(*arm.terms, item))
+        return arm
+
+
+def _turned(arm: ArmFacts, axes: str) -> list[Chain]:
+    """Chains under the change of gravity per angle about some base axes."""
+    turned = [np.cross(np.eye(3)["xyz".index(axis)], arm.chain.gravity) for axis in axes]
+    return [arm.chain._replace(gravity=np.ascontiguousarray(g)) for g in turned]
+
+
+def _upright(arm: ArmFacts) -> bool:
+    """Whether the first link's first moments are felt on a tilted base only."""
+    q = np.zeros((1, arm.dof))
+    moments = np.zeros(10 * arm.dof)
+    moments[6:9] = 1.0
+    level = torques(arm.chain, moments, q, q, q)[0, 0]
+    tilted = [torques(c, moments, q, q, q)[0, 0] for c in _turned(arm, _axes(arm))]
+    return abs(level) < _NOTHING * np.abs(tilted).max()
 
 
 def _axes(arm: ArmFacts) -> str:

@@ -78,7 +78,7 @@ class TorqueRipple:
 
 def _wave(seen: Observed, joints: list[int], turns: Array, order: int) -> Array:
     """exp(i order theta), by multiplication from the order below."""
-    name = f"wave {joints} {turns} {order}"
+    name = f"wave {joints} {turns.tolist()} {order}"
     if name not in seen.memo:
         if order == 1:
             seen.memo[name] = np.exp(1j * (seen.q[:, joints] @ turns))

@@ -152,10 +152,12 @@ def places(grams: Grams, choice: Choice) -> list[Places]:
                 effects += range(first, first + slot.width)
                 unknown += range(start, start + slot.width)
         local = np.array([*alone, *(layout.first_turning + used), *effects])
-        mix = scipy.linalg.block_diag(
-            np.eye(len(alone)), choice.shapes[j, used][:, None], np.eye(len(effects))
-        )
-        found.append(Places(local, np.asarray(mix), np.array(unknown)))
+        a, t, e = len(alone), len(used), len(effects)
+        mix = np.zeros((a + t + e, a + 1 + e))
+        mix[:a, :a] = np.eye(a)
+        mix[a : a + t, a] = choice.shapes[j, used]
+        mix[a + t :, a + 1 :] = np.eye(e)
+        found.append(Places(local, mix, np.array(unknown)))
     return found
 
 

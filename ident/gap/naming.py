@@ -37,6 +37,7 @@ class Found:
         explained: squared residual that it removed per joint [N^2 m^2], shape (n,).
         held_out: predicted gain on each fold, fitted on the others.
         rivals: scores that cannot be told from it.
+        forms: its other forms that the data cannot tell from it, tuned.
         next_best: best other family at the same joints, or None.
         certainty: log-likelihood by which it beats that one.
     """
@@ -49,6 +50,7 @@ class Found:
     rivals: tuple[Score, ...]
     next_best: Score | None
     certainty: float
+    forms: tuple[Score, ...] = ()
 
     @property
     def hypothesis(self) -> Hypothesis:
@@ -81,7 +83,7 @@ def next_effects(
             continue
         if _believable(score, before, seat, threshold, found) and _holds(table, score, before):
             leader = _found(rows, present, table, score, scores)
-            alike = _alike(table, present, scores, leader, threshold, found)
+            alike = _alike(rows, table, present, scores, leader, threshold, found)
             return [leader, *alike], scores
         blocked |= set(seat)
     return [], scores
@@ -139,14 +141,14 @@ def _found(
     rows: Nominal, present: Present, table: Table, score: Score, scores: Sequence[Score]
 ) -> Found:
     before = present.fit
-    tuned = refined(rows, present, score)
+    tuned, *forms = refined(rows, present, score)
     seat = seat_of(score, before)
     near = [
         s
         for s in _best_of_family(scores, score.hypothesis.effect)
         if s.gain > _WORTH_TUNING * score.gain and set(seat_of(s, before)) & set(seat)
     ]
-    others = sorted((refined(rows, present, s) for s in near), key=lambda s: -s.gain)
+    others = sorted((refined(rows, present, s)[0] for s in near), key=lambda s: -s.gain)
     rows_each = _effective_rows(table, score)
     rivals = tuple(s for s in others if _cannot_be_told(tuned, s, before, rows_each))
     best = others[0] if others else None
@@ -160,6 +162,7 @@ def _found(
         rivals,
         best,
         float(certainty),
+        tuple(s for s in forms if _difference(tuned, s, before, rows_each) < _SURE),
     )
 
 
@@ -196,6 +199,7 @@ def _cannot_be_told(leader: Score, rival: Score, before: Fit, rows_each: Array) 
 
 
 def _alike(
+    rows: Nominal,
     table: Table,
     present: Present,
     scores: Sequence[Score],
@@ -223,10 +227,13 @@ def _alike(
             table, score, present.fit
         ):
             taken.add(score.hypothesis.joints)
-            gains = score.fit.gains_over(present.fit)
-            drop = np.maximum(mean_squares(present.fit) - mean_squares(score.fit), 0.0)
+            tuned, *forms = refined(rows, present, score)
+            gains = tuned.fit.gains_over(present.fit)
+            drop = np.maximum(mean_squares(present.fit) - mean_squares(tuned.fit), 0.0)
             held = held_out_gains(table, score, present.fit)
-            alike.append(Found(score, seat, gains, drop, held, (), None, np.inf))
+            each = _effective_rows(table, score)
+            near = (s for s in forms if _difference(tuned, s, present.fit, each) < _SURE)
+            alike.append(Found(tuned, seat, gains, drop, held, (), None, np.inf, tuple(near)))
     return alike
 
 

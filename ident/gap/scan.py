@@ -40,7 +40,7 @@ class Score:
     @property
     def merit(self) -> float:
         """The gain less a cost for each coefficient beyond the first."""
-        return self.gain - _COST * (self.fit.choice.slots[-1].width - 1)
+        return self.gain - _COST * (np.count_nonzero(self.values) - 1)
 
     @property
     def values(self) -> Array:

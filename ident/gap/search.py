@@ -108,14 +108,14 @@ def examine(
     return table, scan(searched, now, accepted, exact)
 
 
-def refined(rows: Nominal, present: Present, score: Score) -> Score:
-    """The same effect at the same place with its settings tuned, every form of it by itself."""
+def refined(rows: Nominal, present: Present, score: Score) -> list[Score]:
+    """The same effect at the same place with its settings tuned, one of each form, best first."""
     effect = catalogue()[score.hypothesis.effect]
     best = {_form(effect, score.hypothesis): score}
     for finer in range(_REFINEMENTS):
         near = [n for s in best.values() for n in _neighbours(effect, s.hypothesis, finer)]
         if not near:
-            return score
+            break
         _, found = examine(rows, present, [score.hypothesis, *near], _EXACT_OF_REFINED)
         for s in found:
             form = _form(effect, s.hypothesis)
@@ -123,7 +123,7 @@ def refined(rows: Nominal, present: Present, score: Score) -> Score:
                 best[form] = s
         most = max(s.merit for s in best.values())
         best = {form: s for form, s in best.items() if s.merit > _PROMISING * most}
-    return max(best.values(), key=lambda s: s.merit)
+    return sorted(best.values(), key=lambda s: -s.merit)
 
 
 def _form(effect: Effect, hypothesis: Hypothesis) -> tuple[float, ...]:
@@ -152,7 +152,8 @@ def _neighbours(effect: Effect, hypothesis: Hypothesis, finer: int) -> list[Hypo
         sizes = abs(value) * np.exp(np.linspace(-step, step, _FINER))
         moved = np.copysign(np.clip(sizes, setting.lower, setting.upper), value)
         choices.append([(setting.name, float(x)) for x in moved])
-    if not choices:
+    late = any(s.late for s in effect.settings if s.name in hypothesis.settings)
+    if not choices and not (forms and late):
         return []
     return [
         replace(hypothesis, settings={**hypothesis.settings, **dict(changed)})

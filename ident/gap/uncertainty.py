@@ -12,8 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Hypothesis
+from ident.effects.effect import Extrapolates, Hypothesis
 from ident.gap.fit import Fit, fit, places, solve
+from ident.gap.naming import Found
+from ident.gap.scan import Score
 from ident.gap.search import Present
 from ident.gap.table import FOLDS, Nominal, Table, tabulate
 
@@ -54,13 +56,20 @@ def clear(rows: Nominal, model: Present, count: int) -> list[bool]:
     final = finished(rows, model)
     pairs = list(zip(final.hypotheses, final.parameters, strict=True))[-count:]
     return [
-        any(abs(values[c.name].value) > _SURE * values[c.name].sd for c in h.coefficients)
+        any(abs(v.value) > _SURE * v.sd for c in h.coefficients if (v := values.get(c.name)))
         for h, values in pairs
     ]
 
 
-def finished(rows: Nominal, end: Present) -> Final:
-    """Final values and standard deviations of all effects."""
+def finished(rows: Nominal, end: Present, found: Sequence[Found] = ()) -> Final:
+    """Final values and standard deviations of all effects.
+
+    Args:
+        rows: the recordings.
+        end: the model with all effects.
+        found: what is known of them, in the same order: where the data cannot tell an effect's
+            forms from each other, its values are as uncertain as they differ among them.
+    """
     tunable = [_tunable(h) for h in end.accepted]
     stepped = end.accepted
     if any(tunable):
@@ -70,7 +79,33 @@ def finished(rows: Nominal, end: Present) -> Final:
     table, now, slopes = _linearised(rows, end, stepped, tunable)
     x, covariance = _solution(rows, table, now, slopes)
     sd = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    return Final(stepped, now, tuple(_named(stepped, tunable, now, sd)))
+    named = _named(stepped, tunable, now, sd)
+    for h, values, item in zip(stepped, named, found, strict=False):
+        for name, part in _form_errors(h, item, end.model.slow).items():
+            if name in values and values[name].sd > 0.0:
+                sd = float(np.hypot(values[name].sd, part * values[name].value))
+                values[name] = replace(values[name], sd=sd)
+    return Final(stepped, now, tuple(named))
+
+
+def _form_errors(h: Hypothesis, item: Found, slow: Array) -> dict[str, float]:
+    """Relative standard deviation of each value that comes from not knowing the effect's form."""
+    first = {name: x for name, x in _sizes(item.score).items() if x}
+    parts = {
+        name: max((abs(_sizes(form)[name] / x - 1) for form in item.forms), default=0.0)
+        for name, x in first.items()
+    }
+    effect = catalogue()[h.effect]
+    if isinstance(effect, Extrapolates):
+        unseen = effect.unseen(h, float(slow[h.joints[0]]))
+        parts |= {c.name: float(np.hypot(parts[c.name], unseen)) for c in h.coefficients}
+    return parts
+
+
+def _sizes(score: Score) -> dict[str, float]:
+    """Coefficients and settings of a score, by name."""
+    names = [c.name for c in score.hypothesis.coefficients]
+    return dict(zip(names, map(float, score.values), strict=True)) | score.hypothesis.settings
 
 
 def _tunable(h: Hypothesis) -> list[str]:
@@ -183,7 +218,8 @@ def _named(
         units = {s.name: s.unit for s in effect.settings}
         values = {}
         for c, value in zip(h.coefficients, theta, strict=True):
-            values[c.name] = Value(float(value), float(sd[first]), c.unit)
+            if value != 0.0 or sd[first] > 0.0:  # else a column that this form does not have
+                values[c.name] = Value(float(value), float(sd[first]), c.unit)
             first += 1
         for name in names:
             values[name] = Value(h.settings[name], float(sd[last]), units[name])

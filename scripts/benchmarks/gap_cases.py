@@ -3,6 +3,7 @@
 Seeds below 1000 are for development; the others are for scoring.
 """
 
+import functools
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -86,12 +87,14 @@ class Run:
     Attributes:
         cases: what is hidden; nothing, one, or two.
         log, free: with the effects, and the same arm without them.
+        alone: with each effect by itself.
         bristles: joints (from 0) that give way before they slide.
     """
 
     cases: tuple[Case, ...]
     log: Recording
     free: Recording
+    alone: tuple[Recording, ...]
     bristles: frozenset[int]
 
 
@@ -117,7 +120,7 @@ def draw(rng: np.random.Generator, coulomb: Array, scale: float, families: list[
 
 
 def run(seed: int, count: int, scale: float, families: list[str]) -> Run:
-    """Two periods of a perturbed arm with some effects, and without.
+    """Two periods of a perturbed arm with some effects, all different, and without.
 
     Raises:
         ValueError: the arm did not follow.
@@ -128,13 +131,16 @@ def run(seed: int, count: int, scale: float, families: list[str]) -> Run:
     excitation = read_trajectory("wam7-excitation.yaml")
     motion = reference(excitation.series, PERIODS, file.excitation.ramp_s, file.bus.period_s)
     usual = np.array(file.simulation.coulomb_nm)
-    cases = tuple(draw(rng, usual, scale, families) for _ in range(count))
+    cases: list[Case] = []
+    for _ in range(count):
+        others = [f for f in families if f not in {c.family for c in cases}]
+        cases.append(draw(rng, usual, scale, others))
     body, bristles = _body(rng, usual, np.array(file.simulation.viscous_nm_s_rad), robot)
     matrix = np.array(file.transmission.motor_from_joint)
     ranges = motion.q.min(axis=0), motion.q.max(axis=0)
-    hidden = Hidden()
-    for case in cases:
-        hidden = together(hidden, make(case.family, case.joints, case.size, rng, matrix, ranges))
+    parts = [make(c.family, c.joints, c.size, rng, matrix, ranges) for c in cases]
+    truths = [functools.reduce(together, parts, Hidden()), Hidden()]
+    truths += parts if count > 1 else []
     noise = Noise(2e-3 * body.coulomb, 0.05)
     inside = {
         "config.yaml": shipped_file("wam7.yaml").read_bytes(),
@@ -142,11 +148,12 @@ def run(seed: int, count: int, scale: float, families: list[str]) -> Run:
         "trajectory.yaml": trajectory_yaml(Trajectory(excitation.series, PERIODS, {}, {})).encode(),
     }
     logs = []
-    for truth in (hidden, Hidden()):
+    for truth in truths:
         log = record(file, robot, body, truth, noise, motion, seed)
         series = ReferenceSeries(log.stamp_ns, motion.q, motion.qd, motion.qdd)
         logs.append(replace(log, reference=series, attachments=inside))
-    return Run(cases, logs[0], logs[1], bristles)
+    alone = tuple(logs[2:]) or (logs[0],) * count
+    return Run(tuple(cases), logs[0], logs[1], alone, bristles)
 
 
 def _body(

@@ -26,6 +26,7 @@ from ident.gap.table import FOLDS, Nominal, nominal, tabulate
 from ident.gap.uncertainty import finished
 from ident.gap.verdict import Kind
 from ident.gap.workflow import Options, Search, search
+from wamctl.arm.recording import Recording
 
 
 def squares(rows: Nominal, present: Present) -> np.ndarray:
@@ -45,20 +46,26 @@ def fitted(model: Fit) -> np.ndarray:
     return _sliding(model.sigma, model.counts)
 
 
-def free_arm(recorded: Run, like: Search) -> tuple[Nominal, Present]:
-    """The nominal model of the same arm without the effects."""
-    source = experiment([recorded.free], ["free"])
+def nominal_of(log: Recording, like: Search) -> tuple[Nominal, Present]:
+    """The nominal model of another recording of the same arm."""
+    source = experiment([log], ["log"])
     windows = like.rows.windows
     facts = facts_of(source)
     rows = nominal(stretches(source.datasets, windows), windows, facts, base_columns(source))
     return rows, begin(rows, facts)
 
 
+def levels(present: Present, free: Present) -> np.ndarray:
+    """Visible part of the residual beside that of the effect-free arm, shape (7,)."""
+    return np.sqrt(np.maximum(fitted(present.fit) / fitted(free.fit) - 1.0, 0.0))
+
+
 def told(recorded: Run, found: Search, seed: int, seconds: float) -> Told:
     """What is written of a run."""
     verdict = found.verdict
-    free_rows, free = free_arm(recorded, found)
-    level = np.sqrt(np.maximum(fitted(found.start.fit) / fitted(free.fit) - 1.0, 0.0))
+    free_rows, free = nominal_of(recorded.free, found)
+    level = levels(found.start, free)
+    each = [levels(nominal_of(log, found)[1], free).max() for log in recorded.alone]
     before, after = (squares(found.rows, p) for p in (found.start, found.end))
     seat = int(level.argmax())
     gap = before[seat] - squares(free_rows, free)[seat]
@@ -72,7 +79,7 @@ def told(recorded: Run, found: Search, seed: int, seconds: float) -> Told:
         [[j + 1 for j in c.joints] for c in recorded.cases],
         [c.size for c in recorded.cases],
         any(c.answer == "unknown" for c in recorded.cases),
-        float(level.max()),
+        float(min(each, default=level.max())),
         str(verdict.kind),
         [name for name, _ in named],
         [[j + 1 for j in joints] for _, joints in named],
@@ -80,7 +87,7 @@ def told(recorded: Run, found: Search, seed: int, seconds: float) -> Told:
         [f"joint {n.leftover.joint + 1} by {n.leftover.group}" for n in verdict.nameless],
         [
             {name: [v.value, v.sd] for name, v in effect.items()}
-            for effect in finished(found.rows, found.end).parameters
+            for effect in finished(found.rows, found.end, verdict.found).parameters
         ],
         [truth_of(c) for c in recorded.cases],
         float((before[seat] - after[seat]) / gap) if gap > 0.0 else 0.0,

@@ -346,12 +346,17 @@ def _cycle(functions, settings, loop, truth, friction, spring, present, w, log, 
     commands = np.zeros((truth.steps, size))
     h = loop.period / truth.steps
     for s in range(truth.steps):
-        at = int(np.floor(k + s / truth.steps - truth.delay / loop.period + 1e-9))
+        start = k + s / truth.steps - truth.delay / loop.period
+        first = int(np.floor(start))
+        share = min(max((first + 1 - start) * truth.steps, 0.0), 1.0)
         for i in range(n):
-            asked = tau_log[max(0, min(k, at)), i]
+            asked = share * tau_log[max(0, min(k, first)), i]
+            asked += (1.0 - share) * tau_log[max(0, min(k, first + 1)), i]
             if truth.lag > 0.0:
-                now[i] += (1.0 - np.exp(-h / truth.lag)) * (asked - now[i])
-                asked = now[i]
+                fade = 1.0 - np.exp(-h / truth.lag)
+                ahead = asked - now[i]
+                asked -= ahead * fade * truth.lag / h
+                now[i] += ahead * fade
             place_at = n if i == spring.joint else i
             commands[s, place_at] = truth.gain[i] * _clipped(asked, truth.clip[i], truth.soft)
     integrate(mass, resist, commands, friction, spring, state, h)

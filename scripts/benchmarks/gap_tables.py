@@ -24,7 +24,7 @@ class Told:
         sizes: in each family's unit.
         strange: whether one of them is not in the catalogue.
         level: visible part of the residual beside the effect-free arm's, at the joint where it is
-            largest.
+            largest; of two effects, that of the one that is less visible by itself.
         verdict: in one word.
         names, joints: what was named, and where, from 1.
         rivals: what could not be told from it.
