@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ident.arm import Arm
 from ident.assessment import Assessment, assess
-from ident.choice_of_terms import Trial, with_needed_terms
+from ident.choice_of_terms import ON_DEMAND, Trial, with_needed_terms
 from ident.culling import Sweep, sweep
 from ident.dataset import Dataset
 from ident.delay import Delay, delay
@@ -21,6 +21,7 @@ from ident.identifiability import Identifiability, identifiability
 from ident.model import BaseParameter, Filter, Model
 from ident.problem import Estimate, with_beta
 from ident.regression import condition_number
+from ident.stages import Tell, silent
 from ident.uncertainty import standard_errors
 
 Array = NDArray[np.floating]
@@ -62,22 +63,27 @@ class Identification:
         return self.evidence.arm.settings.estimator
 
 
-def identify(data: Sequence[Dataset], arm: Arm) -> Identification:
+def identify(data: Sequence[Dataset], arm: Arm, tell: Tell = silent) -> Identification:
     """Identify an arm.
 
     Args:
         data: the recordings, joints in the robot's order.
         arm: the robot and its settings.
+        tell: hears what is being done.
 
     Raises:
         DataError: recordings from which nothing can be learned.
     """
     start = time.perf_counter()
+    if ON_DEMAND in arm.settings.terms:
+        tell("trying further terms")
     arm, trials = with_needed_terms(data, arm)
+    tell(f"filtering and reducing {sum(d.samples for d in data)} samples")
     evidence = gather(data, arm)
     culling = sweep([log.reduction.excerpt for log in evidence.logs])
     if arm.settings.velocity_threshold_rad_s == "auto":
         evidence = gather(data, arm.with_settings(velocity_threshold_rad_s=culling.choice))
+    tell("fitting, and predicting what was not fitted")
     formed = time.perf_counter()
     regressor = sum(log.reduction.regressor_s for log in evidence.logs)
     names = wanted_estimators(evidence)

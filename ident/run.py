@@ -13,10 +13,16 @@ from ident.report.page import render
 from ident.report.run_page import RunReport, run_page
 from ident.report.traces import held_out_traces
 from ident.results import as_json, run_content, whole_folder
+from ident.stages import Tell, silent
 
 
 def run_logs(
-    paths: Sequence[Path], robot: Path | None, out: Path, reading: Reading, **settings: Any
+    paths: Sequence[Path],
+    robot: Path | None,
+    out: Path,
+    reading: Reading,
+    tell: Tell = silent,
+    **settings: Any,
 ) -> str:
     """Identify and write; gives the content of `run.json`.
 
@@ -25,18 +31,21 @@ def run_logs(
         robot: file that describes the arm; None: what travels inside the logs.
         out: folder for the results.
         reading: topics and torque to read.
+        tell: hears what is being done.
         settings: fields of the identification section that differ from the arm's.
 
     Raises:
         UserError: what cannot be done; nothing is written then.
     """
     start = time.perf_counter()
+    tell("reading")
     arm, data = read_logs(paths, robot, reading)
     arm = arm.with_settings(**settings)
     read = time.perf_counter() - start
-    found = identify(data, arm)
+    found = identify(data, arm, tell)
     content = run_content(found) | {"provenance": provenance(arm, paths)}
     content["seconds"] = {"read": read} | content["seconds"]
+    tell("writing the report")
     drawing = time.perf_counter()
     page = render(run_page(RunReport(content, held_out_traces(found))))
     end = time.perf_counter()

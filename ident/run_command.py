@@ -27,7 +27,9 @@ def run(
     changes = settings_of(cutoff, settings)
     from ident.recordings import Reading
     from ident.run import run_logs
+    from ident.stages import shown
 
     reading = Reading(joint_states, torque=torque.value if torque else None)
-    text = run_logs(logs, robot, out, reading, **changes)
+    with shown() as tell:
+        text = run_logs(logs, robot, out, reading, tell, **changes)
     typer.echo(text.rstrip() if as_json else f"{out / 'report.html'}")

@@ -12,11 +12,17 @@ from ident.report.page import render
 from ident.report.traces import validation_trace
 from ident.report.validate_page import ValidationReport, validate_page
 from ident.results import as_json, errors_content, torque_units, whole_folder
+from ident.stages import Tell, silent
 from ident.validation import Prediction, arm_of, predict
 
 
 def validate_logs(
-    paths: Sequence[Path], model_path: Path, out: Path, reading: Reading, **settings: Any
+    paths: Sequence[Path],
+    model_path: Path,
+    out: Path,
+    reading: Reading,
+    tell: Tell = silent,
+    **settings: Any,
 ) -> str:
     """Compare recordings with a model and write the errors; gives the content of `validate.json`.
 
@@ -25,6 +31,7 @@ def validate_logs(
         model_path: a `model.yaml`.
         out: folder for the results.
         reading: topics and torque to read.
+        tell: hears what is being done.
         settings: fields of the filter that differ from the model's.
 
     Raises:
@@ -33,7 +40,11 @@ def validate_logs(
     start = time.perf_counter()
     model = load_model(model_path)
     arm = arm_of(model).with_settings(**settings)
-    predictions = [predict(model, arm, read_for(arm, path, reading)) for path in paths]
+    predictions = []
+    for path in paths:
+        tell(f"predicting {path.name}")
+        predictions.append(predict(model, arm, read_for(arm, path, reading)))
+    tell("writing the report")
     content = {
         "arm": model.arm,
         "model": str(model_path),

@@ -25,10 +25,12 @@ def validate(
     """
     changes = settings_of(cutoff, settings)
     from ident.recordings import Reading
+    from ident.stages import shown
     from ident.validate import validate_logs
 
     reading = Reading(joint_states, torque=torque.value if torque else None)
-    text = validate_logs(logs, model, out, reading, **changes)
+    with shown() as tell:
+        text = validate_logs(logs, model, out, reading, tell, **changes)
     if as_json:
         typer.echo(text.rstrip())
         return

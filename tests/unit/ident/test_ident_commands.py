@@ -10,6 +10,8 @@ import yaml
 
 from ident import load_model
 from ident.cli import main
+from ident.recordings import Reading
+from ident.run import run_logs
 from wamctl.arm.config import shipped_file
 from wamctl.arm.recorder import Recorder
 from wamctl.arm.robot import inverse_dynamics as rigid_torque
@@ -72,6 +74,17 @@ def test_run_writes_what_the_contract_lists(results):
 def test_json_goes_to_stdout(log, tmp_path, capsys):
     assert call("run", log, "--out", tmp_path / "out", "--json") == 0
     assert json.loads(capsys.readouterr().out)["rank"] == 57
+
+
+def test_steps_are_told_as_they_begin(log, tmp_path):
+    said = []
+    run_logs([log], None, tmp_path / "out", Reading(), said.append)
+    assert said == [
+        "reading",
+        "filtering and reducing 5000 samples",
+        "fitting, and predicting what was not fitted",
+        "writing the report",
+    ]
 
 
 def test_the_model_predicts_the_torque(results, wam, noisy):
