@@ -3,6 +3,7 @@
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 from ident.arm import Arm, Carrier, arm_from_file, arm_from_log
@@ -11,6 +12,7 @@ from ident.errors import ArmsDifferError
 from ident.instants import TorqueSource
 from ident.steady_state import only_steady_state
 from ident.survey import Survey, survey
+from wamctl.arm.joint_groups import joint_groups
 from wamctl.arm.recording import JOINT_COMMANDS, JOINT_STATES, LogFile
 
 
@@ -42,7 +44,7 @@ def read_logs(
         DataError: a log that cannot be used, or logs of different arms.
         ConfigurationError: a robot file that cannot be used.
     """
-    surveys = [_survey(path, reading, ()) for path in paths]
+    surveys = [_survey(path, reading, joints_to_read(path, robot, reading)) for path in paths]
     arm = arm_of(surveys, paths, robot)
     return arm, [_dataset(found, arm, reading) for found in surveys]
 
@@ -54,6 +56,28 @@ def read_for(arm: Arm, path: Path, reading: Reading) -> Dataset:
         DataError: a log that cannot be used.
     """
     return _dataset(_survey(path, reading, arm.robot.joint_names), arm, reading)
+
+
+def joints_to_read(path: Path, robot: Path | None, reading: Reading) -> tuple[str, ...]:
+    """Joints whose messages are the arm's, where others' come on the same topic; empty: all.
+
+    Args:
+        path: the log.
+        robot: file that describes the arm, if one is given.
+        reading: what to read.
+
+    Raises:
+        DataError: a log that cannot be used.
+        ConfigurationError: a robot file that cannot be used, or without any of these joints.
+    """
+    if robot is None:
+        return ()
+    groups = joint_groups(path, reading.joint_states)
+    if len(groups) < 2:
+        return ()
+    of_arm = arm_from_file(robot, tuple(chain.from_iterable(groups))).robot.joint_names
+    most = max(groups, key=lambda group: len(set(group) & set(of_arm)))
+    return tuple(j for j in most if j in of_arm)
 
 
 def _survey(path: Path, reading: Reading, joints: tuple[str, ...]) -> Survey:

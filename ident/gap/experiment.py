@@ -16,7 +16,7 @@ from ident.evidence import posture
 from ident.model import Model
 from ident.model_file import load_model
 from ident.parameters import Terms
-from ident.recordings import Reading, arm_of
+from ident.recordings import Reading, arm_of, joints_to_read
 from ident.simulation.chain import chain_of
 from ident.simulation.loop import Controller, Wire
 from wamctl.arm.config import ArmFile, PuckDrivesSection, RobotFile, load_robot_file, validate
@@ -77,7 +77,7 @@ def read_experiment(
     """
     chosen = reading or Reading()
     topics = chosen.joint_states, chosen.joint_commands
-    recordings = tuple(read_recording(p, *topics) for p in paths)
+    recordings = tuple(read_recording(p, *topics, joints_to_read(p, robot, chosen)) for p in paths)
     return experiment(recordings, [str(p) for p in paths], robot, chosen.torque)
 
 
@@ -90,7 +90,7 @@ def experiment(
     """Recordings of one arm, joined with it."""
     arm = arm_of(recordings, [Path(n) for n in names], robot)
     data = tuple(
-        dataset(r, arm.robot.joint_names, name, torque)
+        dataset(r, arm.robot.joint_names, name, torque, arm.robot.sliding.tolist())
         for r, name in zip(recordings, names, strict=True)
     )
     return Experiment(arm, file_of(recordings[0], names[0], robot), tuple(recordings), data)

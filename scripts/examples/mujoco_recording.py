@@ -189,17 +189,18 @@ def recorded(model, joints: list[Joint], motion: Motion, rng: np.random.Generato
     return Recorded(names, np.array(stamps), exact, np.array(qd), np.array(effort))
 
 
-def write_bag(path: Path, found: Recorded, storage: StoragePlugin) -> None:
-    """The recording as a rosbag2 folder with /joint_states."""
+def write_bag(path: Path, drivers: list[Recorded], storage: StoragePlugin) -> None:
+    """A rosbag2 folder with /joint_states, on which every driver publishes its joints."""
     store = get_typestore(Stores.ROS2_HUMBLE)
     state = store.types["sensor_msgs/msg/JointState"]
     header, stamp = store.types["std_msgs/msg/Header"], store.types["builtin_interfaces/msg/Time"]
     with Writer(path, version=9, storage_plugin=storage) as bag:
         topic = bag.add_connection("/joint_states", state.__msgtype__, typestore=store)
-        for at, q, qd, effort in zip(found.stamp_ns, found.q, found.qd, found.effort, strict=True):
-            time = stamp(int(at // 1_000_000_000), int(at % 1_000_000_000))
-            message = state(header(time, ""), list(found.names), q, qd, effort)
-            bag.write(topic, int(at), store.serialize_cdr(message, state.__msgtype__))
+        for k, at in enumerate(drivers[0].stamp_ns):
+            head = header(stamp(int(at // 1_000_000_000), int(at % 1_000_000_000)), "")
+            for one in drivers:
+                message = state(head, list(one.names), one.q[k], one.qd[k], one.effort[k])
+                bag.write(topic, int(at), store.serialize_cdr(message, state.__msgtype__))
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -217,7 +218,7 @@ def main(arguments: list[str] | None = None) -> None:
     model = arm_of(root, joints, np.random.default_rng(given.arm_seed))
     rng = np.random.default_rng([given.arm_seed, given.seed])
     found = recorded(model, joints, motion_of(joints, given.seconds, rng), rng)
-    write_bag(given.bag, found, StoragePlugin.SQLITE3 if given.sqlite else StoragePlugin.MCAP)
+    write_bag(given.bag, [found], StoragePlugin.SQLITE3 if given.sqlite else StoragePlugin.MCAP)
     print(f"{given.bag}: {len(found.q)} samples of {', '.join(found.names)}")
 
 

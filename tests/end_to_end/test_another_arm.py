@@ -11,8 +11,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from rosbags.rosbag2 import StoragePlugin
 
 from ident.cli import main
+from wamctl.arm.recording import read_recording
 
 SCRIPT = Path(__file__).parents[2] / "scripts/examples/mujoco_recording.py"
 
@@ -111,6 +113,28 @@ def test_friction_and_rotors_are_mujoco_s(flow):
         expected = truth[name[:2]][int(name[2:]) - 1]
         reached = 4 * found[name]["sd"] + 0.01 * expected
         assert found[name]["feasible"] == pytest.approx(expected, abs=reached), name
+
+
+def test_a_gripper_s_driver_may_share_the_topic(flow, tmp_path):
+    """Both drivers' messages stand in one topic, the gripper's first."""
+    run, _, _ = flow
+    script = loaded_script()
+    whole = read_recording(run["logs"][0]["name"])
+    columns = {"arm": slice(0, 4), "gripper": slice(4, 6)}
+    arm, gripper = (
+        script.Recorded(
+            whole.joint_names[c], whole.stamp_ns, whole.q[:, c], whole.qd[:, c], whole.effort[:, c]
+        )
+        for c in columns.values()
+    )
+    bag, urdf = tmp_path / "both", tmp_path / "picker.urdf"
+    urdf.write_text(PICKER)
+    script.write_bag(bag, [gripper, arm], StoragePlugin.MCAP)
+    terms = ["--set", "terms=viscous,coulomb,auto"]
+    typed("run", bag, "--robot", urdf, *terms, "--out", tmp_path / "model")
+    found = json.loads((tmp_path / "model" / "run.json").read_text())
+    assert found["joints"] == DRIVEN
+    assert found["base_parameters"] == run["base_parameters"]
 
 
 def test_another_motion_is_predicted(flow):

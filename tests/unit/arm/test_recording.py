@@ -13,6 +13,7 @@ from rosbags.rosbag2 import Writer as Bag
 from rosbags.typesys import Stores, get_typestore
 
 from wamctl.arm.errors import DataError
+from wamctl.arm.joint_groups import joint_groups
 from wamctl.arm.recording import LogFile, read_recording
 
 STORE = get_typestore(Stores.LATEST)
@@ -119,6 +120,19 @@ def test_a_gripper_on_the_same_topic_is_left_out(tmp_path: Path) -> None:
     np.testing.assert_array_equal(recording.q, [m[3] for m in arm])
     assert refused(path).startswith(f"{path}: /joint_states changes its joints at ")
     assert refused(path).endswith(": name the arm's joints with --robot.")
+    assert joint_groups(path, STATES) == [("a", "b", "c"), ("finger",)]
+    assert joint_groups(path, "/elsewhere") == []
+
+
+def test_one_driver_is_one_group_whatever_the_order_of_its_joints(tmp_path: Path) -> None:
+    turned = motion(5, names=["c", "a", "b"])
+    path = bag(tmp_path / "bag.mcap", [*motion(), *turned])
+    assert joint_groups(path, STATES) == [("a", "b", "c")]
+
+
+def test_another_kind_of_message_has_no_joints(tmp_path: Path) -> None:
+    path = bag(tmp_path / "bag.mcap", motion(), kind="sensor_msgs/msg/Imu")
+    assert joint_groups(path, STATES) == []
 
 
 def test_commands_are_read_beside_the_states(tmp_path: Path) -> None:
