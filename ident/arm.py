@@ -52,6 +52,7 @@ class Arm:
         terms: what the model holds beside the links.
         harmonic_hz: highest harmonic of the excitation [Hz], where the file says it.
         source: where all this was read.
+        unrecorded: joints of a plain URDF that the recording lacks; they are locked at zero.
     """
 
     name: str
@@ -60,6 +61,7 @@ class Arm:
     terms: Terms
     harmonic_hz: float | None
     source: str
+    unrecorded: tuple[str, ...] = ()
 
     def with_settings(self, **changes: Any) -> "Arm":
         """The same arm with other settings; those that are None stay.
@@ -129,7 +131,9 @@ def _plain(urdf: str, joints: tuple[str, ...], source: str) -> Arm:
             ],
         )
     name = everything.model.name or Path(source).stem
-    return _arm(RobotFile(arm=name, robot=section), urdf, source, source)
+    arm = _arm(RobotFile(arm=name, robot=section), urdf, source, source)
+    unrecorded = tuple(n for n in everything.joint_names if n not in joints)
+    return replace(arm, unrecorded=unrecorded)
 
 
 def _arm(file: RobotFile | ArmFile, urdf: str, urdf_source: str, source: str) -> Arm:

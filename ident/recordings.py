@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 
@@ -86,6 +86,11 @@ def _survey(path: Path, reading: Reading, joints: tuple[str, ...]) -> Survey:
 
 def _dataset(found: Survey, arm: Arm, reading: Reading) -> Dataset:
     data = dataset_of(found, arm.robot.joint_names, reading.torque, arm.robot.sliding.tolist())
+    if arm.unrecorded:
+        fact = (
+            f"joints of the URDF, but not recorded, so locked at zero: {', '.join(arm.unrecorded)}"
+        )
+        data = replace(data, facts=(*data.facts, fact))
     return only_steady_state(data, found, found.name)
 
 

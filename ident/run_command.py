@@ -1,5 +1,6 @@
 """`ident run`: recordings in; model, numbers, and report out."""
 
+import json
 from pathlib import Path
 from typing import Annotated
 
@@ -32,4 +33,7 @@ def run(
     reading = Reading(joint_states, torque=torque.value if torque else None)
     with shown() as tell:
         text = run_logs(logs, robot, out, reading, tell, **changes)
+    for log in json.loads(text)["logs"]:
+        for remark in log["remarks"]:
+            typer.echo(f"{log['name']}: {remark}.", err=True)
     typer.echo(text.rstrip() if as_json else f"{out / 'report.html'}")

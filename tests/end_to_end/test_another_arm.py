@@ -137,6 +137,18 @@ def test_a_gripper_s_driver_may_share_the_topic(flow, tmp_path):
     assert found["base_parameters"] == run["base_parameters"]
 
 
+def test_a_joint_that_was_not_recorded_is_told(flow, tmp_path, capsys):
+    run, _, _ = flow
+    urdf = tmp_path / "picker.urdf"
+    urdf.write_text(PICKER.replace('"roll"', '"twist"'))
+    typed("run", run["logs"][0]["name"], "--robot", urdf, "--out", tmp_path / "model")
+    said = capsys.readouterr().err.replace(run["logs"][0]["name"], "bag").splitlines()
+    assert said == [
+        "bag: recorded, but no joints of the model: roll, left, right.",
+        "bag: joints of the URDF, but not recorded, so locked at zero: twist.",
+    ]
+
+
 def test_another_motion_is_predicted(flow):
     run, seen, _ = flow
     as_described = run["estimators"]["cad"]["relative_error_percent"]

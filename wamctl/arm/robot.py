@@ -121,12 +121,28 @@ def load_robot(
 
 
 def _parse(urdf: str, source: Path | str) -> pin.Model:
+    if _is_xacro(urdf):
+        raise ConfigurationError(
+            source, ["xacro, not URDF: make one of it with `xacro FILE > arm.urdf`, and give that"]
+        )
     try:
         return pin.buildModelFromXML(_with_turn_limits(urdf))
     except (ValueError, RuntimeError) as error:
         raise ConfigurationError(
             source, [f"not a readable URDF ({str(error).splitlines()[0]})"]
         ) from error
+
+
+def _is_xacro(text: str) -> bool:
+    """Whether macros or expressions wait to be expanded, outside of comments."""
+    if "<xacro:" not in text and "${" not in text:
+        return False
+    try:
+        elements = list(ElementTree.fromstring(text).iter())
+    except ElementTree.ParseError:
+        return False
+    values = [value for e in elements for value in e.attrib.values()]
+    return any("xacro}" in e.tag for e in elements) or any("${" in value for value in values)
 
 
 def _with_turn_limits(urdf: str) -> str:

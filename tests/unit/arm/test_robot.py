@@ -190,6 +190,18 @@ def test_a_gripper_s_fingers_are_locked():
     assert load_robot(WITH_GRIPPER, ("shoulder",)).joint_names == ("shoulder",)
 
 
+def test_xacro_is_told_from_urdf(capfd):
+    with pytest.raises(ConfigurationError) as caught:
+        load_robot(TWO_LINKS.replace("-0.5", "${reach}"), source="arm.urdf.xacro")
+    assert str(caught.value) == (
+        "arm.urdf.xacro: xacro, not URDF: make one of it with `xacro FILE > arm.urdf`, and give"
+        " that."
+    )
+    assert capfd.readouterr().err == ""
+    expanded = TWO_LINKS.replace("<link", "<!-- <xacro:arm reach='${r}'/> --><link", 1)
+    assert load_robot(expanded).dof == 2
+
+
 @pytest.mark.parametrize("joint", ["close", "follow"])
 def test_a_finger_that_is_asked_for_is_refused_by_name(joint):
     with pytest.raises(ConfigurationError) as caught:
