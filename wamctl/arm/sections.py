@@ -128,6 +128,12 @@ class LimitsSection(Section):
     jerk_rad_s3: PositiveVector
     motor_torque_nm: PositiveVector = Field(description="motor side, per motor [N m]")
     motor_torque_slew_nm_s: PositiveVector = Field(description="motor side, per motor [N m/s]")
+    power_w: Positive | None = Field(
+        default=None, description="that all motors together may put into the arm [W]; unset: any"
+    )
+    kinetic_energy_j: Positive | None = Field(
+        default=None, description="of the whole arm by the CAD model [J]; unset: any"
+    )
     elbow_speed_m_s: Positive = Field(description="speed of the elbow point [m/s]")
     tool_speed_m_s: Positive = Field(description="speed of the tool point [m/s]")
     clearance_m: NonNegative = Field(
@@ -192,6 +198,11 @@ class SafetySection(Section):
     )
     velocity_margin: Positive = Field(
         description="the arm may move this many times as fast as its velocity limits"
+    )
+    unaccounted_torque_nm: PositiveVector = Field(
+        default=(),
+        description="largest torque of each motor, motor side, that friction and what the model "
+        "lacks may leave over [N m]; unset: not watched",
     )
     missed_cycles: int = Field(
         ge=1,

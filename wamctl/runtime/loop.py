@@ -16,6 +16,7 @@ from wamctl.runtime.clock import Clock
 from wamctl.runtime.disturbance import Disturbance
 from wamctl.runtime.drives import Drives, Readings
 from wamctl.runtime.logger import Logger
+from wamctl.runtime.motors import MotorWatch
 from wamctl.runtime.phase import Phase
 from wamctl.runtime.safety import Guard, TorqueGate
 from wamctl.runtime.state import ArmState, Estimator
@@ -76,8 +77,11 @@ class Loop:
             arm.transmission, file.controller.velocity_cutoff_hz, drives.resting_angles()
         )
         self._guard = Guard(file, arm.robot, arm.transmission)
+        self._motors = MotorWatch(file, arm.robot, arm.transmission)
         self._gate = TorqueGate(
-            np.array(file.limits.motor_torque_nm), np.array(file.limits.motor_torque_slew_nm_s)
+            np.array(file.limits.motor_torque_nm),
+            np.array(file.limits.motor_torque_slew_nm_s),
+            file.limits.power_w,
         )
         self._status_cycles = max(1, round(_STATUS_S / file.bus.period_s))
         self._sent: list[Array] = [np.zeros(arm.robot.dof)] * (drives.delay_cycles + 1)
@@ -136,7 +140,13 @@ class Loop:
         wanted, tau = law(state)
         if watch >= Watch.TRACKING:
             self._guard.check_tracking(state, wanted)
-        tau_motor = self._gate.admit(self._arm.transmission.motor_torque(tau), elapsed_s)
+            self._motors.check(state, self._acting, elapsed_s)
+        else:
+            self._motors.rest()
+        joints = self._arm.transmission
+        tau_motor = self._gate.admit(
+            joints.motor_torque(tau), joints.motor_angle(state.qd), elapsed_s
+        )
         self._sent = [*self._sent[1:], self._drives.send(tau_motor)]
         self._record(stamp_ns, state, wanted)
         return readings
@@ -149,6 +159,11 @@ class Loop:
         """
         self._drives.disable()
         self._sent[-1] = self._drives.send(self._gate.zero())
+
+    @property
+    def _acting(self) -> Array:
+        """Joint torque that acts between the last instant and the next [N m], shape (n,)."""
+        return self._arm.transmission.joint_torque(self._sent[0])
 
     def _next_instant(self) -> tuple[int, float]:
         stamp_ns = self._clock.tick()
@@ -181,8 +196,7 @@ class Loop:
         cycle_ns = clock.elapsed_ns()
         timing.record(clock.latency_ns, cycle_ns, clock.skipped)
         if state.complete:
-            acting = self._arm.transmission.joint_torque(self._sent[0])
-            self._log.cycle(stamp_ns, state.q, state.qd, wanted, acting)
+            self._log.cycle(stamp_ns, state.q, state.qd, wanted, self._acting)
         if timing.cycles % self._status_cycles == 1:
             bad = self._drives.counters
             status = LoopStatus(

@@ -25,18 +25,25 @@ class TorqueGate:
     Args:
         limit: largest torque per motor, shape (n,) [N m].
         slew: fastest change per motor, shape (n,) [N m/s].
+        power_w: largest power of all motors together [W]; None for any.
     """
 
-    def __init__(self, limit: Array, slew: Array) -> None:
+    def __init__(self, limit: Array, slew: Array, power_w: float | None = None) -> None:
         self.clipped = 0
         self._limit, self._slew = limit, slew
+        self._power_w = math.inf if power_w is None else power_w
         self._last = np.zeros(len(limit))
 
-    def admit(self, tau_motor: Array, elapsed_s: float) -> Array:
-        """The torque that may be sent [N m], shape (n,): within limit and slew.
+    def admit(self, tau_motor: Array, speed_motor: Array, elapsed_s: float) -> Array:
+        """The torque that may be sent [N m], shape (n,): within limit, slew and power.
+
+        Args:
+            tau_motor: wanted torque [N m], shape (n,).
+            speed_motor: of the motors [rad/s], shape (n,).
+            elapsed_s: since the last torque [s].
 
         Raises:
-            SafetyStopError: a torque is no number.
+            SafetyStopError: a torque is no number, or all together would give too much power.
         """
         if np.count_nonzero(np.isfinite(tau_motor)) < len(tau_motor):
             motor = int(np.flatnonzero(~np.isfinite(tau_motor))[0])
@@ -47,9 +54,16 @@ class TorqueGate:
         step = self._slew * elapsed_s
         low = np.maximum(self._last - step, -self._limit)
         high = np.minimum(self._last + step, self._limit)
-        self._last = np.minimum(np.maximum(tau_motor, low), high)
-        self.clipped += int(np.count_nonzero(self._last != tau_motor))
-        return self._last
+        passed = np.minimum(np.maximum(tau_motor, low), high)
+        power_w = float(passed @ speed_motor)
+        if power_w > self._power_w:
+            raise SafetyStopError(
+                f"the motors would put {power_w:.1f} W into the arm, above the limit of "
+                f"{self._power_w:g} W"
+            )
+        self._last = passed
+        self.clipped += int(np.count_nonzero(passed != tau_motor))
+        return passed
 
     def zero(self) -> Array:
         """No torque, at once."""
@@ -79,6 +93,8 @@ class Guard:
         self._motor_step = _JUMP * mixing @ velocity  # [rad/s]
         self._motor_stuck = _STUCK * np.where(mixing > 0, mixing * tracking, np.inf).min(axis=1)
         self._model, self._data = robot.model, robot.data()
+        energy_j = limits.kinetic_energy_j
+        self._energy_j = math.inf if energy_j is None else energy_j
         self._points = [
             (frame, robot.model.getFrameId(frame), speed)
             for frame, speed in (
@@ -112,7 +128,7 @@ class Guard:
         self._moved |= step > 0.0
 
     def check(self, state: ArmState) -> None:
-        """Position, velocity, and speed of elbow and tool.
+        """Position, velocity, speed of elbow and tool, and kinetic energy.
 
         Raises:
             SafetyStopError: a limit was passed.
@@ -129,6 +145,12 @@ class Guard:
                 raise SafetyStopError(
                     f"speed of {name} is {speed:.3f} m/s, above its limit of {most:.3f} m/s"
                 )
+        energy_j = pin.computeKineticEnergy(self._model, self._data)
+        if energy_j > self._energy_j:
+            raise SafetyStopError(
+                f"kinetic energy of the arm is {energy_j:.2f} J, above its limit of "
+                f"{self._energy_j:g} J"
+            )
 
     def check_tracking(self, state: ArmState, wanted: Setpoint) -> None:
         """Whether the arm follows, and whether every encoder moves when it should.

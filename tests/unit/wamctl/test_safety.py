@@ -1,6 +1,7 @@
 """The torque gate and the guard."""
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -20,7 +21,7 @@ ZERO = np.zeros(7)
 def test_no_torque_passes_limit_or_slew(wanted):
     gate, last = TorqueGate(LIMIT, SLEW), np.zeros(2)
     for tau in wanted:
-        passed = gate.admit(tau, PERIOD_S)
+        passed = gate.admit(tau, np.zeros(2), PERIOD_S)
         assert (np.abs(passed) <= LIMIT).all()
         assert (np.abs(passed - last) <= SLEW * PERIOD_S + 1e-12).all()
         last = passed
@@ -28,9 +29,9 @@ def test_no_torque_passes_limit_or_slew(wanted):
 
 def test_a_torque_within_the_limits_passes_unchanged():
     gate = TorqueGate(LIMIT, SLEW)
-    assert gate.admit(np.array([0.3, -0.1]), PERIOD_S) == pytest.approx([0.3, -0.1])
+    assert gate.admit(np.array([0.3, -0.1]), np.zeros(2), PERIOD_S) == pytest.approx([0.3, -0.1])
     assert gate.clipped == 0
-    gate.admit(np.array([2.0, -0.1]), PERIOD_S)
+    gate.admit(np.array([2.0, -0.1]), np.zeros(2), PERIOD_S)
     assert gate.clipped == 1
 
 
@@ -38,14 +39,26 @@ def test_a_torque_within_the_limits_passes_unchanged():
 def test_what_is_no_number_stops_the_arm(bad):
     gate = TorqueGate(LIMIT, SLEW)
     with pytest.raises(SafetyStopError) as stop:
-        gate.admit(np.array([0.0, bad]), PERIOD_S)
+        gate.admit(np.array([0.0, bad]), np.zeros(2), PERIOD_S)
     assert stop.value.cause == f"torque of motor 2 came out as {bad} N m, not a number"
     assert not stop.value.brakes
 
 
+def test_too_much_power_passes_neither_way_of_turning():
+    gate = TorqueGate(LIMIT, SLEW, power_w=4.2)
+    speed = np.array([20.0, -10.0])
+    passed = gate.admit(np.array([0.2, 0.1]), speed, PERIOD_S)  # 4 W in, 1 W out
+    with pytest.raises(SafetyStopError) as stop:
+        gate.admit(np.array([0.2, -0.05]), speed, PERIOD_S)
+    assert stop.value.cause == "the motors would put 4.5 W into the arm, above the limit of 4.2 W"
+    assert stop.value.brakes
+    braking = gate.admit(np.array([-0.1, 0.1]), speed, PERIOD_S)
+    assert (passed.tolist(), braking.tolist()) == ([0.2, 0.1], [-0.1, 0.1])
+
+
 def test_zero_is_zero_at_once():
     gate = TorqueGate(LIMIT, SLEW)
-    gate.admit(np.array([0.3, 0.1]), PERIOD_S)
+    gate.admit(np.array([0.3, 0.1]), np.zeros(2), PERIOD_S)
     assert gate.zero().tolist() == [0.0, 0.0]
 
 
@@ -95,6 +108,16 @@ def test_a_velocity_beyond_its_limit(wam, guard):
 def test_a_tool_that_is_too_fast(wam, guard):
     cause, brakes = cause_of(lambda: guard.check(state(wam, ZERO, moved(1, 1.5, ZERO))))
     assert cause == "speed of wam/link7_dh is 1.365 m/s, above its limit of 1.000 m/s"
+    assert brakes
+
+
+def test_an_arm_with_too_much_energy(wam):
+    limits = wam.file.limits.model_copy(update={"kinetic_energy_j": 0.5, "tool_speed_m_s": 9.0})
+    guard = Guard(wam.file.model_copy(update={"limits": limits}), wam.robot, wam.transmission)
+    guard.check(state(wam, ZERO, moved(1, 0.3, ZERO)))
+    cause, brakes = cause_of(lambda: guard.check(state(wam, ZERO, moved(1, 1.0, ZERO))))
+    inertia = pin.crba(wam.robot.model, wam.robot.data(), ZERO)[1, 1]
+    assert cause == (f"kinetic energy of the arm is {inertia / 2:.2f} J, above its limit of 0.5 J")
     assert brakes
 
 
