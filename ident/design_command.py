@@ -17,6 +17,7 @@ class Objective(StrEnum):
     CONDITION = "condition"
     DETERMINANT = "determinant"
     ERRORS = "errors"
+    BALANCED = "balanced"
 
 
 Settings = Annotated[

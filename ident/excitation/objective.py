@@ -19,13 +19,14 @@ class Objective:
 
     Attributes:
         kind: `condition`, the ratio of the largest to the smallest singular value of W (paper,
-            V-A); `determinant`, the D-optimal volume of the parameters' errors; or `errors`, the
-            geometric mean of their standard errors. The last two do not depend on units.
+            V-A); `determinant`, the D-optimal volume of the parameters' errors; `errors`, the
+            geometric mean of their standard errors; `balanced`, condition number times that mean.
+            Volume and mean do not depend on units.
         weights: of each column, shape (b,); a parameter of weight 2 must be seen twice as well
-            (condition), or its own error counts twice (determinant, errors).
+            (condition), or its own error counts twice (determinant, errors), or both.
     """
 
-    kind: Literal["condition", "determinant", "errors"]
+    kind: Literal["condition", "determinant", "errors", "balanced"]
     weights: Array
 
 
@@ -57,11 +58,26 @@ def value_and_slope(objective: Objective, found: Array, power: float) -> tuple[f
     """
     if objective.kind == "determinant":
         return _spread(1.0, objective.weights - 1.0, found)
+    errors = _spread(0.0, objective.weights, found)
     if objective.kind == "errors":
-        return _spread(0.0, objective.weights, found)
+        return errors
     scale = np.outer(1.0 / objective.weights, 1.0 / objective.weights)
     value, slope = _condition(found * scale, power)
+    if objective.kind == "balanced":
+        return value + errors[0], slope * scale + errors[1]
     return value, slope * scale
+
+
+def sharp_value(objective: Objective, rows: Array) -> float:
+    """The objective of W itself, shape (rows, b): with its true singular values."""
+    value = 0.0
+    if objective.kind in ("condition", "balanced"):
+        value = float(np.log(np.linalg.cond(rows / objective.weights)))
+    if objective.kind == "condition":
+        return value
+    errors = "errors" if objective.kind == "balanced" else objective.kind
+    rest = Objective(errors, objective.weights)
+    return value + value_and_slope(rest, rows.T @ rows / len(rows), 1.0)[0]
 
 
 def _condition(found: Array, power: float) -> tuple[float, Array]:

@@ -10,7 +10,7 @@ from ident.excitation.columns import Columns, exact_rows, smooth_rows
 from ident.excitation.constraints import Constraints, Slopes
 from ident.excitation.grid import Grid
 from ident.excitation.link_rows import pull_back
-from ident.excitation.objective import Objective, gram, pull_gram, value_and_slope
+from ident.excitation.objective import Objective, gram, pull_gram, sharp_value, value_and_slope
 from ident.regressor import Motion
 
 Array = NDArray[np.floating]
@@ -103,10 +103,7 @@ def constraint_values(problem: Problem, coefficients: Array, softness_rad_s: flo
 def objective_value(problem: Problem, coefficients: Array, samples: Grid) -> float:
     """The sharp objective on a grid: exact sign, true singular values."""
     rows = exact_rows(problem.columns, samples.motion(coefficients))
-    if problem.objective.kind == "condition":
-        return float(np.log(np.linalg.cond(rows / problem.objective.weights)))
-    found = rows.T @ rows / len(rows)
-    return value_and_slope(problem.objective, found, 1.0)[0]
+    return sharp_value(problem.objective, rows)
 
 
 def _evaluate(

@@ -15,9 +15,10 @@ Term = Literal["viscous", "coulomb", "offset", "rotor_inertia"]
 class DesignSettings(Section):
     """What to minimise, how, and when to stop."""
 
-    objective: Literal["condition", "determinant", "errors"] = Field(
+    objective: Literal["condition", "determinant", "errors", "balanced"] = Field(
         default="condition",
-        description="the paper's condition number, or the standard errors: their volume, or mean",
+        description="the paper's condition number; the standard errors' volume, or mean; or"
+        " condition number times mean",
     )
     terms: tuple[Term, ...] | None = Field(
         default=None, description="what the model will hold; unset: what the arm's file says"

@@ -29,6 +29,7 @@ import pinocchio as pin
 import yaml
 from numpy.typing import NDArray
 
+from ident.design_command import Objective
 from ident.excitation.cobyla import search_by_cobyla
 from ident.excitation.columns import exact_rows
 from ident.excitation.deadline import within
@@ -371,9 +372,7 @@ def main() -> None:
         if work is errors:
             part.add_argument("--seed", type=int, default=0, help="of the simulated arm")
             part.add_argument("--out", type=Path, default=Path("excitation-errors"))
-            part.add_argument(
-                "--objective", choices=("condition", "determinant", "errors"), default="errors"
-            )
+            part.add_argument("--objective", choices=list(Objective), default="errors")
             part.add_argument("--designed", type=Path, help="a design to use; else one is made")
             part.add_argument(
                 "--published", type=Path, required=True, help="positions, 500 Hz, one period [rad]"

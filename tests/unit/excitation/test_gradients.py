@@ -63,7 +63,7 @@ def test_speeds_are_pinocchios(place: Place, problem: Problem, rng: np.random.Ge
     assert np.sqrt(squares) == pytest.approx(point_speeds(place.robot, frames, q, qd))
 
 
-@pytest.mark.parametrize("kind", ["condition", "determinant", "errors"])
+@pytest.mark.parametrize("kind", ["condition", "determinant", "errors", "balanced"])
 def test_the_whole_gradient(full_problem: Problem, rng: np.random.Generator, kind: str) -> None:
     weights = np.ones(len(full_problem.columns.parameters))
     weights[-5:] = 2.0
