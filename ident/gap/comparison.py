@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ident.gap.region import Region
 from ident.gap.repeats import noise_floor
 from ident.gap.residual import Residual, residuals
-from ident.gap.search import SEARCHED
+from ident.gap.search import HELD_OUT
 from ident.gap.table import Table, tabulate
 from ident.gap.workflow import Search
 
@@ -104,7 +104,7 @@ def sides(found: Search, before: Array, after: Array) -> Sides:
 def held_out(found: Search, both: Sides) -> HeldOut:
     """Errors on the held-out fold."""
     table = both.table
-    kept = ~np.isin(table.fold, SEARCHED)
+    kept = table.fold == HELD_OUT
     before, after = (_errors(table, side, kept) for side in (both.before, both.after))
     floor = None if both.floor is None else _floor(both, kept)
     seats = sorted({j for f in found.verdict.found for j in f.seat})

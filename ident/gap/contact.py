@@ -13,7 +13,7 @@ from ident.gap.table import FOLDS, Nominal, Table
 
 Array = NDArray[np.floating]
 
-_LENGTHS_S = (0.25, 0.5, 1.0, 2.0, 4.0)
+_LENGTHS_S = tuple(np.geomspace(0.2, 4.0, 16))
 _ROUNDS = 2
 _SHARP = 9.0  # a joint takes part where its mean square in the burst is so many times the usual
 
@@ -74,31 +74,36 @@ def find_burst(rows: Nominal, table: Table, now: Fit, choice: Choice) -> Burst |
     )
 
 
-def _power(table: Table, usual: Fit) -> Array:
-    """Squared residual of all sliding joints in units of their noise, less its mean, shape (R,)."""
-    total = np.zeros(len(table.t))
+def _power(table: Table, usual: Fit) -> tuple[Array, Array]:
+    """Squared residual of all sliding joints in units of their noise, and their number, (R,)."""
+    total, joints = np.zeros(len(table.t)), np.zeros(len(table.t))
     for j, r in enumerate(residuals(table, usual)):
         if len(r.values):
             sliding = r.region != Region.TURNING
-            scaled = np.minimum((r.values / usual.sigma[j][r.region]) ** 2, 1e4)
-            total += np.where(sliding, scaled - 1.0, 0.0)
-    return total
+            total += np.where(sliding, (r.values / usual.sigma[j][r.region]) ** 2, 0.0)
+            joints += sliding
+    return total, joints
 
 
 def _loudest(
-    power: Array, log: NDArray[np.int64], t: Array, step: float
+    power: tuple[Array, Array], log: NDArray[np.int64], t: Array, step: float
 ) -> NDArray[np.bool_] | None:
-    """The window with the largest power beyond what its length would give by chance."""
+    """The window that a noise of its own makes most likely (twice the log-likelihood's rise)."""
     best, chosen = 0.0, None
+    sums = [np.concatenate([[0.0], np.cumsum(p)]) for p in power]
     for length in _LENGTHS_S:
         width = max(2, round(length / step))
-        sums = np.convolve(power, np.ones(width), mode="valid")
+        if width >= len(t):
+            break
+        squares, joints = (s[width:] - s[:-width] for s in sums)
         same = log[width - 1 :] == log[: len(log) - width + 1]
         close = t[width - 1 :] - t[: len(t) - width + 1] < 1.5 * length + step
-        value = np.where(same & close, sums / np.sqrt(width), -np.inf)
-        if len(value) and value.max() > best:
+        usable = same & close & (squares > joints) & (joints > 0)
+        ratio = np.where(usable, squares / np.maximum(joints, 1.0), 1.0)
+        value = joints * (ratio - 1.0 - np.log(ratio))
+        if value.max() > best:
             best, start = float(value.max()), int(value.argmax())
-            chosen = np.zeros(len(power), dtype=bool)
+            chosen = np.zeros(len(t), dtype=bool)
             chosen[start : start + width] = True
     return chosen
 

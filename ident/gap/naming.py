@@ -178,7 +178,7 @@ def _effective_rows(table: Table, score: Score) -> Array:
     """Independent rows per joint, shape (n,)."""
     left = residuals(table, score.fit)
     counts = score.fit.counts.sum(axis=1)
-    memory = np.array([memory_of(r.values, r.stretch) if len(r.values) else 1.0 for r in left])
+    memory = np.array([memory_of(r.values * ~r.apart, r.stretch) for r in left])
     return counts / memory
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.gap.fit import Fit, places
-from ident.gap.table import Table
+from ident.gap.table import APART, Table
 
 Array = NDArray[np.floating]
 
@@ -21,11 +21,13 @@ class Residual:
         values: [N m], shape (R,).
         region: of each row, shape (R,).
         stretch: of each row, shape (R,).
+        apart: which rows no fit has seen, shape (R,).
     """
 
     values: Array
     region: NDArray[np.int64]
     stretch: NDArray[np.int64]
+    apart: NDArray[np.bool_]
 
 
 def residuals(table: Table, model: Fit) -> list[Residual]:
@@ -35,7 +37,8 @@ def residuals(table: Table, model: Fit) -> list[Residual]:
         columns = table.columns[j]
         values = columns[:, -1] - pl.of(columns) @ model.x[pl.unknown]
         rows = slice(None) if len(columns) else slice(0)
-        found.append(Residual(values, table.region[rows, j], table.stretch[rows]))
+        apart = table.fold[rows] == APART
+        found.append(Residual(values, table.region[rows, j], table.stretch[rows], apart))
     return found
 
 

@@ -17,7 +17,7 @@ from ident.gap.fit import Fit, fit, places, solve
 from ident.gap.naming import Found
 from ident.gap.scan import Score
 from ident.gap.search import Present
-from ident.gap.table import FOLDS, Nominal, Table, tabulate
+from ident.gap.table import APART, FOLDS, Nominal, Table, tabulate
 
 Array = NDArray[np.floating]
 
@@ -164,7 +164,7 @@ def _solution(
         columns = table.columns[j]
         if len(columns) == 0:
             continue
-        weight = 1 / now.sigma[j][table.region[:, j]] ** 2
+        weight = (table.fold != APART) / now.sigma[j][table.region[:, j]] ** 2
         model = pl.of(columns)
         own = np.column_stack([model, *(s[j] for s in slopes)])
         where = np.concatenate([pl.unknown, size + np.arange(more)])

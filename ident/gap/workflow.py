@@ -31,6 +31,7 @@ CUTOFF_HZ = 10.0
 
 _HIGHEST_SHARE = 0.2  # of the sampling rate
 _MOST_EFFECTS = 6
+_BESIDE = 0.25  # of an effect's gain: what a burst beside it must bring
 
 
 @dataclass(frozen=True)
@@ -108,6 +109,7 @@ class _Way:
     threshold: Threshold
     found: list[Found] = field(default_factory=list)
     burst: Burst | None = None
+    may_cut: bool = True
     scores: list[list[Score]] = field(default_factory=list)
     calibrations: int = 0
 
@@ -123,16 +125,24 @@ def _sequence(
 ) -> _Way:
     """Effects taken in one after the other until nothing is left that may be believed."""
     way = _Way(rows, start, least_threshold(source.trusted is not None))
+    _go(source, way, options, tell)
+    if way.burst is not None and not _stays(way):
+        way = replace(way, rows=rows, present=start, found=[], burst=None, may_cut=False)
+        _go(source, way, options, tell)
+    return way
+
+
+def _go(source: Experiment, way: _Way, options: Options, tell: Tell) -> None:
     while not way.full:
         tell(f"scanning the catalogue, round {len(way.scores) + 1}")
         candidates = all_hypotheses(way.present.model.facts)
         fresh, scores = next_effects(way.rows, way.present, candidates, way.threshold, way.found)
         way.scores.append(scores)
-        if _cut(way, max((s.gain for s in scores), default=0.0)):
+        larger = taken_in(way.rows, way.present, fresh) if fresh else way.present
+        if _cut(way, larger, max((s.gain for s in scores), default=0.0)):
             continue
         if not fresh:
             break
-        larger = taken_in(way.rows, way.present, fresh)
         if way.calibrations <= (1 if way.found else 0):
             way.calibrations += 1
             runs = (options.null_runs, options.seed + 100 * way.calibrations)
@@ -145,9 +155,6 @@ def _sequence(
             break
         way.present = larger
         way.found += fresh
-    if way.burst is not None and way.burst.gain < way.threshold.of("contact"):
-        way.burst, way.rows = None, rows
-    return way
 
 
 def _sure(way: _Way, fresh: list[Found], larger: Present) -> tuple[list[Found], Present]:
@@ -162,15 +169,34 @@ def _sure(way: _Way, fresh: list[Found], larger: Present) -> tuple[list[Found], 
     return fresh, larger
 
 
-def _cut(way: _Way, best: float) -> bool:
-    """Set a burst apart if it explains more than any effect; whether it was done."""
-    if way.burst is not None:
+def _cut(way: _Way, larger: Present, best: float) -> bool:
+    """Set a burst apart that stands out from the model with the next effects; whether it was done.
+
+    Without such effects it must explain more than any other; with them a good part of theirs: what
+    they leave in a few places because their form is another one is no burst.
+    """
+    if not way.may_cut or way.burst is not None:
         return False
-    table = tabulate(way.rows, way.present.model, way.present.accepted)
-    burst = find_burst(way.rows, table, way.present.fit, way.present.fit.choice)
-    if burst is None or burst.gain < max(best, way.threshold.of("contact")):
+    burst = _loud(way.rows, larger)
+    beside = larger is not way.present
+    least = max(_BESIDE * best if beside else best, way.threshold.of("contact"))
+    if burst is None or burst.gain < least:
         return False
     way.burst = burst
     way.rows = replace(way.rows, apart=burst.rows)
     way.present = extend(way.rows, way.present, ())
     return True
+
+
+def _stays(way: _Way) -> bool:
+    """Whether the burst still stands out from the model with all effects."""
+    if way.burst is None:
+        return False
+    burst = _loud(replace(way.rows, apart=None), way.present)
+    least = way.threshold.of("contact")
+    return burst is not None and burst.gain >= least and bool((burst.rows & way.burst.rows).any())
+
+
+def _loud(rows: Nominal, present: Present) -> Burst | None:
+    table = tabulate(rows, present.model, present.accepted)
+    return find_burst(rows, table, present.fit, present.fit.choice)
