@@ -105,7 +105,25 @@ def _loudest(
             best, start = float(value.max()), int(value.argmax())
             chosen = np.zeros(len(t), dtype=bool)
             chosen[start : start + width] = True
-    return chosen
+    return None if chosen is None else _whole(chosen, power, log)
+
+
+def _whole(
+    chosen: NDArray[np.bool_], power: tuple[Array, Array], log: NDArray[np.int64]
+) -> NDArray[np.bool_]:
+    """The window with the loud rows beside it, and one more at each end, in the same recording."""
+    inside = np.flatnonzero(chosen)
+    loud = power[0] > _SHARP * np.maximum(power[1], 1.0)
+    usable = log == log[inside[0]]
+    ends = []
+    for row, way in ((inside[0], -1), (inside[-1], 1)):
+        while 0 <= row + way < len(usable) and usable[row + way] and loud[row + way]:
+            row += way
+        beyond = row + way
+        ends.append(beyond if 0 <= beyond < len(usable) and usable[beyond] else row)
+    extended = np.zeros_like(chosen)
+    extended[ends[0] : ends[1] + 1] = True
+    return extended
 
 
 def without(table: Table, rows: NDArray[np.bool_]) -> Table:
