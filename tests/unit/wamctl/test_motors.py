@@ -80,10 +80,10 @@ def test_a_healthy_arm_is_left_alone(arm, watch):
 
 def test_a_motor_that_gives_no_torque_is_told_much_more(arm, watch):
     assert watched(arm, watch, range(200)) is None
-    arm.gives[3] = 4.0
+    arm.gives[3] = 6.0
     stop, k = watched(arm, watch, range(200, 300))
     assert stop.cause.startswith("motor 4 does not move as it is driven: 0.")
-    assert stop.cause.endswith(" N m of its torque are left over (limit 0.35 N m)")
+    assert stop.cause.endswith(" N m of its torque are left over (limit 0.6 N m)")
     assert stop.brakes
     assert k < 250
 
@@ -119,7 +119,7 @@ def test_a_reading_that_repeats_is_borne_for_five_cycles(arm, watch):
 
 def test_an_arm_that_rests_need_not_obey(arm, watch):
     watched(arm, watch, range(200))
-    arm.gives[3] = 4.0
+    arm.gives[3] = 6.0
     for k in range(200, 300):
         arm.cycle(k)
         watch.rest()
