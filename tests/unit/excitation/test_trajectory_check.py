@@ -5,9 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.excitation.design import Place
-from wamctl.arm.config import ArmFile
-from wamctl.arm.trajectory import Trajectory, read_trajectory
+from ident.excitation.columns import exact_rows
+from ident.excitation.design import Place, problem_of
+from ident.excitation.settings import DesignSettings
+from ident.regressor import Motion
+from wamctl.arm.config import ArmFile, load_arm_file
+from wamctl.arm.trajectory import Trajectory, read_trajectory, sample
 from wamctl.arm.trajectory_check import check_trajectory
 
 
@@ -26,8 +29,28 @@ def resting(shipped: Trajectory, pose: list[float]) -> Trajectory:
     return replace(shipped, series=still)
 
 
-def test_the_shipped_trajectory_may_run(place: Place, shipped: Trajectory) -> None:
-    assert check_trajectory(place.arm, place.robot, shipped) == []
+@pytest.mark.parametrize("config", ["wam7.yaml", "wam7-classic.yaml"])
+@pytest.mark.parametrize("name", ["wam7-excitation.yaml", "wam7-excitation-balanced.yaml"])
+def test_the_shipped_trajectories_may_run(place: Place, config: str, name: str) -> None:
+    assert check_trajectory(load_arm_file(config), place.robot, read_trajectory(name)) == []
+
+
+def test_the_balanced_trajectory_keeps_its_promise_and_sees_more(
+    place: Place, shipped: Trajectory
+) -> None:
+    columns = problem_of(place, DesignSettings()).columns
+    conditions, errors = [], []
+    for trajectory in (shipped, read_trajectory("wam7-excitation-balanced.yaml")):
+        series = trajectory.series
+        t = np.linspace(0.0, series.period_s, 4000, endpoint=False)
+        rows = exact_rows(columns, Motion(*sample(series, t)))
+        conditions.append(np.linalg.cond(rows))
+        assert trajectory.promise["condition_number"] == pytest.approx(conditions[-1], rel=1e-3)
+        errors.append(np.sqrt(np.diag(np.linalg.inv(rows.T @ rows))))
+    ratio = errors[1] / errors[0]
+    assert conditions[1] < 0.8 * conditions[0]
+    assert np.median(ratio) < 0.8
+    assert np.exp(np.log(ratio).mean()) < 0.7
 
 
 def test_other_joints_are_refused(place: Place, shipped: Trajectory) -> None:
