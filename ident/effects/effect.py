@@ -28,6 +28,7 @@ class ArmFacts:
         peak_torque: largest commanded torque of each joint [N m], shape (n,).
         duration_s: length of the longest recording [s].
         trusted: whether delta was known before, so that it can be asked what has changed since.
+        commanded: whether the torque is that of the command, which carries no noise.
     """
 
     chain: Chain
@@ -37,6 +38,7 @@ class ArmFacts:
     peak_torque: Array
     duration_s: float
     trusted: bool = False
+    commanded: bool = True
 
     @property
     def dof(self) -> int:
@@ -81,7 +83,8 @@ class Observed:
         rate_hz: of the samples.
         t: time since the recording's start [s], shape (S,).
         q, qd, qdd: smoothed motion [rad, rad/s, rad/s^2], each of shape (S, n).
-        tau: commanded or measured joint torque [N m], shape (S, n).
+        tau: commanded joint torque [N m], shape (S, n); where it was measured, the present model's:
+            the measured one's noise would explain itself.
         speed: velocity from which directions are taken [rad/s], shape (S, n).
         direction: smoothed sign of each joint's velocity, shape (S, n).
         load: rigid-body torque of the present model [N m], shape (S, n).
@@ -197,7 +200,7 @@ class Effect(Protocol):
         compares: whether it shows only against a model that was trusted before.
         exact: whether its equation leaves no freedom of form; else what is left may be form.
         smooth: whether its columns vary no faster than the links move, so that a lower rate does.
-        uses: what its columns depend on: `direction` of friction, `model` torque.
+        uses: what its columns depend on: `direction` of friction, `model` torque, whole `torque`.
         settings: what shapes its columns.
     """
 

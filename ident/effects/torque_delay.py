@@ -26,7 +26,7 @@ class TorqueDelay:
     compares = False
     exact = False
     smooth = False
-    uses = ()
+    uses = ("torque",)
     settings = (
         Setting(
             "about", "s", (-0.01, -0.004, 0.002, 0.004, 0.01, 0.02), -0.05, 0.05, reported=False

@@ -24,7 +24,7 @@ class TorqueSaturation:
     compares = False
     exact = False
     smooth = False
-    uses = ()
+    uses = ("torque",)
     settings = (Setting("limit_share", "1", (0.4, 0.5, 0.6, 0.7, 0.8, 0.88, 0.94), 0.2, 0.99),)
 
     def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:

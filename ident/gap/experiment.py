@@ -146,6 +146,7 @@ def facts_of(source: Experiment) -> ArmFacts:
         np.max([np.abs(t).max(axis=0) for t in tau], axis=0),
         max(d.samples / d.rate_hz for d in source.datasets),
         trusted is not None,
+        all(d.torque == "commanded" for d in source.datasets),
     )
 
 

@@ -103,6 +103,8 @@ def _believable(
     if all(abs(value) < coefficient.least for value, coefficient in sizes):
         return False
     drop = (mean_squares(before) - mean_squares(score.fit))[list(seat)]
+    if any(_same(earlier.hypothesis, score.hypothesis) for earlier in found):
+        return False
     for earlier in found:
         if catalogue()[earlier.hypothesis.effect].exact or earlier.hypothesis.effect == effect:
             continue
@@ -111,6 +113,15 @@ def _believable(
         ):
             return False
     return True
+
+
+def _same(first: Hypothesis, second: Hypothesis) -> bool:
+    """Whether they differ only in settings that are tuned: a second one is no further effect."""
+    if (first.effect, first.joints) != (second.effect, second.joints):
+        return False
+    tuned = {s.name for s in catalogue()[first.effect].settings if not s.whole or s.late}
+    settings = set(first.settings.items()) ^ set(second.settings.items())
+    return all(name in tuned for name, _ in settings)
 
 
 def held_out_gains(table: Table, score: Score, before: Fit) -> tuple[float, ...]:

@@ -1,6 +1,6 @@
 """The search for the gap, from recordings to a verdict."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -10,12 +10,12 @@ from ident.gap.calibration import calibrated
 from ident.gap.contact import Burst, find_burst
 from ident.gap.experiment import Experiment, base_columns, facts_of
 from ident.gap.faults import faults
-from ident.gap.fit import mean_squares
+from ident.gap.fit import mean_log_ratio, mean_squares, predicted_rms
 from ident.gap.leftover import leftovers
 from ident.gap.naming import Found, next_effects, taken_in
 from ident.gap.null import Threshold, least_threshold
 from ident.gap.scan import Score
-from ident.gap.search import Present, all_hypotheses, begin, extend
+from ident.gap.search import HELD_OUT, Present, all_hypotheses, begin, extend
 from ident.gap.stretch import stretches
 from ident.gap.table import Nominal, nominal, tabulate
 from ident.gap.trusted import known_torque
@@ -31,6 +31,7 @@ CUTOFF_HZ = 10.0
 
 _HIGHEST_SHARE = 0.2  # of the sampling rate
 _MOST_EFFECTS = 6
+_BORNE = 0.1  # of an effect's gain: what it must bring on the held-out fold beside all others
 _BESIDE = 0.25  # of an effect's gain: what a burst beside it must bring
 
 
@@ -129,7 +130,41 @@ def _sequence(
     if way.burst is not None and not _stays(way):
         way = replace(way, rows=rows, present=start, found=[], burst=None, may_cut=False)
         _go(source, way, options, tell)
+    tell("confirming on held-out data")
+    _confirm(way)
     return way
+
+
+def _confirm(way: _Way) -> None:
+    """Let go of effects without which the held-out data are predicted as well."""
+    while way.found:
+        gains = [_held_gain(way, i) / f.score.gain for i, f in enumerate(way.found)]
+        worst = int(np.argmin(gains))
+        if gains[worst] > _BORNE:
+            return
+        kept = [f for i, f in enumerate(way.found) if i != worst]
+        way.found, way.present = kept, _with(way, kept)
+
+
+def _held_gain(way: _Way, index: int) -> float:
+    """By how much one of the effects shrinks the held-out residual of its joints [nats]."""
+    effect = way.found[index]
+    if "log" in effect.hypothesis.settings:
+        return np.inf
+    without = _with(way, [f for i, f in enumerate(way.found) if i != index])
+    errors = []
+    for present in (without, way.present):
+        table = tabulate(way.rows, present.model, present.accepted)
+        there = table.grams.of([HELD_OUT])
+        errors.append(predicted_rms(there, present.fit))
+    gains = mean_log_ratio(errors[0], errors[1], there.counts[:, 0])
+    return float(gains[list(effect.seat)].sum())
+
+
+def _with(way: _Way, found: Sequence[Found]) -> Present:
+    """The model with just these effects, as they stand."""
+    hypotheses = [f.hypothesis for f in found]
+    return extend(way.rows, replace(way.present, accepted=()), hypotheses)
 
 
 def _go(source: Experiment, way: _Way, options: Options, tell: Tell) -> None:
