@@ -67,8 +67,12 @@ class MotorWatch:
             self._step = np.zeros(len(self._fast))  # [rad] when it did
             return
         step = np.abs(self._angle - last)
-        self._still = np.where(step > 0.0, 0, self._still + 1)
-        self._step = np.where(step > 0.0, step, self._step)
+        moved = step > 0.0
+        self._still += 1
+        self._still[moved] = 0
+        np.copyto(self._step, step, where=moved)
+        if not np.count_nonzero(self._still >= self._still_cycles):
+            return
         stuck = (self._still >= self._still_cycles) & (self._step > self._fast)
         if np.count_nonzero(stuck):
             k = int(np.flatnonzero(stuck)[0])
@@ -80,7 +84,11 @@ class MotorWatch:
             )
 
     def _check_torques(self, left: Array) -> None:
-        self._above = np.where(np.abs(left) > self._limit, self._above + 1, 0)
+        above = np.abs(left) > self._limit
+        if not np.count_nonzero(above):
+            self._above.fill(0)
+            return
+        self._above = np.where(above, self._above + 1, 0)
         above = self._above >= _CYCLES
         if not np.count_nonzero(above):
             return

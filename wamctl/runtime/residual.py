@@ -52,10 +52,9 @@ class Residual:
             self._qd, self._acceleration = state.qd, zero
             self._first, self._torque = needed.copy(), needed.copy()
         fast, slow = (1.0 - math.exp(-rate * elapsed_s) for rate in self._rates)
-        acceleration = (state.qd - self._qd) / elapsed_s
+        self._acceleration += slow * ((state.qd - self._qd) / elapsed_s - self._acceleration)
         self._qd = state.qd
-        self._acceleration = self._acceleration + slow * (acceleration - self._acceleration)
-        self._first = self._first + fast * (tau - self._first)
-        self._torque = self._torque + slow * (self._first - self._torque)
+        self._first += fast * (tau - self._first)
+        self._torque += slow * (self._first - self._torque)
         needed = pin.rnea(self._model, self._data, state.q, state.qd, self._acceleration)
         return self._transmission.motor_torque(self._torque - needed)
