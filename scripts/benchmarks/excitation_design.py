@@ -363,6 +363,7 @@ def main() -> None:
             part.add_argument(
                 "--constraints", choices=("joint_motion", "all"), default="joint_motion"
             )
+        if work in (seeds, cobyla, errors):
             part.add_argument("--cpu", action="store_true", help="count CPU seconds, one process")
         if work in (seeds, errors):
             part.add_argument("--processes", type=int, default=2)
