@@ -23,7 +23,9 @@ from wamctl.runtime.residual import Residual
 from wamctl.runtime.state import ArmState
 
 ALL = [1, 2, 3, 4, 5, 6, 7]
-COULOMB = np.array(load_arm_file("wam7.yaml").simulation.coulomb_nm)
+TRUTH = load_arm_file("wam7.yaml").simulation
+COULOMB = np.array(TRUTH.coulomb_nm if TRUTH else [])
+VISCOUS = np.array(TRUTH.viscous_nm_s_rad if TRUTH else [])
 RATIO = np.array([42, 28, 17, 18, 9.7, 9.7, 15])
 RELEASE_S = 1.0
 Effect = dict[str, object]
@@ -53,7 +55,7 @@ CASES: dict[str, list[Effect]] = {
         {"effect": "thermal_drift", "joints": ALL, "share": 0.7, "time_constant_s": 20},
     ],
     "offset": [on_all("torque_offset", "nm", 0.7 * COULOMB)],
-    "asymmetry": [on_all("asymmetric_viscous", "nm_s_rad", 0.5 * COULOMB)],
+    "asymmetry": [on_all("asymmetric_viscous", "nm_s_rad", 0.4 * VISCOUS)],
     "payload": [{"effect": "payload", "kg": 0.8}],
     "body": [
         {"effect": "gravity_tilt", "x_rad": 0.04},

@@ -3,7 +3,8 @@
 Usage: scripts/benchmarks/killed_loop.py [TIMES], from the root, with .venv's Python. Each time, the
 simulated arm is served in real time, the shipped experiment runs on it, and is killed within its
 first fifteen seconds of cycles. Prints how long after the last SYNC the last drive said that
-it had stopped by itself (EMCY 0x8700, SYNC lost), and how much of the log's end is missing.
+it had stopped by itself (EMCY 0x8700, SYNC lost), and how much of the log's end is missing. A loop
+that ends before it is killed is not counted; what it said is printed.
 """
 
 import signal
@@ -60,20 +61,28 @@ def program(name: str) -> str:
     return str(Path(sys.executable).with_name(name))
 
 
-def killed_after(seconds: float, folder: Path) -> tuple[float, float]:
-    """Time until the drives have stopped, and missing end of the log [s]."""
+def killed_after(seconds: float, folder: Path) -> tuple[float, float] | None:
+    """Time until the drives have stopped, and missing end of the log [s]; None if it ended before.
+
+    Times are infinite where a drive did not say that it stopped.
+    """
     socket, log, listener = folder / "bus", folder / "log.mcap", Listener()
     command = [program("wamctl"), "excite", "--config", "wam7.yaml", "--bus", f"simbus:{socket}"]
     command += ["--yes-move-the-arm", "wam7", "--out", str(log)]
     with served(socket), can.Bus(interface="simbus", channel=str(socket)) as bus:
         notifier = can.Notifier(bus, [listener])
-        with subprocess.Popen(command, stderr=subprocess.DEVNULL) as loop:
-            while listener.syncs == 0:
+        with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as loop:
+            while listener.syncs == 0 and loop.poll() is None:
                 time.sleep(0.01)
             time.sleep(seconds)
+            ended = loop.poll() is not None
             loop.send_signal(signal.SIGKILL)
+            said = loop.stderr.read().strip() if loop.stderr else ""
         time.sleep(0.5)
         notifier.stop()
+        if ended:
+            print(f"\nnot killed in time: {said}", file=sys.stderr)
+            return None
         cycles = listener.syncs
         if len(listener.stopped_s) < DRIVES:
             return float("inf"), float("inf")
@@ -90,10 +99,11 @@ def main() -> None:
     found = []
     for k, seconds in enumerate(random.uniform(0.5, 15.0, times)):
         with tempfile.TemporaryDirectory() as folder:
-            found.append(killed_after(float(seconds), Path(folder)))
+            result = killed_after(float(seconds), Path(folder))
+        found += [result] if result else []
         print(f"\r{k + 1} of {times}", end="", file=sys.stderr, flush=True)
     stopped, missing = np.array(found).T
-    print(f"\nkilled {times} times")
+    print(f"\nkilled {len(found)} times")
     print(f"drives stopped by themselves: after {1e3 * stopped.max():.0f} ms at the latest")
     print(f"end of the log that is missing: {missing.max():.2f} s at the most")
 
