@@ -14,7 +14,7 @@ Array = NDArray[np.floating]
 
 _CYCLES = 2  # in a row with too much torque left over
 _STILL_S = 0.012
-_FAST_RAD_S, _FAST_COUNTS = 3.0, 4.0  # motor speed from which nothing stops within a cycle
+_FAST_RAD_S, _FAST_COUNTS = 6.0, 8.0  # motor speed from which nothing stops within a cycle
 
 
 class MotorWatch:
@@ -97,7 +97,7 @@ class MotorWatch:
             f"motor {k + 1} does not move as it is driven: {abs(left[k]):.3f} N m of its torque "
             f"are left over (limit {self._limit[k]:g} N m)"
         )
-        still = self._still[k] > _CYCLES  # a stop that came with it: not to be braked by
+        still = self._still[k] >= _CYCLES  # a stop that came with it: not to be braked by
         raise SafetyStopError(
             f"{cause}, and its encoder stands still" if still else cause, brakes=not still
         )

@@ -12,7 +12,7 @@ from wamctl.runtime.state import Estimator
 
 PERIOD_S = 0.002
 REST = np.array([0.0, -1.0, 0.0, 2.5, 0.0, 0.0, 0.0])
-AMPLITUDE, RATE = np.array([0.4, 0.2, 0.2, 0.2, 0.3, 0.2, 0.3]), 3.0
+AMPLITUDE, RATE = np.array([0.4, 0.2, 0.2, 0.2, 0.3, 0.05, 0.3]), 3.0
 COULOMB = np.array([1.9, 0.63, 0.28, 0.94, 0.036, 0.043, 0.076])
 
 
@@ -104,7 +104,7 @@ def test_the_sentence_of_an_encoder_that_stops_at_once(arm, watch):
     stop, _ = watched(arm, watch, range(250, 300))
     assert stop.cause == (
         "encoder of motor 7 stopped at once from 13.8 rad/s and has stood still for 6 cycles, "
-        "which no motor can (limit 2.7 rad/s)"
+        "which no motor can (limit 5.8 rad/s)"
     )
 
 
