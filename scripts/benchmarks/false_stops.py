@@ -66,7 +66,7 @@ CASES: dict[str, list[Effect]] = {
     "gain": [{"effect": "torque_gain", "joints": ALL, "factor": 0.92}],
     "delay": [{"effect": "torque_delay", "joints": [1, 2, 3, 4], "seconds": 0.006}],
     "ripple": [on_all("torque_ripple", "nm", 0.3 * COULOMB / RATIO)],
-    "elasticity": [{"effect": "joint_elasticity", "joints": [1, 2, 3, 4], "nm_rad": 3000}],
+    "elasticity": [{"effect": "joint_elasticity", "joints": [1, 2, 3, 4], "nm_rad": 20000}],
     "backlash": [{"effect": "backlash", "joints": ALL, "rad": 0.003}],
     "contact": [
         {"effect": "contact", "joints": [2], "nm": 8, "from_s": 12, "to_s": 12.5},

@@ -14,6 +14,7 @@ Array = NDArray[np.floating]
 
 _CYCLES = 2  # in a row with too much torque left over
 _STILL_S = 0.012
+_SETTLING_S = 0.1  # in which an arm that has just got torque takes up its load
 _FAST_RAD_S, _FAST_COUNTS = 6.0, 8.0  # motor speed from which nothing stops within a cycle
 
 
@@ -34,6 +35,7 @@ class MotorWatch:
         count = 2.0 * np.pi / np.array(arm.drives.counts_per_revolution)
         self._fast = np.maximum(_FAST_COUNTS * count, _FAST_RAD_S * period_s) - count / 2
         self._still_cycles = round(_STILL_S / period_s)
+        self._settling_cycles = round(_SETTLING_S / period_s)
         self._limit = np.array(arm.safety.unaccounted_torque_nm)
         self._residual = Residual(robot, transmission, arm.controller.velocity_cutoff_hz)
         self._period_s = period_s
@@ -43,10 +45,11 @@ class MotorWatch:
         """A cycle in which the arm need not obey, held by something or let go."""
         self._residual.start()
         self._angle: Array | None = None
+        self._settling = self._settling_cycles
         self._above = np.zeros(len(self._fast), dtype=int)  # cycles in a row above the limit
 
     def check(self, state: ArmState, tau: Array, elapsed_s: float) -> None:
-        """Whether readings and torque since the last cycle fit each other.
+        """Whether readings and torque since the last cycle fit each other, after 0.1 s of driving.
 
         Args:
             state: of this instant.
@@ -56,6 +59,9 @@ class MotorWatch:
         Raises:
             SafetyStopError: an encoder has stopped at once, or too much torque is left over.
         """
+        if self._settling > 0:
+            self._settling -= 1
+            return
         self._check_encoders(state)
         if len(self._limit):
             self._check_torques(self._residual.update(state, tau, elapsed_s))
