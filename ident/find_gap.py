@@ -98,6 +98,7 @@ def gap_logs(
         outcome.whole,
         outcome.final.fit,
         outcome.final.hypotheses,
+        outcome.found.end.model.slow,
     )
     with whole_folder(out, ("gap.json", "model.yaml", "report.html")) as folder:
         write_model(folder / "model.yaml", model)

@@ -1,15 +1,16 @@
 """How well a model predicts recordings that it was not fitted on."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ident.arm import TERM_NAMES, Arm
-from ident.assessment import Errors, sums
+from ident.assessment import Errors, Sums, sums
 from ident.dataset import Dataset
 from ident.evidence import Evidence, gather
+from ident.gap.effects_torque import without_effects
 from ident.held_out import spread
 from ident.model import Model
 from wamctl.arm.config import IdentificationSection
@@ -54,7 +55,7 @@ def arm_of(model: Model) -> Arm:
 
 
 def predict(model: Model, arm: Arm, data: Dataset) -> Prediction:
-    """The model's errors on one recording.
+    """The model's errors on one recording, with the effects that the model holds.
 
     The torque of the chosen parameters can be predicted for any motion of the joints that moved in
     the fit; that of the other estimators only where the recording moves the same ones.
@@ -74,18 +75,28 @@ def predict(model: Model, arm: Arm, data: Dataset) -> Prediction:
             f"{data.name} moves {names}, held in the recordings that the model was fitted on:"
             " it says nothing about them."
         )
-    evidence = gather([data], arm)
+    evidence = whole = gather([data], arm)
+    if model.effects:
+        bare = replace(model, effects=())
+        whole, evidence = (gather([without_effects(m, data)], arm) for m in (bare, model))
     betas: Mapping[str, Array] = {model.estimator: evidence.base.K @ model.delta}
     if evidence.base.names == tuple(b.name for b in model.base_parameters):
         betas = _all_betas(model)
-    log = evidence.logs[0].reduction
-    filtered = {n: sums(log.R, log.count, beta).errors() for n, beta in betas.items()}
-    raw = {n: sums(log.R_raw, log.count.sum(axis=0), beta).errors() for n, beta in betas.items()}
+    log, torque = evidence.logs[0].reduction, whole.logs[0].reduction
+    filtered = {n: _sums(log.R, log.count, beta, torque.R).errors() for n, beta in betas.items()}
+    rows = log.count.sum(axis=0)
+    raw = {n: _sums(log.R_raw, rows, beta, torque.R_raw).errors() for n, beta in betas.items()}
     filled = np.flatnonzero(log.count.any(axis=1))
     sd = {
-        n: spread([sums(log.R[b], log.count[b], beta) for b in filled]) for n, beta in betas.items()
+        n: spread([_sums(log.R[b], log.count[b], beta, torque.R[b]) for b in filled])
+        for n, beta in betas.items()
     }
     return Prediction(evidence, betas, filtered, raw, sd)
+
+
+def _sums(R: Array, count: NDArray[np.int64], beta: Array, whole: Array) -> Sums:
+    """Squared errors beside the squares of the whole torque, that of the effects included."""
+    return replace(sums(R, count, beta), torque=sums(whole, count, beta).torque)
 
 
 def _all_betas(model: Model) -> Mapping[str, Array]:

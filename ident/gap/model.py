@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Hypothesis
+from ident.effects.effect import Coefficient, Hypothesis
 from ident.gap.experiment import Experiment
 from ident.gap.feasible import Possible
 from ident.gap.fit import Fit
@@ -43,6 +43,7 @@ def model_with(
     fitted: Possible,
     fit: Fit,
     accepted: Sequence[Hypothesis],
+    slow: Array,
 ) -> Model:
     """The possible arm with its effects, as `model.yaml` keeps it.
 
@@ -52,6 +53,7 @@ def model_with(
         fitted: the possible parameters.
         fit: the free solution behind them.
         accepted: effects.
+        slow: speed below which each joint counts as turning [rad/s], shape (n,).
     """
     effects = effects_entries(accepted, fitted.effects)
     if source.trusted is not None:
@@ -70,7 +72,7 @@ def model_with(
             differentiation_cutoff_hz=MOTION_HZ,
             sign_cutoff_hz=DIRECTION_HZ[1],
             parallel=True,
-            velocity_threshold_rad_s=0.0,
+            velocity_threshold_rad_s=float(slow[source.moving].max()),
         ),
         noise=_noise(source, fit),
         logs=tuple(d.name for d in source.datasets),
@@ -145,6 +147,16 @@ def simulation_of(model: Model) -> SimulatedArm:
 
 
 def _with_effect(arm: SimulatedArm, entry: dict[str, Any]) -> SimulatedArm:
+    hypothesis, values = effect_of(entry)
+    return catalogue()[hypothesis.effect].simulated(arm, hypothesis, values)
+
+
+def effect_of(entry: dict[str, Any]) -> tuple[Hypothesis, Array]:
+    """An effect of a `model.yaml`, and its coefficients, shape (k,).
+
+    Raises:
+        DataError: an effect that the catalogue does not know, or that is not complete.
+    """
     effects = catalogue()
     name = entry.get("name")
     if name not in effects:
@@ -155,11 +167,11 @@ def _with_effect(arm: SimulatedArm, entry: dict[str, Any]) -> SimulatedArm:
             name,
             tuple(int(j) - 1 for j in entry["joints"]),
             tuple(int(j) - 1 for j in entry["rows"]),
-            (),
+            tuple(Coefficient(c, entry["units"][c]) for c in entry["parameters"]),
             {k: float(v) for k, v in entry["settings"].items()},
             entry["variant"],
         )
         values = np.array([float(v) for v in entry["parameters"].values()])
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise DataError(f"The model's effect {name} is not complete ({error!r}).") from error
-    return effects[name].simulated(arm, hypothesis, values)
+    return hypothesis, values

@@ -21,6 +21,7 @@ from ident.gap.residual import Residual
 from ident.instants import held_mean
 from ident.simulation.arm import SimulatedArm
 from ident.simulation.loop import Controller, Wire, run
+from wamctl.arm.errors import DataError
 from wamctl.arm.recording import Recording
 
 Array = NDArray[np.floating]
@@ -103,7 +104,11 @@ def simulated_datasets(
     disturbance: Sequence[Array],
     rng: np.random.Generator,
 ) -> list[Dataset]:
-    """The recordings, had the arm been exactly the fitted one."""
+    """The recordings, had the arm been exactly the fitted one.
+
+    Raises:
+        DataError: the simulated arm does not follow its reference.
+    """
     drawn = rng.choice(_DISTANCES, len(arm.coulomb))
     arm = replace(arm, bristle=np.where(arm.bristle > 0.0, arm.bristle, drawn))
     found = []
@@ -111,6 +116,8 @@ def simulated_datasets(
         columns = [recording.joint_names.index(j) for j in source.arm.robot.joint_names]
         motion = tuple(np.ascontiguousarray(w[:, columns]) for w in wanted_motion(recording))
         result = run(arm, *loop, (motion[0], motion[1], motion[2]), noise)
+        if not (np.isfinite(result.q).all() and np.isfinite(result.tau_cmd).all()):
+            raise DataError(f"{data.name}: the fitted arm does not follow the reference.")
         t = np.arange(len(result.q)) * loop[1].period_s
         tau = held_mean(t, result.tau_cmd, t, loop[1].period_s)
         segment = Segment(0.0, result.q, tau)

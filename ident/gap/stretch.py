@@ -74,7 +74,7 @@ def stretches(datasets: Sequence[Dataset], windows: Windows) -> list[Stretch]:
     found = []
     for log, data in enumerate(datasets):
         for segment in data.segments:
-            whole = _smoothed(segment, data.rate_hz, log)
+            whole = smoothed(segment, data.rate_hz, log)
             if whole is None:
                 continue
             if len(datasets) >= _FOLDS:
@@ -84,7 +84,8 @@ def stretches(datasets: Sequence[Dataset], windows: Windows) -> list[Stretch]:
     return found
 
 
-def _smoothed(segment: Segment, rate_hz: float, log: int) -> Stretch | None:
+def smoothed(segment: Segment, rate_hz: float, log: int) -> Stretch | None:
+    """A segment's samples but for its ends, as one stretch; None if it is too short for that."""
     edge = round(_EDGE_S * rate_hz)
     samples = len(segment.q)
     if samples < 8 * edge:

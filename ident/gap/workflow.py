@@ -20,7 +20,7 @@ from ident.gap.stretch import stretches
 from ident.gap.table import Nominal, nominal, tabulate
 from ident.gap.trusted import known_torque
 from ident.gap.uncertainty import clear
-from ident.gap.verdict import Verdict, decide, nameless
+from ident.gap.verdict import Nameless, Verdict, decide, nameless
 from ident.gap.windows import windows_for
 
 Array = NDArray[np.floating]
@@ -93,9 +93,11 @@ def search(source: Experiment, options: Options, tell: Tell) -> Search:
     way = _sequence(source, rows, start, options, tell)
     tell("looking at what is left")
     end = way.present
-    table = tabulate(way.rows, end.model, end.accepted)
-    left = leftovers(way.rows, end.model, table, end.fit)
-    rest = nameless(left, way.found, mean_squares(end.fit), way.threshold)
+    rest = _nameless(way)
+    if rest and not way.calibrations:
+        runs = (options.null_runs, options.seed)
+        way.threshold = calibrated(source, way.rows, (end, end), way.threshold, runs, tell)
+        rest = _nameless(way)
     verdict = decide(wrong, way.found, way.burst, rest)
     first, last = tuple(way.scores[0]), tuple(way.scores[-1])
     return Search(source, way.rows, start, end, first, last, way.threshold, verdict)
@@ -119,6 +121,14 @@ class _Way:
         """Whether there is enough for one answer."""
         names = {f.hypothesis.effect for f in self.found}
         return len(names) >= _MOST_EFFECTS or len(self.scores) >= 2 * _MOST_EFFECTS
+
+
+def _nameless(way: _Way) -> tuple[Nameless, ...]:
+    """Structure that is left and counts."""
+    end = way.present
+    table = tabulate(way.rows, end.model, end.accepted)
+    left = leftovers(way.rows, end.model, table, end.fit)
+    return nameless(left, way.found, mean_squares(end.fit), way.threshold)
 
 
 def _sequence(

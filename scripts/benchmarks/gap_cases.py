@@ -22,6 +22,7 @@ from wamctl.arm.trajectory import Trajectory, read_trajectory, reference, trajec
 Array = NDArray[np.floating]
 
 PERIODS = 2
+MOTION = "wam7-excitation.yaml"
 KINDS = 7  # ways of turning round, as gap_plants numbers them
 PAIRS = ((1, 2), (4, 5))
 
@@ -119,7 +120,7 @@ def draw(rng: np.random.Generator, coulomb: Array, scale: float, families: list[
     return Case(family, joints, size)
 
 
-def run(seed: int, count: int, scale: float, families: list[str]) -> Run:
+def run(seed: int, count: int, scale: float, families: list[str], motion_file: str = MOTION) -> Run:
     """Two periods of a perturbed arm with some effects, all different, and without.
 
     Raises:
@@ -128,7 +129,7 @@ def run(seed: int, count: int, scale: float, families: list[str]) -> Run:
     rng = np.random.default_rng(seed)
     file = load_arm_file("wam7.yaml")
     robot = arm_from_file(Path("wam7.yaml"), ()).robot
-    excitation = read_trajectory("wam7-excitation.yaml")
+    excitation = read_trajectory(motion_file)
     motion = reference(excitation.series, PERIODS, file.excitation.ramp_s, file.bus.period_s)
     usual = np.array(file.simulation.coulomb_nm)
     cases: list[Case] = []

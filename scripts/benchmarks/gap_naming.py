@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 
 import numpy as np
-from gap_cases import KNOWN, STRANGE, Run, run, truth_of
+from gap_cases import KNOWN, MOTION, STRANGE, Run, run, truth_of
 from gap_tables import Told, append, print_tables, read
 
 from ident.gap.experiment import base_columns, experiment, facts_of
@@ -131,6 +131,7 @@ def main() -> None:
     options.add_argument("--family", action="append", help="hide one of these only")
     options.add_argument("--null-runs", type=int, default=Options().null_runs)
     options.add_argument("--scale", type=float, default=1.0)
+    options.add_argument("--motion", default=MOTION, help="the trajectory's file")
     options.add_argument("--out", type=Path)
     options.add_argument("--table", type=Path, nargs="+")
     chosen = options.parse_args()
@@ -141,7 +142,7 @@ def main() -> None:
     runs = []
     for seed in range(chosen.seed, chosen.seed + chosen.runs):
         try:
-            recorded = run(seed, chosen.hidden, chosen.scale, families)
+            recorded = run(seed, chosen.hidden, chosen.scale, families, chosen.motion)
         except ValueError as error:
             print(f"{seed:5d} not recorded: {error}")
             continue

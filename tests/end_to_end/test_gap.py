@@ -133,6 +133,20 @@ def test_the_model_carries_the_effect_and_can_be_simulated(results, log):
     assert lag[0] == pytest.approx(lag[1], rel=0.5)
 
 
+def test_validating_the_model_counts_its_effects(results, log):
+    whole = yaml.safe_load((results / "model.yaml").read_text())
+    bare = log.parent / "bare.yaml"
+    bare.write_text(yaml.safe_dump(whole | {"effects": []}))
+    errors = []
+    for model in (bare, results / "model.yaml"):
+        out = log.parent / f"validated-{len(errors)}"
+        assert call("validate", log, "--model", model, "--out", out) == 0
+        (entry,) = json.loads((out / "validate.json").read_text())["logs"]
+        errors.append(entry["rms_by_joint"])
+    assert errors[1][3] < 0.5 * errors[0][3]
+    assert errors[1][0] == pytest.approx(errors[0][0], rel=0.05)
+
+
 @pytest.mark.parametrize(
     ("arguments", "status", "words"),
     [

@@ -24,9 +24,17 @@ ATTACHED = {
 
 
 @term
-def lorentz(t, q, qd, load, joint, settings, resistance, level):
-    """Extra friction dF / (1 + (qd / vs)^2): a form that no effect of the catalogue has."""
-    level[joint] += settings[0] / (1.0 + (qd[joint] / settings[1]) ** 2)
+def sticking(t, q, qd, load, joint, settings, resistance, level):
+    """Extra friction dF / cosh(qd / vs): a form that no effect of the catalogue has."""
+    level[joint] += settings[0] / np.cosh(qd[joint] / settings[1])
+
+
+@term
+def push(t, q, qd, load, joint, settings, resistance, level):
+    """Half a sine of torque on one joint, from a time on and for some seconds."""
+    u = (t - settings[1]) / settings[2]
+    if u > 0.0 and u < 1.0:
+        resistance[joint] += settings[0] * np.sin(np.pi * u)
 
 
 @term

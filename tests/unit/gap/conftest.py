@@ -1,7 +1,7 @@
 """One effect-free recording and one with a hidden effect, searched once for all tests."""
 
 import pytest
-from closed_loop import bump, lorentz, recorded, source_of, wam
+from closed_loop import bump, recorded, source_of, wam
 
 from ident.gap.experiment import Experiment
 from ident.gap.workflow import Options, Search, search
@@ -22,11 +22,6 @@ def source(plain) -> Experiment:
 @pytest.fixture(scope="session")
 def nothing_hidden(source) -> Search:
     return search(source, Options(null_runs=1), lambda _: None)
-
-
-@pytest.fixture(scope="session")
-def sticky() -> Recording:
-    return recorded(wam(Term(lorentz, 3, (0.9, 0.07))))
 
 
 @pytest.fixture(scope="session")

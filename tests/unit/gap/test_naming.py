@@ -1,0 +1,60 @@
+"""Effects in forms that the catalogue does not have, alone and beside another."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from closed_loop import push, recorded, source_of, sticking, wam
+
+from ident.gap.uncertainty import finished
+from ident.gap.verdict import Kind
+from ident.gap.workflow import Options, Search, search
+from ident.simulation.arm import Term
+
+OPTIONS = Options(null_runs=1)
+STICKING = Term(sticking, 3, (0.8, 0.08))
+PUSH = tuple(Term(push, j, (size, 30.0, 0.6)) for j, size in enumerate((2.0, -1.5, 0.8)))
+
+
+def searched(arm) -> Search:
+    return search(source_of(recorded(arm)), OPTIONS, lambda _: None)
+
+
+def named(found: Search) -> list[tuple[str, tuple[int, ...]]]:
+    return [(f.hypothesis.effect, f.hypothesis.joints) for f in found.verdict.found]
+
+
+@pytest.fixture(scope="module")
+def both() -> Search:
+    """An elbow that sticks at low speed, and a push at the upper arm."""
+    return searched(wam(STICKING, *PUSH))
+
+
+def test_a_push_beside_another_effect_hides_neither(both):
+    assert both.verdict.kind == Kind.NAMED
+    assert named(both) == [("stribeck", (3,))]
+    burst = both.verdict.burst
+    assert burst is not None
+    assert burst.start_s == pytest.approx(30.0, abs=0.2)
+    assert burst.end_s == pytest.approx(30.6, abs=0.2)
+    assert {0, 1, 2} <= set(burst.joints)
+
+
+def test_the_size_is_within_its_interval_whatever_the_form(both):
+    (values,) = finished(both.rows, both.end, both.verdict.found).parameters
+    extra = values["extra_friction"]
+    assert extra.value == pytest.approx(0.8, abs=3 * extra.sd)
+    assert extra.value == pytest.approx(0.8, rel=0.15)
+
+
+def test_a_tilted_base_is_no_spring_at_the_first_joint():
+    arm = wam()
+    tilt = np.array([0.012, -0.009, 0.0])
+    gravity = arm.chain.gravity + np.cross(tilt, arm.chain.gravity)
+    gravity *= np.linalg.norm(arm.chain.gravity) / np.linalg.norm(gravity)
+    found = searched(replace(arm, chain=arm.chain._replace(gravity=gravity)))
+    assert found.verdict.kind == Kind.NAMED
+    assert [name for name, _ in named(found)] == ["gravity_tilt"]
+    (values,) = finished(found.rows, found.end, found.verdict.found).parameters
+    assert values["tilt_x"].value == pytest.approx(0.012, rel=0.03)
+    assert values["tilt_y"].value == pytest.approx(-0.009, rel=0.03)
