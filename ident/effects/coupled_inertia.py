@@ -27,7 +27,7 @@ class CoupledInertia:
 
     def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
         """One for each pair: the coupling alone, or with what it adds to either joint."""
-        cross = Coefficient("coupling", "kg m^2")
+        cross = Coefficient("coupling", "kg m^2", essential=True)
         own = tuple(Coefficient(f"own_{s}", "kg m^2", lower=0.0) for s in "ab")
         forms = {"coupling": (cross,), "coupling and own": (cross, *own)}
         return [

@@ -126,6 +126,7 @@ class Coefficient:
         unit: SI.
         lower, upper: what is physically plausible.
         least: smaller ones are not worth a name.
+        essential: without it the effect is another one.
     """
 
     name: str
@@ -133,6 +134,7 @@ class Coefficient:
     lower: float = -np.inf
     upper: float = np.inf
     least: float = 0.0
+    essential: bool = False
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ class JointSpring:
     def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
         """One for each joint."""
         both = (
-            Coefficient("stiffness", "N m/rad", lower=0.0),
+            Coefficient("stiffness", "N m/rad", lower=0.0, essential=True),
             Coefficient("torque_at_zero", "N m"),
         )
         return [Hypothesis(self.id, (j,), (j,), both) for j in arm.moving_joints]

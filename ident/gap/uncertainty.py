@@ -52,13 +52,20 @@ class Final:
 
 
 def clear(rows: Nominal, model: Present, count: int) -> list[bool]:
-    """Whether each of the last so many effects has a coefficient that is surely not zero."""
+    """Whether each of the last so many effects has a coefficient that is surely not zero.
+
+    Where an effect would be another one without a coefficient, it must be that one.
+    """
     final = finished(rows, model)
     pairs = list(zip(final.hypotheses, final.parameters, strict=True))[-count:]
-    return [
-        any(abs(v.value) > _SURE * v.sd for c in h.coefficients if (v := values.get(c.name)))
-        for h, values in pairs
-    ]
+    return [_is_clear(h, values) for h, values in pairs]
+
+
+def _is_clear(h: Hypothesis, values: dict[str, Value]) -> bool:
+    telling = [c.name for c in h.coefficients if c.essential] or list(values)
+    names = {c.name for c in h.coefficients}
+    sizes = [values[n] for n in telling if n in names and n in values]
+    return any(abs(v.value) > _SURE * v.sd for v in sizes)
 
 
 def finished(rows: Nominal, end: Present, found: Sequence[Found] = ()) -> Final:

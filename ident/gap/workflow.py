@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.effects.effect import Hypothesis
 from ident.gap.calibration import calibrated
 from ident.gap.contact import Burst, find_burst
 from ident.gap.experiment import Experiment, base_columns, facts_of
@@ -113,6 +114,7 @@ class _Way:
     found: list[Found] = field(default_factory=list)
     burst: Burst | None = None
     may_cut: bool = True
+    unsure: set[tuple[str, tuple[int, ...]]] = field(default_factory=set)
     scores: list[list[Score]] = field(default_factory=list)
     calibrations: int = 0
 
@@ -142,7 +144,25 @@ def _sequence(
         _go(source, way, options, tell)
     tell("confirming on held-out data")
     _confirm(way)
+    while _another(way):
+        _go(source, way, options, tell)
+        _confirm(way)
     return way
+
+
+def _another(way: _Way) -> bool:
+    """Let go of an effect that would be another one without what is no longer sure of it."""
+    if not way.found:
+        return False
+    sure = clear(way.rows, way.present, len(way.found))
+    lost = [f for f, c in zip(way.found, sure, strict=True) if not c]
+    lost = [f for f in lost if _may_be_another(f.hypothesis)]
+    if not lost:
+        return False
+    way.unsure |= {(f.hypothesis.effect, f.hypothesis.joints) for f in lost}
+    way.found = [f for f in way.found if not any(f is x for x in lost)]
+    way.present = _with(way, way.found)
+    return True
 
 
 def _confirm(way: _Way) -> None:
@@ -152,8 +172,8 @@ def _confirm(way: _Way) -> None:
         worst = int(np.argmin(gains))
         if gains[worst] > _BORNE:
             return
-        kept = [f for i, f in enumerate(way.found) if i != worst]
-        way.found, way.present = kept, _with(way, kept)
+        way.found = [f for i, f in enumerate(way.found) if i != worst]
+        way.present = _with(way, way.found)
 
 
 def _held_gain(way: _Way, index: int) -> float:
@@ -180,7 +200,11 @@ def _with(way: _Way, found: Sequence[Found]) -> Present:
 def _go(source: Experiment, way: _Way, options: Options, tell: Tell) -> None:
     while not way.full:
         tell(f"scanning the catalogue, round {len(way.scores) + 1}")
-        candidates = all_hypotheses(way.present.model.facts)
+        candidates = [
+            h
+            for h in all_hypotheses(way.present.model.facts)
+            if (h.effect, h.joints) not in way.unsure
+        ]
         fresh, scores = next_effects(way.rows, way.present, candidates, way.threshold, way.found)
         way.scores.append(scores)
         larger = taken_in(way.rows, way.present, fresh) if fresh else way.present
@@ -195,11 +219,21 @@ def _go(source: Experiment, way: _Way, options: Options, tell: Tell) -> None:
                 source, way.rows, (way.present, larger), way.threshold, runs, tell
             )
             fresh = [f for f in fresh if f.score.gain >= way.threshold.of(f.hypothesis.effect)]
+        asked = fresh
         fresh, larger = _sure(way, fresh, larger)
         if not fresh:
-            break
+            unsure = {(h.effect, h.joints) for f in asked if _may_be_another(h := f.hypothesis)}
+            if not unsure:
+                break
+            way.unsure |= unsure
+            continue
         way.present = larger
         way.found += fresh
+
+
+def _may_be_another(h: Hypothesis) -> bool:
+    """Whether an effect without a part of it that is not sure is another one."""
+    return any(c.essential for c in h.coefficients)
 
 
 def _sure(way: _Way, fresh: list[Found], larger: Present) -> tuple[list[Found], Present]:
