@@ -32,6 +32,7 @@ CUTOFF_HZ = 10.0
 
 _HIGHEST_SHARE = 0.2  # of the sampling rate
 _MOST_EFFECTS = 6
+_PLAIN = 0.3  # nats: so much is structure, even if noise drawn from the same residual shows as much
 _BORNE = 0.1  # of an effect's gain: what it must bring on the held-out fold beside all others
 _BESIDE = 0.25  # of an effect's gain: what a burst beside it must bring
 
@@ -98,7 +99,10 @@ def search(source: Experiment, options: Options, tell: Tell) -> Search:
     if rest and not way.calibrations:
         runs = (options.null_runs, options.seed)
         way.threshold = calibrated(source, way.rows, (end, end), way.threshold, runs, tell)
-        rest = _nameless(way)
+    if not way.found:
+        plain = max(_PLAIN, least_threshold(source.trusted is not None).leftover)
+        way.threshold = replace(way.threshold, leftover=min(way.threshold.leftover, plain))
+    rest = _nameless(way)
     verdict = decide(wrong, way.found, way.burst, rest)
     first, last = tuple(way.scores[0]), tuple(way.scores[-1])
     return Search(source, way.rows, start, end, first, last, way.threshold, verdict)
