@@ -15,6 +15,7 @@ Array = NDArray[np.floating]
 
 _LENGTHS_S = tuple(np.geomspace(0.2, 4.0, 16))
 _ROUNDS = 2
+_AGAIN = 0.1  # of a burst's mean square, in another period: it comes with the motion
 _SHARP = 9.0  # a joint takes part where its mean square in the burst is so many times the usual
 
 
@@ -29,6 +30,7 @@ class Burst:
         torque: mean torque on each of them [N m].
         gain: drop of the mean log residual when the stretch has a noise of its own [nats].
         rows: which rows of the table lie in it, shape (R,).
+        loudness: mean square of each row in units of the noise without it, shape (R,).
     """
 
     log: int
@@ -38,6 +40,22 @@ class Burst:
     torque: Array
     gain: float
     rows: NDArray[np.bool_]
+    loudness: Array
+
+    def recurs(self, repeats: tuple[NDArray[np.int64], NDArray[np.int64]]) -> bool:
+        """Whether the model fails as well where the motion is the same in another period.
+
+        What comes again with the motion is no event.
+
+        Args:
+            repeats: rows of one period, and the same rows of the next, see `repeats.pairs`.
+        """
+        first, second = (np.concatenate(way) for way in (repeats, repeats[::-1]))
+        known = self.rows[first] & ~self.rows[second]
+        if not known.any():
+            return False
+        here, again = self.loudness[first[known]], self.loudness[second[known]]
+        return bool(again.mean() > _AGAIN * here.mean())
 
 
 def find_burst(rows: Nominal, table: Table, now: Fit, choice: Choice) -> Burst | None:
@@ -55,6 +73,7 @@ def find_burst(rows: Nominal, table: Table, now: Fit, choice: Choice) -> Burst |
         usual = fit(outside.grams.of(range(FOLDS)), choice, usual.sigma)
     if chosen is None:
         return None
+    squares, count = _power(table, usual)
     left = residuals(table, usual)
     calm = usual.sigma[:, int(Region.SLIDING)]
     loud = [float(np.mean(r.values[chosen] ** 2)) if len(r.values) else 0.0 for r in left]
@@ -71,6 +90,7 @@ def find_burst(rows: Nominal, table: Table, now: Fit, choice: Choice) -> Burst |
         np.array([left[j].values[chosen].mean() for j in joints]),
         _gain(before, usual, left, chosen),
         chosen,
+        squares / np.maximum(count, 1.0),
     )
 
 

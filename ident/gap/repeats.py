@@ -45,7 +45,7 @@ def noise_floor(
     None where no motion is repeated; not-a-number for a region without repeats, and for joints
     that are held.
     """
-    first, second = _pairs(source, rows, table)
+    first, second = pairs(source, rows, table)
     if len(first) < _LEAST_PAIRS:
         return None
     floor = np.full((len(left), len(Region)), np.nan)
@@ -60,7 +60,7 @@ def noise_floor(
     return floor
 
 
-def _pairs(
+def pairs(
     source: Experiment, rows: Nominal, table: Table
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Rows of one period, and the same rows of the next."""

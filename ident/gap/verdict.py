@@ -13,6 +13,7 @@ from ident.gap.naming import Found
 from ident.gap.null import Threshold
 
 _UNEXPLAINED = 0.2  # of a joint's gap: with more left, a name is only an analogy
+_REMAINING = 0.8  # of the gap at the joints of the effects: with more left, they are not the effect
 _ANALOGY = 0.3  # nats: so much structure beside an effect says that its form is another one,
 _NEARLY = 0.03  # unless no more than this part of the joint's gap is left with it
 
@@ -88,12 +89,21 @@ def decide(
     found: Sequence[Found],
     burst: Burst | None,
     left: Sequence[Nameless],
+    remaining: float = 0.0,
 ) -> Verdict:
-    """The verdict on what was found and what is left."""
+    """The verdict on what was found and what is left.
+
+    Args:
+        faults: of the data.
+        found: effects taken in.
+        burst: a contact, or None.
+        left: structure without a name.
+        remaining: part of the gap at the effects' joints that they do not close.
+    """
     parts = (tuple(found), burst, tuple(left), tuple(faults))
     if faults:
         return Verdict(Kind.DATA_FAULT, *parts)
-    if any(
+    if remaining > _REMAINING or any(
         x.unexplained > _UNEXPLAINED or (x.leftover.gain > _ANALOGY and x.unexplained > _NEARLY)
         for x in left
     ):

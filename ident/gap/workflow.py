@@ -15,6 +15,9 @@ from ident.gap.fit import mean_log_ratio, mean_squares, predicted_rms
 from ident.gap.leftover import leftovers
 from ident.gap.naming import Found, next_effects, taken_in
 from ident.gap.null import Threshold, least_threshold
+from ident.gap.region import Region
+from ident.gap.repeats import noise_floor, pairs
+from ident.gap.residual import residuals
 from ident.gap.scan import Score
 from ident.gap.search import HELD_OUT, Present, all_hypotheses, begin, extend
 from ident.gap.stretch import stretches
@@ -103,7 +106,7 @@ def search(source: Experiment, options: Options, tell: Tell) -> Search:
         plain = max(_PLAIN, least_threshold(source.trusted is not None).leftover)
         way.threshold = replace(way.threshold, leftover=min(way.threshold.leftover, plain))
     rest = _nameless(way)
-    verdict = decide(wrong, way.found, way.burst, rest)
+    verdict = decide(wrong, way.found, way.burst, rest, _remaining(source, start, way))
     first, last = tuple(way.scores[0]), tuple(way.scores[-1])
     return Search(source, way.rows, start, end, first, last, way.threshold, verdict)
 
@@ -127,6 +130,24 @@ class _Way:
         """Whether there is enough for one answer."""
         names = {f.hypothesis.effect for f in self.found}
         return len(names) >= _MOST_EFFECTS or len(self.scores) >= 2 * _MOST_EFFECTS
+
+
+def _remaining(source: Experiment, start: Present, way: _Way) -> float:
+    """Part of the squared gap above the noise of repeats that is left at the effects' joints.
+
+    Zero where no motion is repeated, and beside a contact, whose rows the first fit has seen.
+    """
+    table = tabulate(way.rows, way.present.model, way.present.accepted)
+    left = residuals(table, way.present.fit)
+    floor = noise_floor(source, way.rows, table, left)
+    seats = sorted({j for f in way.found for j in f.seat})
+    if floor is None or way.burst is not None or not seats:
+        return 0.0
+    noise = np.nan_to_num(floor[seats, Region.SLIDING]) ** 2
+    before, after = (p.fit.sigma[seats, Region.SLIDING] ** 2 - noise for p in (start, way.present))
+    weight = 1 / way.present.fit.sigma[seats, Region.SLIDING] ** 2
+    gap = float(weight @ np.maximum(before, 0.0))
+    return float(weight @ np.maximum(after, 0.0)) / gap if gap > 0.0 else 0.0
 
 
 def _nameless(way: _Way) -> tuple[Nameless, ...]:
@@ -212,7 +233,7 @@ def _go(source: Experiment, way: _Way, options: Options, tell: Tell) -> None:
         fresh, scores = next_effects(way.rows, way.present, candidates, way.threshold, way.found)
         way.scores.append(scores)
         larger = taken_in(way.rows, way.present, fresh) if fresh else way.present
-        if _cut(way, larger, max((s.gain for s in scores), default=0.0)):
+        if _cut(source, way, larger, max((s.gain for s in scores), default=0.0)):
             continue
         if not fresh:
             break
@@ -252,11 +273,12 @@ def _sure(way: _Way, fresh: list[Found], larger: Present) -> tuple[list[Found], 
     return fresh, larger
 
 
-def _cut(way: _Way, larger: Present, best: float) -> bool:
+def _cut(source: Experiment, way: _Way, larger: Present, best: float) -> bool:
     """Set a burst apart that stands out from the model with the next effects; whether it was done.
 
     Without such effects it must explain more than any other; with them a good part of theirs: what
-    they leave in a few places because their form is another one is no burst.
+    they leave in a few places because their form is another one is no burst. Nor is what comes
+    again with the motion.
     """
     if not way.may_cut or way.burst is not None:
         return False
@@ -264,6 +286,9 @@ def _cut(way: _Way, larger: Present, best: float) -> bool:
     beside = larger is not way.present
     least = max(_BESIDE * best if beside else best, way.threshold.of("contact"))
     if burst is None or burst.gain < least:
+        return False
+    table = tabulate(way.rows, larger.model, ())
+    if burst.recurs(pairs(source, way.rows, table)):
         return False
     way.burst = burst
     way.rows = replace(way.rows, apart=burst.rows)

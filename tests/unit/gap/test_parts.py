@@ -1,5 +1,7 @@
 """Parts of the search that stand alone: windows, regions, thresholds, verdicts."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -31,7 +33,7 @@ def found(effect: str = "stribeck", rivals: tuple[Score, ...] = (), explained: f
     return Found(score_of(effect), (1,), gains, removed, (0.4,), rivals, None, np.inf)
 
 
-BURST = Burst(0, 3.0, 4.0, (1,), np.array([2.0]), 0.3, np.zeros(4, dtype=bool))
+BURST = Burst(0, 3.0, 4.0, (1,), np.array([2.0]), 0.3, np.zeros(4, dtype=bool), np.ones(4))
 FAULT = Fault("dropped_samples", (), "log: 9 samples repeat.", 9.0)
 LARGE = Nameless(Leftover(1, "the position of joint 2", 0.4, 0.5), 0.6)
 CLEAR = Nameless(Leftover(1, "the position of joint 2", 2.5, 0.99), 0.1)
@@ -56,6 +58,21 @@ SMALL = Nameless(Leftover(1, "the position of joint 2", 0.2, 0.3), 0.1)
 )
 def test_verdict(faults, effects, burst, left, kind):
     assert decide(faults, effects, burst, left).kind == kind
+
+
+def test_an_effect_that_leaves_most_of_its_joints_gap_is_not_the_effect():
+    assert decide([], [found()], None, [], remaining=0.9).kind == Kind.UNKNOWN
+    assert decide([], [found()], None, [], remaining=0.3).kind == Kind.NAMED
+
+
+def test_what_comes_again_with_the_motion_is_no_contact():
+    rows = np.array([False, True, False, False, False, False])
+    repeats = np.array([0, 1, 2]), np.array([3, 4, 5])
+    once = Burst(0, 3.0, 4.0, (1,), np.array([2.0]), 0.3, rows, np.array([1, 50.0, 1, 1, 1, 1]))
+    again = replace(once, loudness=np.array([1, 50.0, 1, 1, 40.0, 1]))
+    assert not once.recurs(repeats)
+    assert again.recurs(repeats)
+    assert not again.recurs((repeats[0][:1], repeats[1][:1]))
 
 
 def test_structure_is_measured_against_what_the_effects_explained():
