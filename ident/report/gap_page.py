@@ -26,6 +26,7 @@ from ident.report.svg import Drawing
 from ident.report.words import (
     DASH,
     joint_labels,
+    joints_text,
     known,
     listed,
     number,
@@ -45,6 +46,9 @@ _WORDS: dict[str, tuple[Status, str]] = {
     "unknown": ("open", "unknown effect"),
     "data_fault": ("bad", "fault in the data"),
 }
+
+
+_MOST_IN_A_SENTENCE = 3
 
 
 @dataclass(frozen=True)
@@ -101,8 +105,7 @@ class GapReport:
         """Joints, from 1, in a sentence."""
         if not joints:
             return "the whole arm"
-        names = [self.labels[j - 1] for j in joints]
-        return f"joint{'s' * (len(names) > 1)} {listed(names)}"
+        return joints_text([self.labels[j - 1] for j in joints])
 
 
 def gap_page(report: GapReport) -> Page:
@@ -141,14 +144,16 @@ def verdict_sentences(report: GapReport) -> list[str]:
     partly = content["verdict"] == "unknown" and bool(effects)
     sentence = {
         "no_gap": "The model explains these recordings down to their noise.",
-        "named": f"The model misses {listed(effects)}.",
-        "ambiguous": f"The model misses something that looks like {listed(effects)},"
+        "named": f"The model misses {_counted(effects)}.",
+        "ambiguous": f"The model misses something that looks like {_counted(effects)},"
         " but these data cannot tell it from other effects.",
         "unknown": "The model misses something that no effect of the catalogue explains.",
         "data_fault": "These recordings cannot be trusted, so that no effect is named"
         + (f": {listed(effects)}." if effects else "."),
     }[content["verdict"]]
-    more = [f"Part of it looks like {listed(effects)}."] if partly else []
+    more = [f"Part of it looks like {_counted(effects)}."] if partly else []
+    if len(effects) > _MOST_IN_A_SENTENCE and content["verdict"] != "data_fault":
+        more.append(f"In full: {'; '.join(effects)}.")
     if partly or content["verdict"] in ("named", "ambiguous"):
         more.append(_closed(content["held_out"]))
     more += [_what_is_left(report, u) for u in content.get("unexplained", [])]
@@ -157,12 +162,17 @@ def verdict_sentences(report: GapReport) -> list[str]:
     return [sentence, *(m for m in more if m)]
 
 
+def _counted(effects: Sequence[str]) -> str:
+    if len(effects) <= _MOST_IN_A_SENTENCE:
+        return listed(effects)
+    return f"{len(effects)} effects, {effects[0]} first"
+
+
 def _what_is_left(report: GapReport, entry: Content) -> str:
-    label = report.labels[entry["joint"] - 1]
     nearest = [report.title(n["name"]) for n in entry["nearest"]]
     words = f" The nearest of the catalogue: {listed(nearest)}." if nearest else ""
     return (
-        f"What is left at joint {label} depends on {entry['depends_on']}"
+        f"What is left at {report.of([entry['joint']])} depends on {entry['depends_on']}"
         f" ({share(entry['share_of_residual'], 2)} of its residual).{words}"
     )
 

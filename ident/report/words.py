@@ -122,6 +122,12 @@ def joint_labels(names: Sequence[str]) -> list[str]:
     ]
 
 
+def joints_text(labels: Sequence[str]) -> str:
+    """Joints by their labels in a sentence: `joints 2 lift and 3`; the word stands there once."""
+    names = [label.removeprefix("joint").strip() or label for label in labels]
+    return f"joint{'s' * (len(names) > 1)} {listed(names)}"
+
+
 def _shared_start(names: Sequence[str]) -> str:
     columns = zip(*names, strict=False)
     return "".join(c[0] for c in takewhile(lambda c: len(set(c)) == 1, columns))

@@ -14,6 +14,7 @@ from ident.report.words import (
     DASH,
     fixed,
     joint_labels,
+    joints_text,
     listed,
     number,
     plus_minus,
@@ -134,6 +135,11 @@ def test_values_have_as_many_decimals_as_their_deviation() -> None:
 )
 def test_labels_of_joints(names: list[str], labels: list[str]) -> None:
     assert joint_labels(names) == labels
+
+
+def test_the_word_joint_stands_once_in_a_sentence() -> None:
+    assert joints_text(["joint5"]) == "joint 5"
+    assert joints_text(["1 base", "joint2", "joint"]) == "joints 1 base, 2, and joint"
 
 
 def test_words() -> None:

@@ -218,6 +218,15 @@ def test_gap_without_a_named_effect(
     assert page.verdict.more == []
 
 
+def test_many_effects_are_counted_first(gap_report: GapReport, gap_content: dict[str, Any]) -> None:
+    effects = 4 * [gap_content["effects"][0]]
+    content = gap_content | {"verdict": "named", "effects": effects}
+    verdict = gap_page(replace(gap_report, content=content)).verdict
+    one = "friction on the motors of a shared drive at joints 1 base and 2 lift"
+    assert verdict.sentence == f"The model misses 4 effects, {one} first."
+    assert verdict.more[0] == f"In full: {one}; {one}; {one}; {one}."
+
+
 def test_an_unknown_gap_says_what_part_of_it_looks_like(
     gap_report: GapReport, gap_content: dict[str, Any]
 ) -> None:
