@@ -1,6 +1,7 @@
 """The command `sim-bus`."""
 
 import contextlib
+import ctypes
 import gc
 import os
 import signal
@@ -22,6 +23,7 @@ from wamctl.arm.errors import UserError
 app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
 
 _PRIORITY = 40
+_LOCK_CURRENT, _LOCK_FUTURE = 1, 2
 
 
 class _Stopped(BaseException):
@@ -89,12 +91,14 @@ def _clock(simulation: Simulation, arm: Arm, hub: Hub, lockstep: bool) -> tuple[
 
 
 def _raise_priority() -> str:
-    """Real-time scheduling where the system permits it; says what it got."""
+    """Real-time scheduling and locked memory where the system permits it; says what it got."""
+    locked = ctypes.CDLL(None).mlockall(_LOCK_CURRENT | _LOCK_FUTURE) == 0
+    memory = "memory locked" if locked else "memory not locked"
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
     except PermissionError:
-        return "ordinary scheduling"
-    return f"SCHED_FIFO {_PRIORITY}"
+        return f"ordinary scheduling, {memory}"
+    return f"SCHED_FIFO {_PRIORITY}, {memory}"
 
 
 def _serve_without_pauses(service: Service, hub: Hub, stop_with_stdin: bool) -> None:

@@ -80,9 +80,9 @@ class SimulatedBus(can.BusABC):
 
     def recv(self, timeout: float | None = None) -> can.Message | None:
         """The next frame; None where none comes within the time limit [s]."""
-        if self._arrived and not self.filters:
-            return self._arrived.popleft()
-        return super().recv(timeout)
+        if self.filters:
+            return super().recv(timeout)
+        return self._recv_internal(timeout)[0]
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
         while not self._arrived:

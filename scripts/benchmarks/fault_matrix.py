@@ -1,21 +1,27 @@
 """How an experiment ends when something goes wrong: every fault in every phase.
 
-Usage: scripts/benchmarks/fault_matrix.py PROTOCOL [SEEDS [FAULT...]], from the root, with .venv's
-Python; PROTOCOL is canopen or puck.
+Usage: scripts/benchmarks/fault_matrix.py PROTOCOL [SEEDS [FAULT...]] [--minutes N], from the root,
+with .venv's Python; PROTOCOL is canopen or puck. With --minutes, no seed is begun that would not
+end by then.
 For each fault, phase and seed a short experiment runs in lockstep on the embedded bus, with the
 fault at a random drive and moment of that phase. Prints a table: how many of the seeds ended in a
 defined stop (exit code 4 or 5 with its sentence, no torque and drives disabled, a log with every
 row up to the fault), the codes, and the longest time from the fault to the last torque.
 """
 
+import argparse
+import math
 import os
 import re
 import sys
 import tempfile
 import threading
-from collections.abc import Iterator
+import time
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -232,32 +238,49 @@ def drawn(
     return {"fault": kind, **place, **protocol.faults[name], **when}
 
 
+def table(found: dict[tuple[str, str], list[Ending]], names: Sequence[str]) -> Iterator[str]:
+    """The lines of a Markdown table, of the endings by fault and phase."""
+    yield "| fault | " + " | ".join(PHASES) + " | longest to the last torque |"
+    yield "| --- " * (len(PHASES) + 2) + "|"
+    for name in names:
+        cells, longest = [], 0.0
+        for phase in PHASES:
+            endings = found[name, phase]
+            codes = "/".join(str(c) for c in sorted({e.code for e in endings}))
+            defined = sum(e.defined for e in endings)
+            cells.append(f"{defined} of {len(endings)}, exit {codes}")
+            longest = max([longest, *(e.torque_s for e in endings if e.code)])
+        yield f"| {name} | " + " | ".join(cells) + f" | {1e3 * longest:.0f} ms |"
+
+
 def main() -> None:
     """The table."""
-    protocol = PROTOCOLS[sys.argv[1]]
-    seeds = int(sys.argv[2]) if len(sys.argv) > 2 else 20
-    names = sys.argv[3:] or list(protocol.faults)
-    print("| fault | " + " | ".join(PHASES) + " | longest to the last torque |")
-    print("| --- " * (len(PHASES) + 2) + "|")
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("protocol", choices=PROTOCOLS)
+    parser.add_argument("seeds", nargs="?", type=int, default=20)
+    parser.add_argument("faults", nargs="*")
+    parser.add_argument("--minutes", type=float, default=math.inf)
+    asked = parser.parse_args()
+    protocol, began_s = PROTOCOLS[asked.protocol], time.monotonic()
+    names = asked.faults or list(protocol.faults)
+    found: dict[tuple[str, str], list[Ending]] = defaultdict(list)
     with tempfile.TemporaryDirectory() as box:
         config = configuration(Path(box), protocol.config)
         phases = windows(prepare(config))
-        for name in names:
-            cells, longest = [], 0.0
-            for phase in PHASES:
-                endings = []
-                for seed in range(seeds):
-                    random = np.random.default_rng([seed, list(protocol.faults).index(name)])
-                    with tempfile.TemporaryDirectory() as folder:
-                        fault = drawn(protocol, name, phases[phase], random)
-                        endings.append(run(config, fault, seed, Path(folder)))
-                    if not endings[-1].defined:
-                        print(f"{name} {phase} {seed}: {endings[-1].sentence}", file=sys.stderr)
-                stops = [e for e in endings if e.code]
-                codes = "/".join(str(c) for c in sorted({e.code for e in endings}))
-                cells.append(f"{sum(e.defined for e in endings)} of {seeds}, exit {codes}")
-                longest = max([longest, *(e.torque_s for e in stops)])
-            print(f"| {name} | " + " | ".join(cells) + f" | {1e3 * longest:.0f} ms |", flush=True)
+        for seed in range(asked.seeds):
+            for name, phase in product(names, PHASES):
+                random = np.random.default_rng([seed, list(protocol.faults).index(name)])
+                with tempfile.TemporaryDirectory() as folder:
+                    fault = drawn(protocol, name, phases[phase], random)
+                    ending = run(config, fault, seed, Path(folder))
+                found[name, phase].append(ending)
+                if not ending.defined:
+                    print(f"{name} {phase} {seed}: {ending.sentence}", file=sys.stderr)
+            minutes = (time.monotonic() - began_s) / 60.0
+            print(f"{seed + 1} seeds in {minutes:.1f} min", file=sys.stderr, flush=True)
+            if minutes * (seed + 2) / (seed + 1) > asked.minutes:
+                break
+    print(*table(found, names), sep="\n")
 
 
 if __name__ == "__main__":

@@ -65,6 +65,7 @@ class Cycle:
         self._enabled = self._disabled = False
         self._goal = Goal.DISABLED
         self._commands: list[int] = [Controlword.DISABLE_VOLTAGE] * n
+        self._choose_commands()
         self._sent_in = [0] * n
         self._arrived = False
         self._settled = True
@@ -79,6 +80,7 @@ class Cycle:
     def go(self, goal: Goal) -> None:
         """From now on, walk the drives towards a goal."""
         self._goal, self._arrived = goal, False
+        self._choose_commands()
 
     def angle(self, counts: Array) -> Array:
         """Motor angle from the arm's zero pose [rad], shape (n,), of position counts."""
@@ -126,14 +128,14 @@ class Cycle:
         Raises:
             BusStopError: the bus does not send.
         """
-        permille = np.rint(tau_motor * self._permille_per_nm)
+        permille = [round(x) for x in (tau_motor * self._permille_per_nm).tolist()]
         try:
             self._send_commands()
-            for message in self._frames.torques(permille.astype(int).tolist(), self._commands):
+            for message in self._frames.torques(permille, self._commands):
                 self._bus.send(message)
         except (can.CanError, OSError) as error:
             raise self._failed(error) from error
-        return permille / self._permille_per_nm
+        return np.array(permille) / self._permille_per_nm
 
     def silence(self) -> list[can.Message]:
         """Frames that take all torque away at once."""
@@ -144,10 +146,9 @@ class Cycle:
         return [*self._frames.torques([0] * n, self._commands), *filter(None, commands), self._sync]
 
     def _send_commands(self) -> None:
-        wanted = [ds402.controlword(state, self._goal) for state in self._states]
-        if self._arrived and wanted == self._commands:
+        if self._arrived and self._wanted == self._commands:
             return
-        for slot, word in enumerate(wanted):
+        for slot, word in enumerate(self._wanted):
             waits = not self._arrived and self._count - self._sent_in[slot] >= _REPEAT
             if word == self._commands[slot] and not waits:
                 continue
@@ -194,14 +195,14 @@ class Cycle:
         self._arrived |= enabled if self._goal is Goal.ENABLED else disabled
         return Readings(
             self.angle(counts),
-            tuple(sorted(self._arrivals.missing)),
+            _in_order(self._arrivals.missing),
             enabled,
             disabled,
             fault,
             self._inputs.reason(),
-            tuple(sorted(self._arrivals.late)),
-            tuple(sorted(self._arrivals.doubled)),
-            tuple(sorted(self._arrivals.overtaken)),
+            _in_order(self._arrivals.late),
+            _in_order(self._arrivals.doubled),
+            _in_order(self._arrivals.overtaken),
         )
 
     def _read_states(self) -> None:
@@ -209,6 +210,10 @@ class Cycle:
         self._states = [ds402.state(word) for word in self.words]
         self._enabled = all(s is State.OPERATION_ENABLED for s in self._states)
         self._disabled = not any(s in ds402.ENERGISED for s in self._states)
+        self._choose_commands()
+
+    def _choose_commands(self) -> None:
+        self._wanted = [ds402.controlword(state, self._goal) for state in self._states]
 
     def _state_fault(self) -> str | None:
         if self._enabled:
@@ -226,6 +231,10 @@ class Cycle:
 
     def _failed(self, error: Exception) -> BusStopError:
         return BusStopError(f"bus {self._channel} failed ({error})")
+
+
+def _in_order(slots: set[int]) -> tuple[int, ...]:
+    return tuple(sorted(slots)) if slots else ()
 
 
 def _carries_position(message: can.Message) -> bool:

@@ -30,7 +30,7 @@ class TorqueGate:
 
     def __init__(self, limit: Array, slew: Array, power_w: float | None = None) -> None:
         self.clipped = 0
-        self._limit, self._slew = limit, slew
+        self._limit, self._opposite, self._slew = limit, -limit, slew
         self._power_w = math.inf if power_w is None else power_w
         self._last = np.zeros(len(limit))
 
@@ -52,10 +52,10 @@ class TorqueGate:
                 brakes=False,
             )
         step = self._slew * elapsed_s
-        low = np.maximum(self._last - step, -self._limit)
+        low = np.maximum(self._last - step, self._opposite)
         high = np.minimum(self._last + step, self._limit)
         passed = np.minimum(np.maximum(tau_motor, low), high)
-        power_w = float(passed @ speed_motor)
+        power_w = float(passed.dot(speed_motor))
         if power_w > self._power_w:
             raise SafetyStopError(
                 f"the motors would put {power_w:.1f} W into the arm, above the limit of "
@@ -87,6 +87,7 @@ class Guard:
         self._names = robot.joint_names
         self._lower = np.concatenate([np.array(limits.position_lower_rad) - margin, -velocity])
         self._upper = np.concatenate([np.array(limits.position_upper_rad) + margin, velocity])
+        self._values = np.empty_like(self._lower)
         self._tracking = tracking
         self._transmission = transmission
         mixing = np.abs(transmission.motor_from_joint)
@@ -133,7 +134,8 @@ class Guard:
         Raises:
             SafetyStopError: a limit was passed.
         """
-        values = np.concatenate([state.q, state.qd])
+        values = self._values
+        values[: len(state.q)], values[len(state.q) :] = state.q, state.qd
         outside = (values < self._lower) | (values > self._upper)
         if np.count_nonzero(outside):
             raise self._passed(values, int(np.flatnonzero(outside)[0]))
