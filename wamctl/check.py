@@ -86,6 +86,10 @@ def _nearest(quantity: Quantity) -> Use:
         share = quantity.lower / quantity.values.min(axis=0)
         k = int(np.argmax(share))
         value, limit = quantity.values[:, k].min(), quantity.lower[k]
+    elif np.isinf(quantity.lower).any():
+        share = quantity.values.max(axis=0) / quantity.upper
+        k = int(np.argmax(share))
+        value, limit = quantity.values[:, k].max(), quantity.upper[k]
     else:
         middle, half = (quantity.upper + quantity.lower) / 2, (quantity.upper - quantity.lower) / 2
         way = np.abs(quantity.values - middle) / half

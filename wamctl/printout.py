@@ -61,7 +61,7 @@ def print_check(found: Check) -> None:
 
 
 def _line(name: str, text: str) -> None:
-    typer.echo(f"{name:12} {text}")
+    typer.echo(f"{name:14} {text}")
 
 
 def _print_percentiles(name: str, us: Percentiles) -> None:

@@ -8,9 +8,10 @@ Usage: scripts/benchmarks/real_time.py [CONFIG] [OPTION...], from the root, with
     --periods N              of 20 s each; 3 without it, the shipped minute
 
 On a kernel with vcan, behind scripts/vcan-test .venv/bin/python, with --bus socketcan:vcan0.
-Prints how it ended, the loop's figures, the processor time of each side, and what the kernel's
-limit on real-time processes is (sched_rt_runtime_us): who needs more than that share of each second
-is held up for the rest of it.
+Prints how it ended, with the sentence of a stop, the loop's figures, the processor time of each
+side, and two things by which the machine, not the driver, may hold a cycle up: the kernel's limit
+on real-time processes (sched_rt_runtime_us: who needs more than that share of a second is held up
+for the rest of it), and the time that a virtual machine's host has kept from its cores meanwhile.
 """
 
 import argparse
@@ -31,6 +32,7 @@ from wamctl.arm.config import find_file
 HOG = "import os; os.sched_setaffinity(0, {int(__import__('sys').argv[1])})\nwhile True: pass"
 LIMIT = Path("/proc/sys/kernel/sched_rt_runtime_us")
 TICK_S = 1.0 / os.sysconf("SC_CLK_TCK")
+STOLEN = 8  # place of that time in the first line of /proc/stat
 
 
 def program(name: str) -> str:
@@ -76,6 +78,13 @@ def spent_s(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) * TICK_S
 
 
+def stolen_s() -> float:
+    """Time that the host of a virtual machine has kept from all its cores, since the start [s]."""
+    return (
+        int(Path("/proc/stat").read_text(encoding="ascii").split("\n")[0].split()[STOLEN]) * TICK_S
+    )
+
+
 def experiment(config: str, arm: str, bus: str, log: Path) -> None:
     """One experiment on a served arm; prints its figures."""
     serve = [program("sim-bus"), "serve", "--config", config, "--bus", bus]
@@ -84,19 +93,22 @@ def experiment(config: str, arm: str, bus: str, log: Path) -> None:
     with running(serve) as server:
         if server.stdout:
             print(server.stdout.readline().strip())
-        with subprocess.Popen(excite, stdout=subprocess.PIPE, text=True) as loop:
-            before, began = spent_s(server.pid), time.monotonic()
+        pipe = subprocess.PIPE
+        with subprocess.Popen(excite, stdout=pipe, stderr=pipe, text=True) as loop:
+            before, began, stolen = spent_s(server.pid), time.monotonic(), stolen_s()
             took = {}
             while loop.poll() is None:
                 took = {"loop": spent_s(loop.pid), "arm": spent_s(server.pid) - before}
                 time.sleep(0.5)
             said = loop.stdout.read() if loop.stdout else ""
-    print(f"exit code {loop.returncode}")
+            sentence = loop.stderr.read().strip() if loop.stderr else ""
+    print(f"exit code {loop.returncode}{': ' if sentence else ''}{sentence}")
     if said:
         print(json.dumps(json.loads(said), indent=1))
     passed = time.monotonic() - began
     for name, used in took.items():
         print(f"{name}: {100.0 * used / passed:.0f} % of a core")
+    print(f"kept from us by the host: {100.0 * (stolen_s() - stolen) / passed:.1f} % of a core")
 
 
 def main() -> None:

@@ -71,6 +71,19 @@ def point_speeds(robot: Robot, frames: tuple[str, ...], q: Array, qd: Array) -> 
     return speeds
 
 
+def kinetic_energy(robot: Robot, q: Array, qd: Array) -> Array:
+    """Of the whole arm along a motion, shape (S,) [J].
+
+    Args:
+        robot: rigid-body model.
+        q: position [rad], shape (S, n).
+        qd: velocity [rad/s], shape (S, n).
+    """
+    data = robot.data()
+    states = zip(q, qd, strict=True)
+    return np.array([pin.computeKineticEnergy(robot.model, data, *state) for state in states])
+
+
 def _profile(limits: LimitsSection, start: Array, goal: Array) -> Profile:
     n = len(start)
     wanted = InputParameter(n)

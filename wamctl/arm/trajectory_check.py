@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from wamctl.arm.collision import CollisionShapes, collision_shapes, distances
 from wamctl.arm.config import ArmFile, LimitsSection
-from wamctl.arm.motion import point_speeds
+from wamctl.arm.motion import kinetic_energy, point_speeds
 from wamctl.arm.robot import Robot, inverse_dynamics
 from wamctl.arm.trajectory import Reference, Trajectory, reference
 from wamctl.arm.transmission import transmission
@@ -26,7 +26,7 @@ class Quantity:
         unit: its unit.
         subjects: what has it, m names such as `joint 4 (wam/elbow_pitch_joint)`.
         values: shape (S, m).
-        lower, upper: bounds, shape (m,).
+        lower, upper: bounds, shape (m,); infinite where there is none.
     """
 
     name: str
@@ -40,8 +40,8 @@ class Quantity:
 def check_trajectory(arm: ArmFile, robot: Robot, trajectory: Trajectory) -> list[str]:
     """What of a trajectory the arm's limits forbid, one sentence each; empty where it may run.
 
-    One period and both ramps are sampled at 1 kHz. Torque is that of the robot's own parameters, of
-    the rotors, and of the expected friction.
+    One period and both ramps are sampled at 1 kHz. Torque and power are those of the robot's own
+    parameters, of the rotors, and of the expected friction.
 
     Args:
         arm: limits, transmission, ramps and expected friction.
@@ -103,6 +103,7 @@ def quantities(
     points = (f"elbow ({limits.elbow_frame})", f"tool ({limits.tool_frame})")
     pairs = tuple(f"{a} and {b}" for a, b in shapes.pairs)
     torque, slew = motor_torque(arm, robot, motion)
+    speed = motion.qd @ transmission(arm.transmission, arm.arm).motor_from_joint.T
     found = [
         ("position", "rad", joints, motion.q),
         ("velocity", "rad/s", joints, motion.qd),
@@ -111,12 +112,15 @@ def quantities(
         ("torque", "N m", motors, torque),
         ("torque slew", "N m/s", motors, slew),
         ("speed", "m/s", points, point_speeds(robot, frames, motion.q, motion.qd)),
+        ("power", "W", ("all motors",), (torque * speed).sum(axis=1, keepdims=True)),
+        ("kinetic energy", "J", ("the arm",), kinetic_energy(robot, motion.q, motion.qd)[:, None]),
         ("distance", "m", pairs, distances(robot, shapes, motion.q)),
     ]
     bounds = _bounds(limits, len(pairs))
     return [
         Quantity(name, unit, subjects, values, *bounds[name])
         for name, unit, subjects, values in found
+        if name in bounds
     ]
 
 
@@ -136,7 +140,7 @@ def bounded(found: list[Quantity], limits: LimitsSection, part: slice) -> list[Q
 
 
 def _bounds(limits: LimitsSection, pairs: int) -> dict[str, tuple[Array, Array]]:
-    """Lower and upper bounds by the quantity's name."""
+    """Lower and upper bounds by the name of each quantity that has one."""
     symmetric = {
         "velocity": limits.velocity_rad_s,
         "acceleration": limits.acceleration_rad_s2,
@@ -145,7 +149,14 @@ def _bounds(limits: LimitsSection, pairs: int) -> dict[str, tuple[Array, Array]]
         "torque slew": limits.motor_torque_slew_nm_s,
         "speed": (limits.elbow_speed_m_s, limits.tool_speed_m_s),
     }
-    return {name: (-np.array(bound), np.array(bound)) for name, bound in symmetric.items()} | {
+    above = {"power": limits.power_w, "kinetic energy": limits.kinetic_energy_j}
+    return {
+        **{name: (-np.array(bound), np.array(bound)) for name, bound in symmetric.items()},
+        **{
+            name: (np.array([-np.inf]), np.array([bound]))
+            for name, bound in above.items()
+            if bound is not None
+        },
         "position": (np.array(limits.position_lower_rad), np.array(limits.position_upper_rad)),
         "distance": (np.full(pairs, limits.clearance_m), np.full(pairs, np.inf)),
     }

@@ -90,6 +90,8 @@ def test_bodies_too_near_are_named(place: Place, shipped: Trajectory) -> None:
         ("motor_torque_slew_nm_s", (1e-4,) * 7, "torque slew of motor 1 is "),
         ("elbow_speed_m_s", 0.2, "speed of elbow (wam/link4) is "),
         ("tool_speed_m_s", 0.2, "speed of tool (wam/link7_dh) is "),
+        ("power_w", 20.0, "power of all motors is "),
+        ("kinetic_energy_j", 1.0, "kinetic energy of the arm is "),
     ],
 )
 def test_every_limit_is_checked(
