@@ -1,8 +1,8 @@
 """How an experiment ends when something goes wrong: every fault in every phase.
 
-Usage: scripts/benchmarks/fault_matrix.py PROTOCOL [SEEDS [FAULT...]] [--minutes N], from the root,
-with .venv's Python; PROTOCOL is canopen or puck. With --minutes, no seed is begun that would not
-end by then.
+Usage: scripts/benchmarks/fault_matrix.py PROTOCOL [SEEDS [FAULT...]] [--first N] [--minutes N], from
+the root, with .venv's Python; PROTOCOL is canopen or puck. --first is the first seed, 0 without it.
+With --minutes, no seed is begun that would not end by then.
 For each fault, phase and seed a short experiment runs in lockstep on the embedded bus, with the
 fault at a random drive and moment of that phase. Prints a table: how many of the seeds ended in a
 defined stop (exit code 4 or 5 with its sentence, no torque and drives disabled, a log with every
@@ -259,6 +259,7 @@ def main() -> None:
     parser.add_argument("protocol", choices=PROTOCOLS)
     parser.add_argument("seeds", nargs="?", type=int, default=20)
     parser.add_argument("faults", nargs="*")
+    parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--minutes", type=float, default=math.inf)
     asked = parser.parse_args()
     protocol, began_s = PROTOCOLS[asked.protocol], time.monotonic()
@@ -267,7 +268,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as box:
         config = configuration(Path(box), protocol.config)
         phases = windows(prepare(config))
-        for seed in range(asked.seeds):
+        for done, seed in enumerate(range(asked.first, asked.first + asked.seeds), 1):
             for name, phase in product(names, PHASES):
                 random = np.random.default_rng([seed, list(protocol.faults).index(name)])
                 with tempfile.TemporaryDirectory() as folder:
@@ -277,8 +278,8 @@ def main() -> None:
                 if not ending.defined:
                     print(f"{name} {phase} {seed}: {ending.sentence}", file=sys.stderr)
             minutes = (time.monotonic() - began_s) / 60.0
-            print(f"{seed + 1} seeds in {minutes:.1f} min", file=sys.stderr, flush=True)
-            if minutes * (seed + 2) / (seed + 1) > asked.minutes:
+            print(f"{done} seeds in {minutes:.1f} min", file=sys.stderr, flush=True)
+            if minutes * (done + 1) / done > asked.minutes:
                 break
     print(*table(found, names), sep="\n")
 
