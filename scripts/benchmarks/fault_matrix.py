@@ -1,8 +1,11 @@
 """How an experiment ends when something goes wrong: every fault in every phase.
 
-Usage: scripts/benchmarks/fault_matrix.py PROTOCOL [SEEDS [FAULT...]] [--first N] [--minutes N], from
-the root, with .venv's Python; PROTOCOL is canopen or puck. --first is the first seed, 0 without it.
-With --minutes, no seed is begun that would not end by then.
+Usage: scripts/benchmarks/fault_matrix.py PROTOCOL [SEEDS [FAULT...]] [OPTION...], from the root,
+with .venv's Python; PROTOCOL is canopen or puck.
+
+    --first N    the first seed; 0 without it
+    --minutes N  no seed is begun that would not end by then
+
 For each fault, phase and seed a short experiment runs in lockstep on the embedded bus, with the
 fault at a random drive and moment of that phase. Prints a table: how many of the seeds ended in a
 defined stop (exit code 4 or 5 with its sentence, no torque and drives disabled, a log with every

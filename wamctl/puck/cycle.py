@@ -26,29 +26,26 @@ class Cycle:
     Args:
         bus: the open bus, which nobody else reads meanwhile.
         channel: what to call the bus.
-        names: what to call each Puck.
         drives: nodes and units.
         wires: the frames.
         supervision: what is asked beside them.
         acting: which torque acts when.
-        period_s: poll to poll [s].
+        arrivals: which frames answer a poll.
     """
 
     def __init__(
         self,
         bus: can.BusABC,
         channel: str,
-        names: tuple[str, ...],
         drives: PuckDrivesSection,
         wires: CycleFrames,
         supervision: Supervision,
         acting: ActingTorque,
-        period_s: float,
+        arrivals: Arrivals,
     ) -> None:
-        self._bus, self._channel, self._names = bus, channel, names
+        self._bus, self._channel = bus, channel
         self._wires, self._supervision, self._acting = wires, supervision, acting
-        self._arrivals = Arrivals(names, list(wires.slot_of), period_s)
-        self.counters = self._arrivals.counters
+        self._arrivals, self.counters = arrivals, arrivals.counters
         self._rad_per_count = 2.0 * np.pi / np.array(drives.counts_per_revolution)
         self._units_per_nm = np.array(drives.torque_units_per_nm, dtype=float)
         self._has_goal = self._must_idle = False
@@ -74,7 +71,7 @@ class Cycle:
         Raises:
             BusStopError: the bus does not send or receive.
         """
-        counts = np.full(len(self._names), np.nan)
+        counts = np.full(len(self._units_per_nm), np.nan)
         arrivals = self._arrivals
         arrivals.begin()
         self._count += 1
@@ -125,7 +122,7 @@ class Cycle:
 
     def silence(self) -> list[can.Message]:
         """Frames that take all torque away at once."""
-        return [*self._wires.torques([0] * len(self._names)), *self._wires.to_idle]
+        return [*self._wires.torques([0] * len(self._units_per_nm)), *self._wires.to_idle]
 
     def _aside(self) -> tuple[can.Message, ...]:
         waits = self._count - self._ordered_in < _REPEAT

@@ -18,6 +18,7 @@ from wamctl.puck.exchange import Exchange
 from wamctl.puck.properties import motor_properties, safety_properties
 from wamctl.puck.supervision import Supervision
 from wamctl.puck.wiring import cycle_frames
+from wamctl.runtime.arrivals import Arrivals
 from wamctl.runtime.drives import Counters, Pace, Readings
 
 Array = NDArray[np.floating]
@@ -67,15 +68,15 @@ class PuckDrives:
             self._safety,
             drives.temperature_limit_c,
         )
+        period_s, wires = arm.bus.period_s, cycle_frames(drives, self._motors[0], self._safety)
         self._cycle = Cycle(
             bus,
             channel,
-            self.names,
             drives,
-            cycle_frames(drives, self._motors[0], self._safety),
+            wires,
             self._supervision,
-            ActingTorque(len(nodes), arm.bus.period_s, lockstep),
-            arm.bus.period_s,
+            ActingTorque(len(nodes), period_s, lockstep),
+            Arrivals(self.names, list(wires.slot_of), period_s),
         )
 
     @property
