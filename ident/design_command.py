@@ -25,7 +25,7 @@ Settings = Annotated[
     typer.Option(
         "--set",
         help="NAME=VALUE: terms, weights, method (descent or cobyla), constraints (all or "
-        "joint_motion), gain, patience, processes.",
+        "joint_motion), most_condition, gain, patience, processes.",
     ),
 ]
 
@@ -36,11 +36,12 @@ def design(
         Path, typer.Option(help="Trajectory file; its report stands beside it, as .html.")
     ] = Path("trajectory.yaml"),
     seconds: Annotated[
-        float | None, typer.Option("--time", help="Time to search [s]; default 240.")
+        float | None, typer.Option("--time", help="Time to search [s]; default 150.")
     ] = None,
     seed: Annotated[int | None, typer.Option(help="Of all random choices; default 0.")] = None,
     objective: Annotated[
-        Objective | None, typer.Option(help="Default: the condition number.")
+        Objective | None,
+        typer.Option(help="Default: balanced; condition, where only joint motion is limited."),
     ] = None,
     start: Annotated[Path | None, typer.Option(help="Trajectory file to go on from.")] = None,
     purpose: Annotated[
@@ -57,14 +58,23 @@ def design(
     """
     from ident.excitation.progress import Progress
     from ident.excitation.settings import design_settings, settings_from
-    from ident.excitation.workflow import design_file, design_for, report_beside, view_beside
+    from ident.excitation.workflow import (
+        design_file,
+        design_for,
+        place_of,
+        report_beside,
+        settled,
+        view_beside,
+    )
 
     wanted = {"time_s": seconds, "seed": seed, "objective": objective and objective.value}
     given = {name: value for name, value in wanted.items() if value is not None}
     chosen = design_settings(settings_from(settings) | given)
     if purpose is None:
+        place = place_of(config, chosen.constraints)
+        chosen = settled(place, chosen)
         with Progress(chosen) as progress:
-            found = design_file(config, out, chosen, start, progress.report)
+            found = design_file(place, out, chosen, start, progress.report)
         wishes = chosen.model_dump(mode="json", exclude_none=True)
     else:
         found, wishes = design_for(config, out, purpose), {"for": purpose}

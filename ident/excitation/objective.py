@@ -12,6 +12,12 @@ Array = NDArray[np.floating]
 
 _FLOOR = 1e-14
 
+_PRICE = 20.0
+"""Of a condition number above its bound, per unit of its logarithm; no error is worth as much."""
+
+_SOFT = 0.005
+"""How far below its bound, in the logarithm, a condition number begins to cost."""
+
 
 @dataclass(frozen=True)
 class Objective:
@@ -24,10 +30,12 @@ class Objective:
             Volume and mean do not depend on units.
         weights: of each column, shape (b,); a parameter of weight 2 must be seen twice as well
             (condition), or its own error counts twice (determinant, errors), or both.
+        most: condition number above which nothing counts as much as its fall.
     """
 
     kind: Literal["condition", "determinant", "errors", "balanced"]
     weights: Array
+    most: float = np.inf
 
 
 def gram(columns: Columns, rows: Array) -> Array:
@@ -56,28 +64,38 @@ def value_and_slope(objective: Objective, found: Array, power: float) -> tuple[f
         power: of the norm that stands in for the largest and smallest singular value; the higher,
             the closer, and the less smooth.
     """
-    if objective.kind == "determinant":
-        return _spread(1.0, objective.weights - 1.0, found)
-    errors = _spread(0.0, objective.weights, found)
-    if objective.kind == "errors":
-        return errors
     scale = np.outer(1.0 / objective.weights, 1.0 / objective.weights)
     value, slope = _condition(found * scale, power)
-    if objective.kind == "balanced":
-        return value + errors[0], slope * scale + errors[1]
-    return value, slope * scale
+    value, push = _counted(objective, value)
+    if objective.kind == "condition":
+        return value, push * slope * scale
+    errors, rest = _errors(objective, found)
+    return value + errors, push * slope * scale + rest
 
 
 def sharp_value(objective: Objective, rows: Array) -> float:
     """The objective of W itself, shape (rows, b): with its true singular values."""
-    value = 0.0
-    if objective.kind in ("condition", "balanced"):
-        value = float(np.log(np.linalg.cond(rows / objective.weights)))
+    value, _ = _counted(objective, float(np.log(np.linalg.cond(rows / objective.weights))))
     if objective.kind == "condition":
         return value
-    errors = "errors" if objective.kind == "balanced" else objective.kind
-    rest = Objective(errors, objective.weights)
-    return value + value_and_slope(rest, rows.T @ rows / len(rows), 1.0)[0]
+    return value + _errors(objective, rows.T @ rows / len(rows))[0]
+
+
+def _counted(objective: Objective, logarithm: float) -> tuple[float, float]:
+    """What a condition number's logarithm adds to the objective, and the slope by it."""
+    wanted = float(objective.kind in ("condition", "balanced"))
+    if not np.isfinite(objective.most):
+        return wanted * logarithm, wanted
+    above = (logarithm - np.log(objective.most)) / _SOFT
+    excess = float(np.logaddexp(0.0, above))
+    price, push = _PRICE * _SOFT * excess, _PRICE * float(np.exp(above - excess))
+    return wanted * logarithm + price, wanted + push
+
+
+def _errors(objective: Objective, found: Array) -> tuple[float, Array]:
+    if objective.kind == "determinant":
+        return _spread(1.0, objective.weights - 1.0, found)
+    return _spread(0.0, objective.weights, found)
 
 
 def _condition(found: Array, power: float) -> tuple[float, Array]:

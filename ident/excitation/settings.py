@@ -11,14 +11,20 @@ from wamctl.arm.errors import ConfigurationError
 
 Term = Literal["viscous", "coulomb", "offset", "rotor_inertia"]
 
+Kind = Literal["condition", "determinant", "errors", "balanced"]
+
 
 class DesignSettings(Section):
     """What to minimise, how, and when to stop."""
 
-    objective: Literal["condition", "determinant", "errors", "balanced"] = Field(
-        default="condition",
+    objective: Kind | None = Field(
+        default=None,
         description="the paper's condition number; the standard errors' volume, or mean; or"
-        " condition number times mean",
+        " condition number times mean. Unset: condition, where only joint_motion is limited, so"
+        " that a motion is for comparing; balanced, where it is for running",
+    )
+    most_condition: Positive | None = Field(
+        default=None, description="condition number that smaller errors may cost"
     )
     terms: tuple[Term, ...] | None = Field(
         default=None, description="what the model will hold; unset: what the arm's file says"
@@ -33,7 +39,7 @@ class DesignSettings(Section):
         default="descent", description="descents from many starts, or COBYLA as in the paper, V-A"
     )
     seed: int = Field(default=0, ge=0, description="of all random choices")
-    time_s: Positive = Field(default=240.0, description="time to search [s]")
+    time_s: Positive = Field(default=150.0, description="time to search [s]")
     descents: int = Field(
         default=1_000_000, ge=1, description="of each process, at most (COBYLA: evaluations)"
     )

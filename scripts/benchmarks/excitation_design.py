@@ -86,6 +86,7 @@ def seeds(arguments: argparse.Namespace) -> None:
         found = []
         for seed in range(arguments.first, arguments.first + arguments.seeds):
             settings = DesignSettings(
+                objective=arguments.objective,
                 terms=_TERMS[number],
                 seed=seed,
                 time_s=arguments.time,
@@ -127,7 +128,11 @@ def cobyla(arguments: argparse.Namespace) -> None:
     for number in arguments.parameters:
         for seed in range(arguments.first, arguments.first + arguments.seeds):
             settings = DesignSettings(
-                terms=_TERMS[number], seed=seed, time_s=arguments.time, processes=1
+                objective="condition",
+                terms=_TERMS[number],
+                seed=seed,
+                time_s=arguments.time,
+                processes=1,
             )
             problem = problem_of(place, settings)
             wild = random_start(problem, np.random.default_rng(seed))
@@ -306,7 +311,10 @@ def errors(arguments: argparse.Namespace) -> None:
     motions = {"published": published(arguments.published, place.robot.joint_names)}
     if arguments.designed is None:
         settings = DesignSettings(
-            objective=arguments.objective, time_s=arguments.time, processes=arguments.processes
+            objective=arguments.objective,
+            most_condition=arguments.most_condition,
+            time_s=arguments.time,
+            processes=arguments.processes,
         )
         made = designed(place, settings, None, arguments.cpu)
         motions["designed"] = made.trajectory.series
@@ -367,13 +375,14 @@ def main() -> None:
             part.add_argument("--cpu", action="store_true", help="count CPU seconds, one process")
         if work in (seeds, errors):
             part.add_argument("--processes", type=int, default=2)
+            part.add_argument("--objective", choices=list(Objective), help="unset: the default")
         if work is limits:
             part.add_argument("--designs", type=int, default=1000)
             part.add_argument("--verbose", action="store_true", help="say each refusal")
         if work is errors:
             part.add_argument("--seed", type=int, default=0, help="of the simulated arm")
             part.add_argument("--out", type=Path, default=Path("excitation-errors"))
-            part.add_argument("--objective", choices=list(Objective), default="errors")
+            part.add_argument("--most-condition", type=float, help="that errors may cost")
             part.add_argument("--designed", type=Path, help="a design to use; else one is made")
             part.add_argument(
                 "--published", type=Path, required=True, help="positions, 500 Hz, one period [rad]"

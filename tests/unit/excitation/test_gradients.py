@@ -1,5 +1,7 @@
 """Compiled rows, speeds and distances against Pinocchio and coal; gradients by differences."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,9 +9,10 @@ from ident.excitation import geometry
 from ident.excitation.constraints import lower_bounds
 from ident.excitation.design import Place
 from ident.excitation.link_rows import fill_rows, pull_back
-from ident.excitation.objective import Objective
+from ident.excitation.objective import Objective, sharp_value
 from ident.excitation.problem import Penalty, Problem, Smoothness, lagrangian
 from ident.excitation.search import random_start
+from ident.excitation.settings import Kind
 from wamctl.arm.collision import collision_shapes
 from wamctl.arm.collision import distances as coal_distances
 from wamctl.arm.motion import point_speeds
@@ -63,12 +66,26 @@ def test_speeds_are_pinocchios(place: Place, problem: Problem, rng: np.random.Ge
     assert np.sqrt(squares) == pytest.approx(point_speeds(place.robot, frames, q, qd))
 
 
-@pytest.mark.parametrize("kind", ["condition", "determinant", "errors", "balanced"])
-def test_the_whole_gradient(full_problem: Problem, rng: np.random.Generator, kind: str) -> None:
+@pytest.mark.parametrize(
+    ("kind", "most"),
+    [
+        ("condition", np.inf),
+        ("determinant", np.inf),
+        ("errors", np.inf),
+        ("balanced", np.inf),
+        ("errors", 100.0),
+    ],
+)
+def test_the_whole_gradient(
+    full_problem: Problem, rng: np.random.Generator, kind: Kind, most: float
+) -> None:
     weights = np.ones(len(full_problem.columns.parameters))
     weights[-5:] = 2.0
     problem = Problem(
-        full_problem.columns, Objective(kind, weights), full_problem.constraints, full_problem.grid
+        full_problem.columns,
+        Objective(kind, weights, most),
+        full_problem.constraints,
+        full_problem.grid,
     )
     x = 1.2 * random_start(problem, rng)
     smooth, count = Smoothness(16.0, 0.05), len(lower_bounds(problem.constraints, 128))
@@ -80,3 +97,14 @@ def test_the_whole_gradient(full_problem: Problem, rng: np.random.Generator, kin
     high = lagrangian(problem, x + STEP * direction, smooth, penalty)[0]
     low = lagrangian(problem, x - STEP * direction, smooth, penalty)[0]
     assert (gradient * direction).sum() == pytest.approx((high - low) / (2 * STEP), rel=1e-4)
+
+
+def test_a_bound_on_the_condition_number_costs_only_above_it(rng: np.random.Generator) -> None:
+    rows = rng.normal(size=(200, 4)) * [1.0, 1.0, 1.0, 20.0]
+    free, condition = Objective("errors", np.ones(4)), float(np.linalg.cond(rows))
+    value = sharp_value(free, rows)
+    assert sharp_value(replace(free, most=1.1 * condition), rows) == pytest.approx(value, abs=1e-6)
+    above = sharp_value(replace(free, most=condition / np.e), rows)
+    assert above == pytest.approx(value + 20.0)
+    alone = Objective("condition", np.ones(4))
+    assert sharp_value(alone, rows) == pytest.approx(np.log(condition))

@@ -10,7 +10,7 @@ import pytest
 from ident.excitation import search as searching
 from ident.excitation.cobyla import search_by_cobyla
 from ident.excitation.deadline import Deadline
-from ident.excitation.design import Place, design, problem_of
+from ident.excitation.design import Place, design, objective_of, problem_of
 from ident.excitation.grid import grid
 from ident.excitation.islands import Task, best_design
 from ident.excitation.problem import Problem, constraint_values, objective_value
@@ -146,3 +146,10 @@ def test_where_no_start_is_allowed_a_pose_is_kept_to(place: Place) -> None:
     found = design(tight, settings, None, lambda best: None)
     assert found.trajectory.promise["smallest_distance_m"] >= 0.16
     assert found.passed == []
+
+
+def test_a_motion_to_run_is_balanced_and_one_to_compare_well_conditioned(place: Place) -> None:
+    compared = place_of(Path("excitation-published-limits.yaml"))
+    assert objective_of(place.arm, DesignSettings()) == "balanced"
+    assert objective_of(compared.arm, DesignSettings()) == "condition"
+    assert objective_of(place.arm, DesignSettings(objective="errors")) == "errors"
