@@ -4,11 +4,13 @@ import ctypes
 import gc
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
+from pathlib import Path
 
 PRIORITY = 45  # above the simulated arm's, below the kernel's own threads
 _LOCK_CURRENT, _LOCK_FUTURE = 1, 2
+_WAKE_UP_LIMIT = Path("/dev/cpu_dma_latency")  # the kernel's PM QoS: an int32 [us]
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,7 @@ class Grants:
 
 @contextmanager
 def punctual(real_time: bool) -> Iterator[Grants]:
-    """Real-time scheduling, locked memory and no garbage collection, until the block is left.
+    """Real-time scheduling, locked memory, cores awake and no garbage collection in a block.
 
     Children are started with ordinary scheduling.
 
@@ -40,7 +42,8 @@ def punctual(real_time: bool) -> Iterator[Grants]:
     gc.freeze()
     gc.disable()
     try:
-        yield grants
+        with _awake() if real_time else nullcontext():
+            yield grants
     finally:
         gc.enable()
         gc.unfreeze()
@@ -48,6 +51,19 @@ def punctual(real_time: bool) -> Iterator[Grants]:
             os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
         if grants.memory_locked:
             ctypes.CDLL(None).munlockall()
+
+
+@contextmanager
+def _awake() -> Iterator[None]:
+    """No core falls so deeply asleep that it wakes late, as cyclictest asks for as well."""
+    try:
+        limit = _WAKE_UP_LIMIT.open("wb", buffering=0)
+    except OSError:
+        yield
+        return
+    with limit:  # the kernel forgets it when the file is closed
+        limit.write(bytes(4))
+        yield
 
 
 def _ask() -> Grants:
@@ -61,4 +77,6 @@ def _ask() -> Grants:
     locked = ctypes.CDLL(None).mlockall(_LOCK_CURRENT | _LOCK_FUTURE) == 0
     if not locked:
         advice.append("locked memory: sudo prlimit --pid $$ --memlock=unlimited:unlimited")
+    if _WAKE_UP_LIMIT.exists() and not os.access(_WAKE_UP_LIMIT, os.W_OK):
+        advice.append(f"cores that stay awake: sudo chmod o+w {_WAKE_UP_LIMIT}")
     return Grants(scheduling, locked, tuple(advice))
