@@ -49,6 +49,26 @@ def test_every_foxglove_panel_is_placed_and_names_a_field_of_the_log() -> None:
     assert sorted(placed) == sorted(panels)
 
 
+def snake_case(content: dict) -> dict:
+    return {re.sub("[A-Z]", lambda c: f"_{c[0].lower()}", k): v for k, v in content.items()}
+
+
+def test_foxglove_s_own_types_take_every_panel_and_give_it_back() -> None:
+    types = pytest.importorskip("foxglove.layouts", reason="foxglove-sdk is not installed")
+    for name, panel in json.loads(FOXGLOVE)["configById"].items():
+        content = {k: v for k, v in panel.items() if k != "title"}
+        kind = name.split("!")[0]
+        if kind == "Plot":
+            series = [types.PlotSeries(**snake_case(path)) for path in content["paths"]]
+            made = types.PlotConfig(**snake_case(content | {"paths": series}))
+        elif kind == "DiagnosticSummary":
+            made = types.DiagnosticsSummaryConfig(**snake_case(content))
+        else:
+            assert kind == "Tab"
+            continue
+        assert json.loads(made.to_json()) == content
+
+
 def test_every_plotjuggler_curve_is_a_field_of_the_log() -> None:
     curves = [c.attrib["name"] for c in ElementTree.fromstring(PLOTJUGGLER).iter("curve")]
     quantities = ("position", "velocity", "effort")

@@ -5,6 +5,7 @@ import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pendulum import A1, C1, C2, I1, I2, M1, M2, G, pendulum
 
 from wamctl.arm.config import find_file, load_arm_file
 from wamctl.arm.errors import ConfigurationError
@@ -17,23 +18,12 @@ from wamctl.arm.robot import (
     with_parameters,
 )
 
-TWO_LINKS = """<robot name="pendulum">
-  <link name="base"/>
-  <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/>
-    <axis xyz="0 1 0"/><limit lower="-3" upper="3" velocity="5" effort="50"/></joint>
-  <link name="upper"><inertial><origin xyz="0 0 -0.2"/><mass value="2"/>
-    <inertia ixx="0.02" iyy="0.03" izz="0.015" ixy="0" ixz="0" iyz="0"/></inertial></link>
-  <joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/>
-    <origin xyz="0 0 -0.5"/><axis xyz="0 1 0"/>
-    <limit lower="-3" upper="3" velocity="5" effort="50"/></joint>
-  <link name="lower"><inertial><origin xyz="0 0 -0.15"/><mass value="1.5"/>
-    <inertia ixx="0.01" iyy="0.012" izz="0.004" ixy="0" ixz="0" iyz="0"/></inertial></link>
-</robot>"""
+TWO_LINKS = pendulum()
 
 
 def torque_by_hand(q, qd, qdd):
     """The textbook double pendulum, angles from hanging: L = T - V differentiated on paper."""
-    m1, m2, i1, i2, a1, c1, c2, g = 2.0, 1.5, 0.03, 0.012, 0.5, 0.2, 0.15, 9.81
+    m1, m2, i1, i2, a1, c1, c2, g = M1, M2, I1, I2, A1, C1, C2, G
     h = m2 * a1 * c2
     m11 = i1 + i2 + m1 * c1**2 + m2 * (a1**2 + c2**2) + 2 * h * np.cos(q[1])
     m12 = i2 + m2 * c2**2 + h * np.cos(q[1])

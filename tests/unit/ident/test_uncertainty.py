@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from pendulum import pendulum
 from synthetic_arm import recording
 
 from ident.arm import Arm
@@ -14,17 +15,6 @@ from wamctl.arm.config import IdentificationSection
 from wamctl.arm.robot import cad_parameters, inverse_dynamics, load_robot
 
 RUNS = 100
-URDF = """<robot name="pendulum"><link name="base"/>
-  <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/>
-    <axis xyz="0 1 0"/><limit lower="-3" upper="3" velocity="5" effort="50"/></joint>
-  <link name="upper"><inertial><origin xyz="0.05 0 -0.2"/><mass value="2"/>
-    <inertia ixx="0.02" iyy="0.03" izz="0.015" ixy="0" ixz="0" iyz="0"/></inertial></link>
-  <joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/>
-    <origin xyz="0 0 -0.5"/><axis xyz="0 1 0"/>
-    <limit lower="-3" upper="3" velocity="5" effort="50"/></joint>
-  <link name="lower"><inertial><origin xyz="0.02 0 -0.15"/><mass value="1.5"/>
-    <inertia ixx="0.01" iyy="0.012" izz="0.004" ixy="0" ixz="0" iyz="0"/></inertial></link>
-</robot>"""
 
 
 def multisine(t):
@@ -48,7 +38,7 @@ def correlated(rng, shape):
 @pytest.fixture(scope="module")
 def runs():
     """Errors of the OLS parameters, their standard errors, and those of white noise, by run."""
-    robot = load_robot(URDF)
+    robot = load_robot(pendulum(aside=(0.05, 0.02)))
     terms = Terms(True, True, False, False, np.eye(2), False)
     arm = Arm("two", robot, IdentificationSection(cutoff_hz=5.0), terms, None, "test")
     t = np.arange(2000) / 50.0

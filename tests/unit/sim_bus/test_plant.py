@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from pendulum import A1, C1, C2, I1, I2, M1, M2, G, pendulum
 from scipy.integrate import solve_ivp
 
 from sim_bus.physics import Physics, plain_physics
@@ -11,20 +12,7 @@ from wamctl.arm.robot import Robot, cad_parameters, load_robot
 
 STEP_NS = 250_000
 
-# A double pendulum of rods about horizontal axes, angles from hanging.
-M1, M2, I1, I2, A1, C1, C2, G = 2.0, 1.5, 0.03, 0.012, 0.5, 0.2, 0.15, 9.81
-PENDULUM = f"""<robot name="pendulum">
-  <link name="base"/>
-  <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/>
-    <axis xyz="0 1 0"/><limit lower="-9" upper="9" velocity="50" effort="50"/></joint>
-  <link name="upper"><inertial><origin xyz="0 0 {-C1}"/><mass value="{M1}"/>
-    <inertia ixx="0.02" iyy="{I1}" izz="0.015" ixy="0" ixz="0" iyz="0"/></inertial></link>
-  <joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/>
-    <origin xyz="0 0 {-A1}"/><axis xyz="0 1 0"/>
-    <limit lower="-9" upper="9" velocity="50" effort="50"/></joint>
-  <link name="lower"><inertial><origin xyz="0 0 {-C2}"/><mass value="{M2}"/>
-    <inertia ixx="0.01" iyy="{I2}" izz="0.004" ixy="0" ixz="0" iyz="0"/></inertial></link>
-</robot>"""
+PENDULUM = pendulum(reach=9.0, speed=50.0)
 
 # A wheel on a vertical axis: inertia alone.
 WHEEL_INERTIA = 0.25
