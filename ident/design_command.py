@@ -41,7 +41,9 @@ def design(
     seed: Annotated[int | None, typer.Option(help="Of all random choices; default 0.")] = None,
     objective: Annotated[
         Objective | None,
-        typer.Option(help="Default: balanced; condition, where only joint motion is limited."),
+        typer.Option(
+            help="Default: errors, at a condition number of 36 or the least that is found."
+        ),
     ] = None,
     start: Annotated[Path | None, typer.Option(help="Trajectory file to go on from.")] = None,
     purpose: Annotated[
@@ -57,24 +59,15 @@ def design(
     Example: ident design --config wam7.yaml --out trajectory.yaml
     """
     from ident.excitation.progress import Progress
-    from ident.excitation.settings import design_settings, settings_from
-    from ident.excitation.workflow import (
-        design_file,
-        design_for,
-        place_of,
-        report_beside,
-        settled,
-        view_beside,
-    )
+    from ident.excitation.settings import design_settings, settings_from, settled
+    from ident.excitation.workflow import design_file, design_for, report_beside, view_beside
 
     wanted = {"time_s": seconds, "seed": seed, "objective": objective and objective.value}
     given = {name: value for name, value in wanted.items() if value is not None}
-    chosen = design_settings(settings_from(settings) | given)
+    chosen = settled(design_settings(settings_from(settings) | given))
     if purpose is None:
-        place = place_of(config, chosen.constraints)
-        chosen = settled(place, chosen)
         with Progress(chosen) as progress:
-            found = design_file(place, out, chosen, start, progress.report)
+            found = design_file(config, out, chosen, start, progress.report)
         wishes = chosen.model_dump(mode="json", exclude_none=True)
     else:
         found, wishes = design_for(config, out, purpose), {"for": purpose}

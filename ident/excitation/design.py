@@ -17,7 +17,7 @@ from ident.excitation.limits import kept_of, possible_pose
 from ident.excitation.objective import Objective
 from ident.excitation.problem import Problem
 from ident.excitation.search import Candidate, Effort, random_start
-from ident.excitation.settings import DesignSettings, Kind
+from ident.excitation.settings import DesignSettings, settled
 from ident.regressor import Motion
 from wamctl.arm.collision import collision_shapes
 from wamctl.arm.config import ArmFile, LimitsSection
@@ -158,16 +158,10 @@ def problem_of(place: Place, settings: DesignSettings) -> Problem:
     constraints = constraints_of(place.arm, place.robot, place.limits)
     excitation = place.arm.excitation
     samples = grid(excitation.fundamental_rad_s, excitation.harmonics, _SEARCH_SAMPLES)
-    weights, most = _weights(columns, settings.weights), settings.most_condition or np.inf
-    objective = Objective(objective_of(place.arm, settings), weights, most)
+    wanted, weights = settled(settings), _weights(columns, settings.weights)
+    kind = wanted.objective or "errors"
+    objective = Objective(kind, weights, wanted.most_condition or np.inf)
     return Problem(columns, objective, constraints, samples)
-
-
-def objective_of(arm: ArmFile, settings: DesignSettings) -> Kind:
-    """What to minimise: what the settings say, or else what the limits to keep suggest."""
-    if settings.objective is not None:
-        return settings.objective
-    return "condition" if arm.excitation.constraints == "joint_motion" else "balanced"
 
 
 def _weights(columns: Columns, wanted: dict[str, float]) -> Array:

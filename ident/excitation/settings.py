@@ -14,17 +14,23 @@ Term = Literal["viscous", "coulomb", "offset", "rotor_inertia"]
 Kind = Literal["condition", "determinant", "errors", "balanced"]
 
 
+GOOD_CONDITION = 36.0
+"""Below it, smaller errors are worth more. The WAM's published motions have 48 to 62."""
+
+
 class DesignSettings(Section):
     """What to minimise, how, and when to stop."""
 
     objective: Kind | None = Field(
         default=None,
         description="the paper's condition number; the standard errors' volume, or mean; or"
-        " condition number times mean. Unset: condition, where only joint_motion is limited, so"
-        " that a motion is for comparing; balanced, where it is for running",
+        " condition number times mean. Unset: the mean, at a condition number of at most 36, or at"
+        " the smallest that is found",
     )
     most_condition: Positive | None = Field(
-        default=None, description="condition number that smaller errors may cost"
+        default=None,
+        description="condition number that smaller errors may cost; unset: any, or 36 where the"
+        " objective is unset, too",
     )
     terms: tuple[Term, ...] | None = Field(
         default=None, description="what the model will hold; unset: what the arm's file says"
@@ -52,6 +58,19 @@ class DesignSettings(Section):
     processes: int = Field(
         default_factory=lambda: min(os.cpu_count() or 1, 8), ge=1, description="searches at once"
     )
+
+
+def settled(settings: DesignSettings) -> DesignSettings:
+    """The settings with an objective; unset, it is small errors at a good condition number.
+
+    COBYLA takes the condition number, as in the paper.
+    """
+    if settings.objective is not None:
+        return settings
+    if settings.method == "cobyla":
+        return settings.model_copy(update={"objective": "condition"})
+    most = settings.most_condition or GOOD_CONDITION
+    return settings.model_copy(update={"objective": "errors", "most_condition": most})
 
 
 def design_settings(changes: dict[str, Any]) -> DesignSettings:

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ident.arm import arm_from_file
-from ident.excitation.design import Design, Place, design, objective_of
+from ident.excitation.design import Design, Place, design
 from ident.excitation.islands import Report
 from ident.excitation.limits import design_limits
 from ident.excitation.purpose import design_motion, purpose_of
@@ -38,18 +38,13 @@ def place_of(config: Path, constraints: Constraints | None = None) -> Place:
     return Place(arm, arm_from_file(found, ()).robot, design_limits(arm, found), found)
 
 
-def settled(place: Place, settings: DesignSettings) -> DesignSettings:
-    """The settings with an objective, which where unset depends on the limits to keep."""
-    return settings.model_copy(update={"objective": objective_of(place.arm, settings)})
-
-
 def design_file(
-    place: Place, out: Path, settings: DesignSettings, start: Path | None, report: Report
+    config: Path, out: Path, settings: DesignSettings, start: Path | None, report: Report
 ) -> Design:
     """Design a trajectory and write it.
 
     Args:
-        place: the arm and the bounds.
+        config: the arm's file.
         out: trajectory file to write.
         settings: what to minimise, how, and when to stop.
         start: a trajectory file to improve.
@@ -59,6 +54,7 @@ def design_file(
         ConfigurationError: a file that cannot be used, or impossible limits.
         DataError: the trajectory cannot be written.
     """
+    place = place_of(config, settings.constraints)
     first = None if start is None else read_trajectory(start).series
     found = design(place, settings, first, report)
     save(found, out)

@@ -48,7 +48,7 @@ def test_a_design_goes_on_from_a_file(
     assert made.promise == promise
     assert promise["condition_number"] <= 1.01 * old.promise["condition_number"]
     shares = [value for name, value in promise.items() if name.endswith("_share")]
-    assert len(shares) == 6
+    assert len(shares) == 8
     assert max(shares) <= 1.0
     assert promise["smallest_distance_m"] >= made.limits["clearance_m"]
 

@@ -10,7 +10,7 @@ import pytest
 from ident.excitation import search as searching
 from ident.excitation.cobyla import search_by_cobyla
 from ident.excitation.deadline import Deadline
-from ident.excitation.design import Place, design, objective_of, problem_of
+from ident.excitation.design import Place, design, problem_of
 from ident.excitation.grid import grid
 from ident.excitation.islands import Task, best_design
 from ident.excitation.problem import Problem, constraint_values, objective_value
@@ -34,7 +34,7 @@ def effort(deadline: Deadline = NEVER, descents: int = 3, patience: int = 60) ->
 def motion_problem() -> Problem:
     """Only the joints' own limits, which cost least to evaluate."""
     place = place_of(Path("excitation-published-limits.yaml"))
-    return problem_of(place, DesignSettings())
+    return problem_of(place, DesignSettings(objective="condition"))
 
 
 @pytest.fixture
@@ -148,8 +148,11 @@ def test_where_no_start_is_allowed_a_pose_is_kept_to(place: Place) -> None:
     assert found.passed == []
 
 
-def test_a_motion_to_run_is_balanced_and_one_to_compare_well_conditioned(place: Place) -> None:
-    compared = place_of(Path("excitation-published-limits.yaml"))
-    assert objective_of(place.arm, DesignSettings()) == "balanced"
-    assert objective_of(compared.arm, DesignSettings()) == "condition"
-    assert objective_of(place.arm, DesignSettings(objective="errors")) == "errors"
+def test_without_an_objective_errors_are_small_at_a_good_condition_number(place: Place) -> None:
+    usual = problem_of(place, DesignSettings()).objective
+    assert (usual.kind, usual.most) == ("errors", 36.0)
+    other = problem_of(place, DesignSettings(most_condition=50.0)).objective
+    assert (other.kind, other.most) == ("errors", 50.0)
+    for papers in (DesignSettings(objective="condition"), DesignSettings(method="cobyla")):
+        found = problem_of(place, papers).objective
+        assert (found.kind, found.most) == ("condition", np.inf)
