@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 from ident.excitation.fit import fit
 from ident.excitation.grid import Grid
 from ident.excitation.problem import Problem, constraint_values, objective_value
-from ident.excitation.search import Candidate, Effort, random_start
+from ident.excitation.search import Candidate, Effort, candidate, random_start
 
 Array = NDArray[np.floating]
 
@@ -43,10 +43,10 @@ def search_by_cobyla(
     fitted = fit(judged, first)
     if fitted is None:
         return
-    yield Candidate(objective_value(judged, fitted, dense), fitted)
+    yield candidate(judged, fitted)
     last = fit(judged, _run(problem, fitted, effort))
     if last is not None:
-        yield Candidate(objective_value(judged, last, dense), last)
+        yield candidate(judged, last)
 
 
 def _run(problem: Problem, start: Array, effort: Effort) -> Array:

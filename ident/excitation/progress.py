@@ -3,7 +3,6 @@
 import time
 from types import TracebackType
 
-import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
@@ -48,9 +47,9 @@ class Progress:
         self._bar.update(self._task, completed=min(seconds, self._settings.time_s))
         if best is None:
             return
-        words = f"objective {best.value:.4f}"
-        if self._settings.objective == "condition":
-            words = f"condition number {np.exp(best.value):.2f}"
+        words = f"condition number {best.condition_number:.2f}"
+        if self._settings.objective != "condition":
+            words += f", objective {best.value:.3f}"
         self._bar.update(self._task, description=words)
         if not self._bar.console.is_terminal:
             self._bar.console.print(f"{seconds:.0f} s: {words}")

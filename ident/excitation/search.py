@@ -6,11 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.excitation.columns import exact_rows
 from ident.excitation.deadline import Deadline
 from ident.excitation.descent import FROM_AFAR, FROM_NEARBY, TO_THE_POINT, descend
 from ident.excitation.fit import fit, fit_joints
 from ident.excitation.grid import Grid
-from ident.excitation.problem import Problem, objective_value
+from ident.excitation.objective import sharp_value
+from ident.excitation.problem import Problem
 
 Array = NDArray[np.floating]
 
@@ -30,10 +32,12 @@ class Candidate:
 
     Attributes:
         value: of the sharp objective; the logarithm of the condition number, for example.
+        condition_number: of W, whatever the objective.
         coefficients: shape (2 L + 1, n).
     """
 
     value: float
+    condition_number: float
     coefficients: Array
 
 
@@ -110,7 +114,14 @@ def _judge(judged: Problem, coefficients: Array) -> list[Candidate]:
     fitted = fit(judged, coefficients)
     if fitted is None:
         return []
-    return [Candidate(objective_value(judged, fitted, judged.grid), fitted)]
+    return [candidate(judged, fitted)]
+
+
+def candidate(judged: Problem, coefficients: Array) -> Candidate:
+    """A motion with what it is worth on the problem's grid."""
+    rows = exact_rows(judged.columns, judged.grid.motion(coefficients))
+    value, condition = sharp_value(judged.objective, rows), float(np.linalg.cond(rows))
+    return Candidate(value, condition, coefficients)
 
 
 def _keep(candidates: list[Candidate]) -> list[Candidate]:
