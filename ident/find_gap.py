@@ -14,6 +14,7 @@ from ident.gap.content import (
     effects_content,
     forward_content,
     held_out_content,
+    steps_content,
     unexplained_content,
     visibility_content,
     where_content,
@@ -23,6 +24,7 @@ from ident.gap.experiment import read_experiment, trusting
 from ident.gap.feasible import Possible, possible
 from ident.gap.forward import Forward, forward, rms
 from ident.gap.model import model_with
+from ident.gap.steps import steps
 from ident.gap.uncertainty import Final, finished
 from ident.gap.workflow import Options, Search, search
 from ident.model_file import write_model
@@ -132,6 +134,7 @@ def _content(outcome: _Outcome) -> dict[str, Any]:
         "where": where_content(where(found, both)),
         "not_observable": unseen,
         "held_out": held_out_content(held_out(found, both)),
+        "steps": steps_content(steps(found)),
         "forward_simulation": forward_content(*errors),
         "minimum_detectable": sizes,
         "unexplained": unexplained_content(found),

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed
+from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed, Setting
 from ident.simulation.arm import SimulatedArm, Term, term
 
 
@@ -31,10 +31,14 @@ class CoupledFriction:
     exact = False
     smooth = False
     uses = ("direction",)
-    settings = ()
+    settings = (Setting("ratio", "1", (0.4, 0.63, 1.0, 1.6, 2.5), 0.4, 2.5),)
 
     def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
-        """One for each pair and choice of motors, Coulomb alone or with drag."""
+        """One for each pair and choice of motors, Coulomb alone or with drag.
+
+        Where nobody says how the motors turn with the joints, one turns with the sum of the joints
+        and one with the difference, the second joint's ratio still to be tuned.
+        """
         found = []
         for pair in arm.coupled_pairs:
             rows = arm.shared_motors(pair)
@@ -42,6 +46,7 @@ class CoupledFriction:
             choices += [tuple(range(len(rows)))] if len(rows) > 1 else []
             for motors in choices:
                 levers = {f"lever_{m + 1}{'ab'[s]}": rows[m, s] for m in motors for s in (0, 1)}
+                levers |= {} if arm.knows_motors(pair) else {"ratio": 1.0}
                 coulomb = [Coefficient(f"coulomb_{m + 1}", "N m", lower=0.0) for m in motors]
                 viscous = [Coefficient(f"viscous_{m + 1}", "N m s/rad") for m in motors]
                 for names, variant in ((coulomb, "coulomb"), (coulomb + viscous, "with drag")):
@@ -77,8 +82,10 @@ class CoupledFriction:
 
 
 def _rows(hypothesis: Hypothesis) -> Array:
-    """Lever arms of the motors to the two joints, shape (m, 2)."""
-    return np.array(list(hypothesis.settings.values())).reshape(-1, 2)
+    """Lever arms of the motors to the two joints, largest entry 1, shape (m, 2)."""
+    levers = [x for name, x in hypothesis.settings.items() if name != "ratio"]
+    rows = np.array(levers).reshape(-1, 2) * [1.0, hypothesis.settings.get("ratio", 1.0)]
+    return rows / np.abs(rows).max(axis=1, keepdims=True)
 
 
 EFFECT = CoupledFriction()

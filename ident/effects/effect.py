@@ -65,9 +65,13 @@ class ArmFacts:
         pairs = {(r[0], r[1]) for r in rows if len(r) == 2}
         return tuple(sorted(p for p in pairs if self.moving[list(p)].all()))
 
+    def knows_motors(self, pair: tuple[int, int]) -> bool:
+        """Whether it is known how a pair's shared motors turn with its joints."""
+        return pair in self._differentials()
+
     def shared_motors(self, pair: tuple[int, int]) -> Array:
         """Rows, shape (m, 2), of the motors that turn with both joints, largest entry 1."""
-        if self.motor_from_joint is not None and pair in self._differentials():
+        if self.motor_from_joint is not None and self.knows_motors(pair):
             rows = self.motor_from_joint[:, list(pair)]
             rows = rows[(rows != 0.0).all(axis=1)]
             return rows / np.abs(rows).max(axis=1, keepdims=True)
@@ -162,6 +166,15 @@ class Setting:
 
 
 @dataclass(frozen=True)
+class Value:
+    """A number with its standard deviation and unit."""
+
+    value: float
+    sd: float
+    unit: str
+
+
+@dataclass(frozen=True)
 class Hypothesis:
     """An effect at a place, with its shape.
 
@@ -239,4 +252,13 @@ class Extrapolates(Protocol):
 
     def unseen(self, hypothesis: Hypothesis, slow: float) -> float:
         """Part of the size that only shows below a speed [rad/s]: its form alone tells of it."""
+        ...
+
+
+@runtime_checkable
+class Restates(Protocol):
+    """An effect that people know by other numbers than those that its columns are made with."""
+
+    def restated(self, hypothesis: Hypothesis, values: dict[str, Value]) -> dict[str, Value]:
+        """The parameters as they are reported."""
         ...

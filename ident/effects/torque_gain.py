@@ -2,16 +2,16 @@
 
 from dataclasses import replace
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed
+from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed, Value
 from ident.simulation.arm import SimulatedArm
 
 
 class TorqueGain:
-    """tau = (1 + e) model."""
+    """(1 + e) tau = model; fitted as tau = (1 + s) model."""
 
     id = "torque_gain"
     title = "a wrong torque constant or gear ratio"
-    equation = "tau_j = (1 + e) tau_model,j, so that the drive gives 1/(1 + e) of the command"
+    equation = "(1 + e) tau_j = tau_model,j: the drive gives 1 + e of what it is asked for"
     source = "Gautier, Briot 2011, eq. (9)"
     signature = "in proportion to the joint's whole torque, and on no other joint"
     rivals = ("load_dependent_friction",)
@@ -31,6 +31,12 @@ class TorqueGain:
     def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
         """The joint's rigid-body torque; friction's own parameters absorb friction's share."""
         return seen.load[:, hypothesis.joints[0]][:, None, None]
+
+    def restated(self, hypothesis: Hypothesis, values: dict[str, Value]) -> dict[str, Value]:
+        """The error of what the drive gives, not of what it was asked for."""
+        more = values["error"]
+        gain = 1.0 / (1.0 + more.value)
+        return {"error": Value(gain - 1.0, more.sd * gain**2, "1")}
 
     def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
         """A drive that gives another share of the command, in which friction was fitted."""

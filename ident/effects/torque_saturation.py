@@ -4,10 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed, Setting
+from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed, Setting, Value
 from ident.simulation.arm import SimulatedArm
 
-_MOST = 0.12  # share of the samples: what is clipped more often is the joint's usual torque
+_MOST = 0.3  # share of the samples: what is clipped more often is the joint's usual torque
+_SHARES = (
+    *(round(0.05 * 1.17**k, 3) for k in range(17)),
+    *(0.69, 0.75, 0.8, 0.84, 0.875, 0.905, 0.93, 0.95, 0.965, 0.978, 0.988),
+)
 
 
 class TorqueSaturation:
@@ -25,7 +29,7 @@ class TorqueSaturation:
     exact = False
     smooth = False
     uses = ("torque",)
-    settings = (Setting("limit_share", "1", (0.4, 0.5, 0.6, 0.7, 0.8, 0.88, 0.94), 0.2, 0.99),)
+    settings = (Setting("limit_share", "1", _SHARES, 0.05, 0.999),)
 
     def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
         """One for each joint and limit, as a share of the largest command."""
@@ -45,6 +49,12 @@ class TorqueSaturation:
         beyond = tau - np.clip(tau, -limit, limit)
         often = np.mean(beyond != 0.0) > _MOST
         return (beyond * (0.0 if often else 1.0))[:, None, None]
+
+    def restated(self, hypothesis: Hypothesis, values: dict[str, Value]) -> dict[str, Value]:
+        """The limit itself."""
+        share, peak = values["limit_share"], hypothesis.settings["peak"]
+        limit = Value(share.value * peak, share.sd * peak, "N m")
+        return {"limit": limit, "clipped_share": values["clipped_share"]}
 
     def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
         """A lower limit of the drive."""

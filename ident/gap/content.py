@@ -8,12 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
+from ident.effects.effect import Value
 from ident.gap.comparison import Errors, HeldOut, Share
 from ident.gap.contact import Burst
 from ident.gap.detectable import Visibility
 from ident.gap.naming import Found
 from ident.gap.scan import Score
-from ident.gap.uncertainty import Final, Value
+from ident.gap.steps import Step
+from ident.gap.uncertainty import Final
 from ident.gap.verdict import Nameless
 from ident.gap.workflow import Search
 from ident.results import numbers
@@ -153,6 +155,18 @@ def held_out_content(found: HeldOut) -> Content:
         "noise_floor": _errors(nothing if floor is None else floor),
         "closed_fraction": found.closed,
     }
+
+
+def steps_content(found: Sequence[Step]) -> list[Content]:
+    """From the rigid body to the model with all effects."""
+    return [
+        {
+            "added": s.added,
+            "joints": [j + 1 for j in s.joints],
+            "relative_error_percent": s.relative_percent,
+        }
+        for s in found
+    ]
 
 
 def _errors(errors: Errors) -> Content:

@@ -23,6 +23,7 @@ _WORTH_TUNING = 0.75
 _SURE = 4.0  # units of log-likelihood between leader and rival
 _FORM = 0.12  # of what an effect of uncertain form explained: less may be its form's error
 _SAME_SHARE = 0.3
+_IDLE = 0.1  # of an effect's squared torque: a fold with less of it cannot speak of it
 _HELD = 0.25  # of its gain: what an effect must bring on every fold, fitted on the others
 
 
@@ -124,10 +125,28 @@ def _same(first: Hypothesis, second: Hypothesis) -> bool:
     return all(name in tuned for name, _ in settings)
 
 
+def shares(table: Table, index: int, present: Fit) -> Array:
+    """Part of a hypothesis' weighted squared columns that lies in each fold, shape (FOLDS,)."""
+    slot, found = table.slots[index], np.zeros(FOLDS)
+    for j, start in zip(slot.joints, slot.starts, strict=True):
+        first = table.grams.layouts[j].first_extra + start
+        for c in range(first, first + slot.width):
+            squares = table.grams.products[j][:, :, c, c]
+            found += squares @ (1 / present.sigma[j] ** 2)
+    return found / max(float(found.sum()), np.finfo(float).tiny)
+
+
+def acts_on(table: Table, index: int, present: Fit, fold: int) -> bool:
+    """Whether a fold has enough of an effect to speak of it."""
+    return bool(shares(table, index, present)[fold] > _IDLE)
+
+
 def held_out_gains(table: Table, score: Score, before: Fit) -> tuple[float, ...]:
-    """Predicted gain on each fold, both models fitted on the others."""
+    """Predicted gain on each fold that has enough of the effect, both fitted on the others."""
     gains = []
     for fold in range(FOLDS):
+        if not acts_on(table, score.index, before, fold):
+            continue
         rest = table.grams.of([f for f in range(FOLDS) if f != fold])
         here = table.grams.of([fold])
         if here.counts.sum() == 0 or rest.counts.sum() == 0:
@@ -145,7 +164,8 @@ def _holds(table: Table, score: Score, before: Fit) -> bool:
     """Whether every fold is predicted clearly better with the effect than without."""
     if "log" in score.hypothesis.settings:
         return True
-    return min(held_out_gains(table, score, before)) > _HELD * score.gain
+    gains = held_out_gains(table, score, before)
+    return len(gains) > 1 and min(gains) > _HELD * score.gain
 
 
 def _found(
@@ -253,4 +273,4 @@ def taken_in(rows: Nominal, present: Present, found: Sequence[Found]) -> Present
     return extend(rows, present, [f.hypothesis for f in found])
 
 
-__all__ = ["SEARCHED", "Found", "held_out_gains", "next_effects", "seat_of", "taken_in"]
+__all__ = ["SEARCHED", "Found", "acts_on", "held_out_gains", "next_effects", "seat_of", "taken_in"]

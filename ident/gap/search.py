@@ -126,6 +126,16 @@ def refined(rows: Nominal, present: Present, score: Score) -> list[Score]:
     return sorted(best.values(), key=lambda s: -s.merit)
 
 
+def _grid_step(grid: Sequence[float], value: float) -> float:
+    """Logarithmic step of a grid where a value lies, among the points of its sign."""
+    sizes = np.sort([abs(x) for x in grid if x * value > 0.0])
+    if len(sizes) < 2:
+        sizes = np.sort(np.abs(grid))
+    steps = np.diff(np.log(sizes))
+    here = int(np.abs(np.log(sizes / abs(value))).argmin())
+    return float(steps[max(here - 1, 0) : here + 1].max())
+
+
 def _form(effect: Effect, hypothesis: Hypothesis) -> tuple[float, ...]:
     """Settings of which only the grid's own values make sense."""
     names = [s.name for s in effect.settings if s.whole]
@@ -148,7 +158,7 @@ def _neighbours(effect: Effect, hypothesis: Hypothesis, finer: int) -> list[Hypo
         if setting.whole:
             continue
         value = hypothesis.settings[setting.name]
-        step = np.diff(np.log(np.abs(setting.grid))).max() / _CLOSER**finer
+        step = _grid_step(setting.grid, value) / _CLOSER**finer
         sizes = abs(value) * np.exp(np.linspace(-step, step, _FINER))
         moved = np.copysign(np.clip(sizes, setting.lower, setting.upper), value)
         choices.append([(setting.name, float(x)) for x in moved])

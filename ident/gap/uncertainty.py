@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Extrapolates, Hypothesis
+from ident.effects.effect import Extrapolates, Hypothesis, Restates, Value
 from ident.gap.fit import Fit, fit, places, solve
 from ident.gap.naming import Found
 from ident.gap.scan import Score
@@ -25,15 +25,6 @@ _BLOCK_S = 1.5
 _SURE = 2.5  # standard deviations
 _STEP = 0.02  # of a setting: for its derivative
 _MOST = 0.3  # of a setting: the longest step that is taken
-
-
-@dataclass(frozen=True)
-class Value:
-    """A number with its standard deviation and unit."""
-
-    value: float
-    sd: float
-    unit: str
 
 
 @dataclass(frozen=True)
@@ -234,5 +225,5 @@ def _named(
         for s in effect.settings:
             if s.whole and s.reported and s.name in h.settings:
                 values[s.name] = Value(h.settings[s.name], 0.0, s.unit)  # chosen, not estimated
-        found.append(values)
+        found.append(effect.restated(h, values) if isinstance(effect, Restates) else values)
     return found

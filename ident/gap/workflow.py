@@ -13,7 +13,7 @@ from ident.gap.experiment import Experiment, base_columns, facts_of
 from ident.gap.faults import faults
 from ident.gap.fit import mean_log_ratio, mean_squares, predicted_rms
 from ident.gap.leftover import leftovers
-from ident.gap.naming import Found, next_effects, taken_in
+from ident.gap.naming import Found, acts_on, next_effects, taken_in
 from ident.gap.null import Threshold, least_threshold
 from ident.gap.region import Region
 from ident.gap.repeats import noise_floor, pairs
@@ -210,6 +210,8 @@ def _held_gain(way: _Way, index: int) -> float:
     errors = []
     for present in (without, way.present):
         table = tabulate(way.rows, present.model, present.accepted)
+        if present is way.present and not acts_on(table, index, present.fit, HELD_OUT):
+            return np.inf
         there = table.grams.of([HELD_OUT])
         errors.append(predicted_rms(there, present.fit))
     gains = mean_log_ratio(errors[0], errors[1], there.counts[:, 0])

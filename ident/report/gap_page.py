@@ -47,7 +47,11 @@ _WORDS: dict[str, tuple[Status, str]] = {
     "data_fault": ("bad", "fault in the data"),
 }
 
-
+_STEPS = {
+    "rigid_body": "rigid body",
+    "coulomb": "Coulomb friction",
+    "viscous": "viscous friction",
+}
 _MOST_IN_A_SENTENCE = 3
 
 
@@ -277,7 +281,25 @@ def _held_out(report: GapReport) -> list[Block]:
             " no motion tells. What an effect brings there shows in the simulation below."
         )
         blocks.insert(0, Text(words))
-    return blocks
+    return [*blocks, *_steps(report)]
+
+
+def _steps(report: GapReport) -> list[Block]:
+    steps = report.content.get("steps", [])
+    if not steps:
+        return []
+    names = [
+        _STEPS.get(s["added"]) or f"{report.title(s['added'])}, {report.of(s['joints'])}"
+        for s in steps
+    ]
+    rows = [name if i == 0 else f"+ {name}" for i, name in enumerate(names)]
+    title, quantity = "Held-out error, step by step", "held-out error [%]"
+    caption = (
+        f"{title}: from the rigid body alone to the model with all effects, each fitted by least"
+        " squares."
+    )
+    sizes = [s["relative_error_percent"] for s in steps]
+    return [Gallery([bars(title, quantity, rows, sizes)], caption)]
 
 
 def _forward(report: GapReport) -> list[Block]:

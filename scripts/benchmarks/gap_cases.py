@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from gap_effects import make, together
+from gap_effects import Usual, make, together
 from gap_plants import DAHL, LUGRE, SLIP, Body, Hidden, Noise, record
 from numpy.typing import NDArray
 
 from ident.arm import arm_from_file
 from wamctl.arm.config import load_arm_file, shipped_file
 from wamctl.arm.recording import Recording
-from wamctl.arm.robot import cad_parameters
+from wamctl.arm.robot import Robot, cad_parameters
 from wamctl.arm.ros2.joint_series import ReferenceSeries
 from wamctl.arm.trajectory import Trajectory, read_trajectory, reference, trajectory_yaml
 
@@ -26,32 +26,38 @@ MOTION = "wam7-excitation.yaml"
 KINDS = 7  # ways of turning round, as gap_plants numbers them
 PAIRS = ((1, 2), (4, 5))
 
-# size in units of the joint's Coulomb friction where the second entry is true, else in SI
+# usual size: in units of the joint's Coulomb friction, of its largest torque, or in SI
 KNOWN = {
-    "torque_offset": (0.5, True),
-    "unequal_friction": (0.3, False),
-    "joint_spring": (0.6, True),
-    "stribeck": (0.7, True),
-    "nonlinear_viscous": (0.5, True),
-    "asymmetric_viscous": (0.4, True),
-    "load_dependent_friction": (0.12, False),
-    "coupled_friction": (0.5, True),
-    "thermal_drift": (0.5, True),
-    "gravity_tilt": (0.03, False),
-    "encoder_offset": (0.04, False),
-    "torque_gain": (0.06, False),
-    "torque_delay": (0.006, False),
-    "torque_ripple": (0.25, True),
-    "rotor_inertia": (0.02, True),
-    "contact": (6.0, False),
+    "torque_offset": (0.5, "coulomb"),
+    "unequal_friction": (0.3, "si"),
+    "joint_spring": (0.6, "coulomb"),
+    "stribeck": (0.7, "coulomb"),
+    "nonlinear_viscous": (0.5, "coulomb"),
+    "asymmetric_viscous": (0.4, "coulomb"),
+    "load_dependent_friction": (0.12, "si"),
+    "coupled_friction": (0.5, "coulomb"),
+    "thermal_drift": (0.5, "coulomb"),
+    "gravity_tilt": (0.03, "si"),
+    "encoder_offset": (0.04, "si"),
+    "torque_gain": (0.06, "si"),
+    "torque_delay": (0.006, "si"),
+    "torque_ripple": (0.25, "coulomb"),
+    "rotor_inertia": (0.02, "coulomb"),
+    "contact": (6.0, "si"),
+}
+RARE = {
+    "torque_saturation": (0.25, "peak"),  # below the largest torque
+    "joint_elasticity": (0.02, "si"),  # wind-up under it [rad]
+    "backlash": (0.005, "si"),
+    "coupled_inertia": (0.02, "coulomb"),
 }
 STRANGE = {
-    "one_sided_stop": (3.0, True),
-    "position_dependent_friction": (0.5, True),
-    "other_period": (0.25, True),
-    "cross_talk": (0.5, True),
-    "periodic_in_time": (0.25, True),
-    "hard_cubic_spring": (0.6, True),
+    "one_sided_stop": (3.0, "coulomb"),
+    "position_dependent_friction": (0.5, "coulomb"),
+    "other_period": (0.25, "coulomb"),
+    "cross_talk": (0.5, "coulomb"),
+    "periodic_in_time": (0.25, "coulomb"),
+    "hard_cubic_spring": (0.6, "coulomb"),
 }
 _NAMES = {"unequal_friction": "torque_offset"}  # exact equivalents have one name
 _WHOLE = ("gravity_tilt", "torque_delay", "contact")  # felt on more joints than one
@@ -99,12 +105,14 @@ class Run:
     bristles: frozenset[int]
 
 
-def draw(rng: np.random.Generator, coulomb: Array, scale: float, families: list[str]) -> Case:
+def draw(
+    rng: np.random.Generator, units: dict[str, Array], scale: float, families: list[str]
+) -> Case:
     """One effect at one place.
 
     Args:
         rng: chooses.
-        coulomb: friction of each joint [N m], shape (7,).
+        units: of size, for each joint [SI], each of shape (7,).
         scale: of the usual size.
         families: to choose from.
     """
@@ -115,8 +123,8 @@ def draw(rng: np.random.Generator, coulomb: Array, scale: float, families: list[
         joints = (int(rng.integers(1, 4)),)
     if family == "rotor_inertia":
         joints = (int(rng.integers(2, 7)),)  # on joints 1 and 2 the links' inertia absorbs it
-    size, relative = (KNOWN | STRANGE)[family]
-    size *= scale * float(np.exp(rng.uniform(-2.5, 0.3))) * (coulomb[joints[0]] if relative else 1)
+    size, unit = (KNOWN | RARE | STRANGE)[family]
+    size *= scale * float(np.exp(rng.uniform(-2.5, 0.3))) * float(units[unit][joints[0]])
     return Case(family, joints, size)
 
 
@@ -132,33 +140,42 @@ def run(seed: int, count: int, scale: float, families: list[str], motion_file: s
     excitation = read_trajectory(motion_file)
     motion = reference(excitation.series, PERIODS, file.excitation.ramp_s, file.bus.period_s)
     usual = np.array(file.simulation.coulomb_nm)
-    cases: list[Case] = []
-    for _ in range(count):
-        others = [f for f in families if f not in {c.family for c in cases}]
-        cases.append(draw(rng, usual, scale, others))
     body, bristles = _body(rng, usual, np.array(file.simulation.viscous_nm_s_rad), robot)
-    matrix = np.array(file.transmission.motor_from_joint)
-    ranges = motion.q.min(axis=0), motion.q.max(axis=0)
-    parts = [make(c.family, c.joints, c.size, rng, matrix, ranges) for c in cases]
-    truths = [functools.reduce(together, parts, Hidden()), Hidden()]
-    truths += parts if count > 1 else []
-    noise = Noise(2e-3 * body.coulomb, 0.05)
     inside = {
         "config.yaml": shipped_file("wam7.yaml").read_bytes(),
         "robot.urdf": shipped_file("wam7.urdf").read_bytes(),
         "trajectory.yaml": trajectory_yaml(Trajectory(excitation.series, PERIODS, {}, {})).encode(),
     }
-    logs = []
-    for truth in truths:
+
+    def recorded(truth: Hidden) -> Recording:
+        noise = Noise(2e-3 * body.coulomb, 0.05)
         log = record(file, robot, body, truth, noise, motion, seed)
         series = ReferenceSeries(log.stamp_ns, motion.q, motion.qd, motion.qdd)
-        logs.append(replace(log, reference=series, attachments=inside))
-    alone = tuple(logs[2:]) or (logs[0],) * count
-    return Run(tuple(cases), logs[0], logs[1], alone, bristles)
+        return replace(log, reference=series, attachments=inside)
+
+    free = recorded(Hidden())
+    peak = np.abs(_command(free)).max(axis=0)
+    units = {"coulomb": usual, "peak": peak, "si": np.ones(len(usual))}
+    cases: list[Case] = []
+    for _ in range(count):
+        others = [f for f in families if f not in {c.family for c in cases}]
+        cases.append(draw(rng, units, scale, others))
+    seen = Usual(motion.q.min(axis=0), motion.q.max(axis=0), peak)
+    matrix = np.array(file.transmission.motor_from_joint)
+    parts = [make(c.family, c.joints, c.size, rng, matrix, seen) for c in cases]
+    log = recorded(functools.reduce(together, parts)) if parts else free
+    alone = tuple(recorded(p) for p in parts) if count > 1 else (log,) * count
+    return Run(tuple(cases), log, free, alone, bristles)
+
+
+def _command(log: Recording) -> Array:
+    if log.command is None or log.command.effort is None:
+        raise ValueError("the recording has no commanded torque")
+    return log.command.effort
 
 
 def _body(
-    rng: np.random.Generator, coulomb: Array, viscous: Array, robot
+    rng: np.random.Generator, coulomb: Array, viscous: Array, robot: Robot
 ) -> tuple[Body, frozenset[int]]:
     """A perturbed arm, and which of its joints have bristles."""
     level = coulomb * np.exp(rng.uniform(-0.3, 0.3, 7))

@@ -8,12 +8,17 @@ from closed_loop import source_of
 
 from ident.gap.comparison import held_out, sides, where
 from ident.gap.detectable import visibility
+from ident.gap.experiment import base_columns, facts_of
 from ident.gap.faults import faults
 from ident.gap.feasible import possible
 from ident.gap.fit import places
-from ident.gap.search import SEARCHED, all_hypotheses
-from ident.gap.table import tabulate
+from ident.gap.repeats import pairs
+from ident.gap.search import SEARCHED, all_hypotheses, begin
+from ident.gap.steps import steps
+from ident.gap.stretch import stretches
+from ident.gap.table import nominal, tabulate
 from ident.gap.verdict import Kind
+from ident.gap.windows import windows_for
 from ident.gap.workflow import Options, search
 
 
@@ -85,6 +90,51 @@ def test_errors_and_gap_of_an_effect_free_arm(nothing_hidden):
     assert errors.noise_floor.relative_percent < errors.before.relative_percent
     assert where(found, both) == []
     assert errors.closed == 0.0
+
+
+def test_a_motion_that_comes_again_is_known_without_its_file(nothing_hidden, plain):
+    told = nothing_hidden.source
+    table = tabulate(nothing_hidden.rows, nothing_hidden.start.model, ())
+    bare = source_of(replace(plain, attachments={"robot.urdf": plain.attachments["robot.urdf"]}))
+    by_file, by_motion = (pairs(s, nothing_hidden.rows, table) for s in (told, bare))
+    assert len(by_file[0]) > 300
+    for with_file, without in zip(by_file, by_motion, strict=True):
+        np.testing.assert_array_equal(with_file, without)
+
+
+def test_a_motion_that_never_comes_again_has_no_repeats(plain):
+    half = len(plain.q) // 2
+    command = plain.command
+    once = replace(
+        plain,
+        stamp_ns=plain.stamp_ns[:half],
+        q=plain.q[:half],
+        command=replace(
+            command,
+            stamp_ns=command.stamp_ns[:half],
+            q=None,
+            qd=None,
+            effort=command.effort[:half],
+        ),
+        reference=None,
+        attachments={"robot.urdf": plain.attachments["robot.urdf"]},
+    )
+    source = source_of(once)
+    windows = windows_for(500.0, 10.0)
+    parts = stretches(source.datasets, windows)
+    rows = nominal(parts, windows, facts_of(source), base_columns(source))
+    table = tabulate(rows, begin(rows, facts_of(source)).model, ())
+    assert len(pairs(source, rows, table)[0]) == 0
+
+
+def test_the_error_falls_step_by_step_from_the_rigid_body(nothing_hidden):
+    rigid, first, second = steps(nothing_hidden)
+    assert rigid.added == "rigid_body"
+    assert {first.added, second.added} == {"coulomb", "viscous"}
+    assert rigid.relative_percent > first.relative_percent > 3 * second.relative_percent
+    x = nothing_hidden.start.fit.x
+    fitted = held_out(nothing_hidden, sides(nothing_hidden, x, x)).before.relative_percent
+    assert second.relative_percent == pytest.approx(fitted, rel=1e-3)
 
 
 def test_what_could_not_be_seen_and_what_could(nothing_hidden):

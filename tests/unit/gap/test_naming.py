@@ -58,3 +58,35 @@ def test_a_tilted_base_is_no_spring_at_the_first_joint():
     (values,) = finished(found.rows, found.end, found.verdict.found).parameters
     assert values["tilt_x"].value == pytest.approx(0.012, rel=0.03)
     assert values["tilt_y"].value == pytest.approx(-0.009, rel=0.03)
+
+
+def test_a_drive_that_clips_now_and_then_is_no_contact():
+    arm = wam()
+    limit = arm.limit.copy()
+    limit[4] = 0.36
+    found = searched(replace(arm, limit=limit))
+    assert found.verdict.kind == Kind.NAMED
+    assert named(found) == [("torque_saturation", (4,))]
+    (values,) = finished(found.rows, found.end, found.verdict.found).parameters
+    assert values["limit"].value == pytest.approx(0.36, rel=0.005)
+    assert values["limit"].unit == "N m"
+
+
+def test_levers_of_a_differential_that_nobody_described_are_found():
+    arm = wam()
+    shared = np.zeros((2, 7))
+    shared[:, 1], shared[:, 2] = 1.0, (0.6, -0.6)
+    arm = replace(
+        arm,
+        friction_rows=np.vstack([arm.friction_rows, shared]),
+        coulomb=np.append(arm.coulomb, (0.5, 0.4)),
+        bristle=np.append(arm.bristle, (0.0, 0.0)),
+    )
+    log = recorded(arm)
+    urdf_only = {"robot.urdf": log.attachments["robot.urdf"]}
+    found = search(source_of(replace(log, attachments=urdf_only)), OPTIONS, lambda _: None)
+    assert named(found) == [("coupled_friction", (1, 2))]
+    (values,) = finished(found.rows, found.end, found.verdict.found).parameters
+    assert values["ratio"].value == pytest.approx(0.6, abs=0.01)
+    assert values["coulomb_1"].value == pytest.approx(0.5, rel=0.05)
+    assert values["coulomb_2"].value == pytest.approx(0.4, rel=0.05)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Coefficient, Hypothesis
+from ident.effects.effect import Coefficient, Hypothesis, Value
 from ident.excitation.purpose import MOTIONS, REPEATED
 from ident.gap.contact import Burst
 from ident.gap.faults import Fault
@@ -95,6 +95,13 @@ def test_thresholds_are_twice_what_nothing_reaches_and_never_fall():
     assert second.of("payload") == first.of("payload")
     assert (second.leftover, second.draws) == (pytest.approx(0.1), 2)
     assert raised(second, [{"stribeck": 0.0}], [0.0]).of("stribeck") == pytest.approx(0.4)
+
+
+def test_a_drive_that_gives_less_is_reported_as_what_it_gives():
+    fitted = {"error": Value(0.25, 0.01, "1")}  # the command is a quarter above the model
+    told = catalogue()["torque_gain"].restated(score_of("torque_gain").hypothesis, fitted)
+    assert told["error"].value == pytest.approx(0.8 - 1.0)
+    assert told["error"].sd == pytest.approx(0.01 * 0.8**2)
 
 
 def test_windows_are_weighted_means_that_overlap_by_half():
