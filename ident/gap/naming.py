@@ -10,6 +10,7 @@ from ident.effects.catalogue import catalogue
 from ident.effects.effect import Hypothesis
 from ident.gap.fit import Fit, fit, mean_log_ratio, mean_squares, predicted_rms
 from ident.gap.null import Threshold
+from ident.gap.region import Region
 from ident.gap.residual import memory_of, residuals
 from ident.gap.scan import Score
 from ident.gap.search import SEARCHED, Present, examine, extend, refined
@@ -24,6 +25,8 @@ _SURE = 4.0  # units of log-likelihood between leader and rival
 _FORM = 0.12  # of what an effect of uncertain form explained: less may be its form's error
 _SAME_SHARE = 0.3
 _IDLE = 0.1  # of an effect's squared torque: a fold with less of it cannot speak of it
+_LOUD = 2.0  # times the noise of repeats: clearly more
+_LEFT = 0.2  # of the squared gap above that noise: an effect that leaves less is no form's error
 _HELD = 0.25  # of its gain: what an effect must bring on every fold, fitted on the others
 
 
@@ -59,6 +62,19 @@ class Found:
         return self.score.hypothesis
 
 
+@dataclass(frozen=True)
+class Asked:
+    """What an effect must show.
+
+    Attributes:
+        threshold: of its gain.
+        noise: of each joint while it slides [N m], shape (n,), or None where no repeat tells.
+    """
+
+    threshold: Threshold
+    noise: Array | None
+
+
 def seat_of(score: Score, before: Fit) -> tuple[int, ...]:
     """The joints that carry a score's gain, from 0."""
     gains = score.fit.gains_over(before)
@@ -69,7 +85,7 @@ def next_effects(
     rows: Nominal,
     present: Present,
     hypotheses: Sequence[Hypothesis],
-    threshold: Threshold,
+    asked: Asked,
     found: Sequence[Found],
 ) -> tuple[list[Found], list[Score]]:
     """The next effect that may be believed (with the same one at other joints), and all scores."""
@@ -77,43 +93,63 @@ def next_effects(
     before = present.fit
     blocked: set[int] = set()
     for score in scores:
-        if score.merit < min(threshold.gain.values()):
+        if score.merit < min(asked.threshold.gain.values()):
             break
         seat = seat_of(score, before)
         if blocked & set(seat):
             continue
-        if _believable(score, before, seat, threshold, found) and _holds(table, score, before):
+        if (
+            _believable(score, before, asked.threshold, found)
+            and (
+                _more_than_form(score, before, seat, found)
+                or _all_that_is_missing(rows, present, score, seat, asked.noise)
+            )
+            and _holds(table, score, before)
+        ):
             leader = _found(rows, present, table, score, scores)
-            alike = _alike(rows, table, present, scores, leader, threshold, found)
+            alike = _alike(rows, table, present, scores, leader, asked.threshold, found)
             return [leader, *alike], scores
         blocked |= set(seat)
     return [], scores
 
 
-def _believable(
-    score: Score,
-    before: Fit,
-    seat: tuple[int, ...],
-    threshold: Threshold,
-    found: Sequence[Found],
-) -> bool:
-    effect = score.hypothesis.effect
-    if score.gain < threshold.of(effect):
+def _believable(score: Score, before: Fit, threshold: Threshold, found: Sequence[Found]) -> bool:
+    if score.gain < threshold.of(score.hypothesis.effect):
         return False
     sizes = zip(score.values, score.hypothesis.coefficients, strict=True)
     if all(abs(value) < coefficient.least for value, coefficient in sizes):
         return False
+    return not any(_same(earlier.hypothesis, score.hypothesis) for earlier in found)
+
+
+def _more_than_form(
+    score: Score, before: Fit, seat: tuple[int, ...], found: Sequence[Found]
+) -> bool:
+    """Whether it explains more than the earlier effects' form may get wrong."""
     drop = (mean_squares(before) - mean_squares(score.fit))[list(seat)]
-    if any(_same(earlier.hypothesis, score.hypothesis) for earlier in found):
-        return False
     for earlier in found:
-        if catalogue()[earlier.hypothesis.effect].exact or earlier.hypothesis.effect == effect:
+        effect = earlier.hypothesis.effect
+        if catalogue()[effect].exact or score.hypothesis.effect == effect:
             continue
         if set(earlier.seat) & set(seat) and (
             drop.sum() < _FORM * earlier.explained[list(seat)].sum()
         ):
             return False
     return True
+
+
+def _all_that_is_missing(
+    rows: Nominal, present: Present, score: Score, seat: tuple[int, ...], noise: Array | None
+) -> bool:
+    """Whether, tuned, it closes nearly all that is clearly more than noise: no form's error."""
+    if noise is None:
+        return False
+    quiet = np.nan_to_num(noise[list(seat)])
+    now = present.fit.sigma[list(seat), Region.SLIDING]
+    if not (now > _LOUD * quiet).any():
+        return False
+    tuned = refined(rows, present, score)[0].fit.sigma[list(seat), Region.SLIDING]
+    return bool((tuned**2 - quiet**2 < _LEFT * (now**2 - quiet**2)).all())
 
 
 def _same(first: Hypothesis, second: Hypothesis) -> bool:
@@ -254,8 +290,10 @@ def _alike(
             continue
         if score.gain < _SAME_SHARE * leader.score.gain:
             continue
-        if _believable(score, present.fit, seat, threshold, found) and _holds(
-            table, score, present.fit
+        if (
+            _believable(score, present.fit, threshold, found)
+            and _more_than_form(score, present.fit, seat, found)
+            and _holds(table, score, present.fit)
         ):
             taken.add(score.hypothesis.joints)
             tuned, *forms = refined(rows, present, score)
@@ -273,4 +311,13 @@ def taken_in(rows: Nominal, present: Present, found: Sequence[Found]) -> Present
     return extend(rows, present, [f.hypothesis for f in found])
 
 
-__all__ = ["SEARCHED", "Found", "acts_on", "held_out_gains", "next_effects", "seat_of", "taken_in"]
+__all__ = [
+    "SEARCHED",
+    "Asked",
+    "Found",
+    "acts_on",
+    "held_out_gains",
+    "next_effects",
+    "seat_of",
+    "taken_in",
+]

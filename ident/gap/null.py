@@ -144,13 +144,13 @@ def wanted_motion(recording: Recording) -> tuple[Array, Array, Array]:
 def redrawn(residual: Residual, rng: np.random.Generator) -> Array:
     """A series with the sliding residual's spectrum and other phases, shape (R,).
 
-    Rows where the joint turns round, and those that stand apart, are first replaced by draws of the
-    others: what happens there is systematic.
+    Rows where the joint or a shared motor turns round, and those that stand apart, are first
+    replaced by draws of the others: what happens there is systematic.
     """
     values = residual.values.copy()
     if len(values) == 0:
         return values
-    usual = (residual.region != Region.TURNING) & ~residual.apart
+    usual = (residual.region == Region.SLIDING) & ~residual.apart
     if usual.any():
         values[~usual] = rng.choice(values[usual], int((~usual).sum()))
     spectrum = np.fft.rfft(values - values.mean())

@@ -13,7 +13,7 @@ from ident.gap.naming import Found
 from ident.gap.null import Threshold
 
 _UNEXPLAINED = 0.2  # of a joint's gap: with more left, a name is only an analogy
-_REMAINING = 0.8  # of the gap at the joints of the effects: with more left, they are not the effect
+_REMAINING = 0.12  # of the gap at the joints of the effects: with more left, they are not all of it
 _ANALOGY = 0.3  # nats: so much structure beside an effect says that its form is another one,
 _NEARLY = 0.03  # unless no more than this part of the joint's gap is left with it
 

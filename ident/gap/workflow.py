@@ -13,14 +13,13 @@ from ident.gap.experiment import Experiment, base_columns, facts_of
 from ident.gap.faults import faults
 from ident.gap.fit import mean_log_ratio, mean_squares, predicted_rms
 from ident.gap.leftover import leftovers
-from ident.gap.naming import Found, acts_on, next_effects, taken_in
+from ident.gap.naming import Asked, Found, acts_on, next_effects, taken_in
 from ident.gap.null import Threshold, least_threshold
-from ident.gap.region import Region
-from ident.gap.repeats import noise_floor, pairs
-from ident.gap.residual import residuals
+from ident.gap.repeats import pairs
 from ident.gap.scan import Score
 from ident.gap.search import HELD_OUT, Present, all_hypotheses, begin, extend
 from ident.gap.stretch import stretches
+from ident.gap.systematic import noise_of, remaining, unnamed
 from ident.gap.table import Nominal, nominal, tabulate
 from ident.gap.trusted import known_torque
 from ident.gap.uncertainty import clear
@@ -106,7 +105,10 @@ def search(source: Experiment, options: Options, tell: Tell) -> Search:
         plain = max(_PLAIN, least_threshold(source.trusted is not None).leftover)
         way.threshold = replace(way.threshold, leftover=min(way.threshold.leftover, plain))
     rest = _nameless(way)
-    verdict = decide(wrong, way.found, way.burst, rest, _remaining(source, start, way))
+    left = 0.0 if way.burst is not None else remaining(way.noise, start, end, way.found)
+    if not way.found and way.burst is None:
+        rest += unnamed(way.noise, end, rest)
+    verdict = decide(wrong, way.found, way.burst, rest, left)
     first, last = tuple(way.scores[0]), tuple(way.scores[-1])
     return Search(source, way.rows, start, end, first, last, way.threshold, verdict)
 
@@ -118,6 +120,7 @@ class _Way:
     rows: Nominal
     present: Present
     threshold: Threshold
+    noise: Array | None
     found: list[Found] = field(default_factory=list)
     burst: Burst | None = None
     may_cut: bool = True
@@ -132,24 +135,6 @@ class _Way:
         return len(names) >= _MOST_EFFECTS or len(self.scores) >= 2 * _MOST_EFFECTS
 
 
-def _remaining(source: Experiment, start: Present, way: _Way) -> float:
-    """Part of the squared gap above the noise of repeats that is left at the effects' joints.
-
-    Zero where no motion is repeated, and beside a contact, whose rows the first fit has seen.
-    """
-    table = tabulate(way.rows, way.present.model, way.present.accepted)
-    left = residuals(table, way.present.fit)
-    floor = noise_floor(source, way.rows, table, left)
-    seats = sorted({j for f in way.found for j in f.seat})
-    if floor is None or way.burst is not None or not seats:
-        return 0.0
-    noise = np.nan_to_num(floor[seats, Region.SLIDING]) ** 2
-    before, after = (p.fit.sigma[seats, Region.SLIDING] ** 2 - noise for p in (start, way.present))
-    weight = 1 / way.present.fit.sigma[seats, Region.SLIDING] ** 2
-    gap = float(weight @ np.maximum(before, 0.0))
-    return float(weight @ np.maximum(after, 0.0)) / gap if gap > 0.0 else 0.0
-
-
 def _nameless(way: _Way) -> tuple[Nameless, ...]:
     """Structure that is left and counts."""
     end = way.present
@@ -162,7 +147,8 @@ def _sequence(
     source: Experiment, rows: Nominal, start: Present, options: Options, tell: Tell
 ) -> _Way:
     """Effects taken in one after the other until nothing is left that may be believed."""
-    way = _Way(rows, start, least_threshold(source.trusted is not None))
+    noise = noise_of(source, rows, start)
+    way = _Way(rows, start, least_threshold(source.trusted is not None), noise)
     _go(source, way, options, tell)
     if way.burst is not None and not _stays(way):
         way = replace(way, rows=rows, present=start, found=[], burst=None, may_cut=False)
@@ -232,7 +218,9 @@ def _go(source: Experiment, way: _Way, options: Options, tell: Tell) -> None:
             for h in all_hypotheses(way.present.model.facts)
             if (h.effect, h.joints) not in way.unsure
         ]
-        fresh, scores = next_effects(way.rows, way.present, candidates, way.threshold, way.found)
+        fresh, scores = next_effects(
+            way.rows, way.present, candidates, Asked(way.threshold, way.noise), way.found
+        )
         way.scores.append(scores)
         larger = taken_in(way.rows, way.present, fresh) if fresh else way.present
         if _cut(source, way, larger, max((s.gain for s in scores), default=0.0)):

@@ -1,0 +1,66 @@
+"""What comes again with the motion: the residual beside the noise from one period to the next.
+
+Where a joint slides, and nothing is missing, the two are the same; what is systematic is larger.
+Known only where a motion is repeated.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.gap.experiment import Experiment
+from ident.gap.leftover import Leftover
+from ident.gap.naming import Found
+from ident.gap.region import Region
+from ident.gap.repeats import noise_floor
+from ident.gap.residual import residuals
+from ident.gap.search import Present
+from ident.gap.table import Nominal, tabulate
+from ident.gap.verdict import Nameless
+
+Array = NDArray[np.floating]
+
+_CLEARLY = 1.3  # times the noise: less is chance (0.9 to 1.2 on effect-free arms)
+_STRUCTURE = 1.5  # times the noise: a gap, even if no curve of the generic ones follows it
+
+
+def noise_of(source: Experiment, rows: Nominal, present: Present) -> Array | None:
+    """Rms noise of each joint while it slides [N m], shape (n,); None without repeats.
+
+    Not-a-number for joints of which no repeat tells.
+    """
+    table = tabulate(rows, present.model, present.accepted)
+    floor = noise_floor(source, rows, table, residuals(table, present.fit))
+    return None if floor is None else floor[:, Region.SLIDING]
+
+
+def remaining(noise: Array | None, start: Present, end: Present, found: Sequence[Found]) -> float:
+    """Part of the squared gap above the noise that is left at the effects' joints.
+
+    Zero where no motion is repeated, or where what is left may be chance.
+    """
+    seats = sorted({j for f in found for j in f.seat})
+    if noise is None or not seats:
+        return 0.0
+    quiet = np.nan_to_num(noise[seats])
+    before, after = (p.fit.sigma[seats, Region.SLIDING] for p in (start, end))
+    if not (after > _CLEARLY * quiet).any():
+        return 0.0
+    gap = float(np.maximum(before**2 - quiet**2, 0.0) @ (1 / after**2))
+    left = float(np.maximum(after**2 - quiet**2, 0.0) @ (1 / after**2))
+    return left / gap if gap > 0.0 else 0.0
+
+
+def unnamed(noise: Array | None, end: Present, noted: Sequence[Nameless]) -> tuple[Nameless, ...]:
+    """Joints whose residual is clearly more than noise, beside those that are noted already."""
+    if noise is None:
+        return ()
+    ratio = end.fit.sigma[:, Region.SLIDING] / np.where(noise > 0.0, noise, np.inf)
+    told = {n.leftover.joint for n in noted}
+    there = [int(j) for j in np.flatnonzero(ratio > _STRUCTURE) if j not in told]
+    name = "the motion, in the same way each time it is repeated"
+    return tuple(
+        Nameless(Leftover(j, name, float(np.log(ratio[j])), float(1 - ratio[j] ** -2)), 1.0)
+        for j in sorted(there, key=lambda j: -ratio[j])
+    )
