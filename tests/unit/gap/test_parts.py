@@ -13,9 +13,12 @@ from ident.gap.faults import Fault
 from ident.gap.fit import Choice, Fit
 from ident.gap.leftover import Leftover
 from ident.gap.naming import Found
-from ident.gap.null import least_threshold, raised
+from ident.gap.null import least_threshold, raised, redrawn
 from ident.gap.region import SLOW, Region, regions, slow_speed
+from ident.gap.residual import Residual
 from ident.gap.scan import Score
+from ident.gap.search import Present
+from ident.gap.systematic import remaining, unnamed
 from ident.gap.verdict import Kind, Nameless, decide, nameless
 from ident.gap.windows import Windows, windows_for
 
@@ -61,8 +64,47 @@ def test_verdict(faults, effects, burst, left, kind):
 
 
 def test_an_effect_that_leaves_most_of_its_joints_gap_is_not_the_effect():
-    assert decide([], [found()], None, [], remaining=0.9).kind == Kind.UNKNOWN
-    assert decide([], [found()], None, [], remaining=0.3).kind == Kind.NAMED
+    assert decide([], [found()], None, [], remaining=0.3).kind == Kind.UNKNOWN
+    assert decide([], [found()], None, [], remaining=0.05).kind == Kind.NAMED
+
+
+def residual_of(sigma: float) -> Present:
+    """A present model whose second joint leaves so much while it slides; the first leaves 1."""
+    sizes = np.full((2, len(Region)), 1.0)
+    sizes[1, Region.SLIDING] = sigma
+    counts = np.ones((2, len(Region)), dtype=int)
+    left = Fit(Choice(np.zeros((2, 1))), np.ones(1), sizes, counts, np.eye(1))
+    return Present(None, (), left)
+
+
+def test_what_is_left_above_the_noise_of_repeats_is_a_gap():
+    noise = np.array([1.0, 1.0])
+    (only,) = unnamed(noise, residual_of(3.0), [])
+    assert only.leftover.joint == 1
+    assert only.leftover.share == pytest.approx(1 - 1 / 9)
+    assert decide([], [], None, [only]).kind == Kind.UNKNOWN
+    assert unnamed(noise, residual_of(3.0), [only]) == ()
+    assert unnamed(noise, residual_of(1.2), []) == ()
+    assert unnamed(np.array([1.0, np.nan]), residual_of(3.0), []) == ()
+    assert unnamed(None, residual_of(3.0), []) == ()
+
+
+def test_what_effects_leave_is_measured_from_the_noise_up():
+    noise, before = np.array([1.0, 1.0]), residual_of(5.0)
+    assert remaining(noise, before, residual_of(3.0), [found()]) == pytest.approx(8 / 24)
+    assert remaining(noise, before, residual_of(1.2), [found()]) == 0.0
+    assert remaining(None, before, residual_of(3.0), [found()]) == 0.0
+    assert remaining(noise, before, residual_of(3.0), []) == 0.0
+
+
+def test_noise_is_drawn_from_rows_in_which_nothing_turns_round():
+    values = np.where(np.arange(400) % 2 == 0, 1.0, 50.0)
+    region = np.where(np.arange(400) % 2 == 0, Region.SLIDING, Region.MOTOR_TURNING)
+    none = np.zeros(400, dtype=bool)
+    drawn = redrawn(
+        Residual(values, region, np.zeros(400, dtype=int), none), np.random.default_rng(0)
+    )
+    assert np.abs(drawn).max() < 2.0
 
 
 def test_what_comes_again_with_the_motion_is_no_contact():
