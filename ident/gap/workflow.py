@@ -12,8 +12,8 @@ from ident.gap.contact import Burst, find_burst
 from ident.gap.experiment import Experiment, base_columns, facts_of
 from ident.gap.faults import faults
 from ident.gap.fit import mean_log_ratio, mean_squares, predicted_rms
-from ident.gap.leftover import leftovers
-from ident.gap.naming import Asked, Found, acts_on, next_effects, taken_in
+from ident.gap.leftover import Leftover, leftovers
+from ident.gap.naming import Asked, Found, acts_on, next_effects, seat_of, taken_in
 from ident.gap.null import Threshold, least_threshold
 from ident.gap.repeats import pairs
 from ident.gap.scan import Score
@@ -108,6 +108,7 @@ def search(source: Experiment, options: Options, tell: Tell) -> Search:
     left = 0.0 if way.burst is not None else remaining(way.noise, start, end, way.found)
     if not way.found and way.burst is None:
         rest += unnamed(way.noise, end, rest)
+        rest = rest or _doubtful(way)
     verdict = decide(wrong, way.found, way.burst, rest, left)
     first, last = tuple(way.scores[0]), tuple(way.scores[-1])
     return Search(source, way.rows, start, end, first, last, way.threshold, verdict)
@@ -133,6 +134,17 @@ class _Way:
         """Whether there is enough for one answer."""
         names = {f.hypothesis.effect for f in self.found}
         return len(names) >= _MOST_EFFECTS or len(self.scores) >= 2 * _MOST_EFFECTS
+
+
+def _doubtful(way: _Way) -> tuple[Nameless, ...]:
+    """What an effect plainly explains on the whole, but not on every part of the data."""
+    best = way.scores[-1][0] if way.scores[-1] else None
+    if best is None or best.gain < max(_PLAIN, way.threshold.of(best.hypothesis.effect)):
+        return ()
+    name = "what is not the same in all parts of the recordings"
+    share = float(1 - np.exp(-2 * best.gain))
+    seat = seat_of(best, way.present.fit)
+    return tuple(Nameless(Leftover(j, name, best.gain, share), 1.0) for j in seat)
 
 
 def _nameless(way: _Way) -> tuple[Nameless, ...]:
