@@ -52,7 +52,8 @@ class TorqueSaturation:
 
     def restated(self, hypothesis: Hypothesis, values: dict[str, Value]) -> dict[str, Value]:
         """The limit itself."""
-        share, peak = values["limit_share"], hypothesis.settings["peak"]
+        peak = hypothesis.settings["peak"]
+        share = values.get("limit_share") or Value(hypothesis.settings["limit_share"], 0.0, "1")
         limit = Value(share.value * peak, share.sd * peak, "N m")
         return {"limit": limit, "clipped_share": values["clipped_share"]}
 

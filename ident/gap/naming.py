@@ -178,11 +178,13 @@ def acts_on(table: Table, index: int, present: Fit, fold: int) -> bool:
 
 
 def held_out_gains(table: Table, score: Score, before: Fit) -> tuple[float, ...]:
-    """Predicted gain on each fold that has enough of the effect, both fitted on the others."""
+    """Predicted gain on each fold that has enough of the effect, both fitted on the others.
+
+    Where fewer than two have enough, all of them must speak.
+    """
     gains = []
-    for fold in range(FOLDS):
-        if not acts_on(table, score.index, before, fold):
-            continue
+    acting = [f for f in range(FOLDS) if acts_on(table, score.index, before, f)]
+    for fold in acting if len(acting) > 1 else range(FOLDS):
         rest = table.grams.of([f for f in range(FOLDS) if f != fold])
         here = table.grams.of([fold])
         if here.counts.sum() == 0 or rest.counts.sum() == 0:
@@ -201,7 +203,7 @@ def _holds(table: Table, score: Score, before: Fit) -> bool:
     if "log" in score.hypothesis.settings:
         return True
     gains = held_out_gains(table, score, before)
-    return len(gains) > 1 and min(gains) > _HELD * score.gain
+    return bool(gains) and min(gains) > _HELD * score.gain
 
 
 def _found(

@@ -23,6 +23,8 @@ Array = NDArray[np.floating]
 
 _BLOCK_S = 1.5
 _SURE = 2.5  # standard deviations
+_SURE_AS_IT_STANDS = 8.0  # the same with the settings held
+_TINY = np.finfo(float).tiny
 _STEP = 0.02  # of a setting: for its derivative
 _MOST = 0.3  # of a setting: the longest step that is taken
 
@@ -45,18 +47,39 @@ class Final:
 def clear(rows: Nominal, model: Present, count: int) -> list[bool]:
     """Whether each of the last so many effects has a coefficient that is surely not zero.
 
-    Where an effect would be another one without a coefficient, it must be that one.
+    Where an effect would be another one without a coefficient, it must be that one. A coefficient
+    that only its settings make unsure (a drift's size, whose end the recording does not reach) is
+    sure if it is so with the settings as they are.
     """
-    final = finished(rows, model)
-    pairs = list(zip(final.hypotheses, final.parameters, strict=True))[-count:]
-    return [_is_clear(h, values) for h, values in pairs]
+    told = [_sureness(model.accepted, finished(rows, model).parameters)[-count:]]
+    if min(told[0]) <= _SURE:
+        told.append(_sureness(model.accepted, _as_it_stands(rows, model))[-count:])
+    plain = told[-1]
+    return [
+        x > _SURE or (len(told) > 1 and y > _SURE_AS_IT_STANDS)
+        for x, y in zip(told[0], plain, strict=True)
+    ]
 
 
-def _is_clear(h: Hypothesis, values: dict[str, Value]) -> bool:
-    telling = [c.name for c in h.coefficients if c.essential] or list(values)
-    names = {c.name for c in h.coefficients}
-    sizes = [values[n] for n in telling if n in names and n in values]
-    return any(abs(v.value) > _SURE * v.sd for v in sizes)
+def _sureness(
+    hypotheses: Sequence[Hypothesis], parameters: Sequence[dict[str, Value]]
+) -> list[float]:
+    """Largest ratio of a telling coefficient to its standard deviation, of each effect."""
+    found = []
+    for h, values in zip(hypotheses, parameters, strict=True):
+        telling = [c.name for c in h.coefficients if c.essential]
+        names = telling or [c.name for c in h.coefficients]
+        sizes = [values[n] for n in names if n in values]
+        found.append(max((abs(v.value) / max(v.sd, _TINY) for v in sizes), default=0.0))
+    return found
+
+
+def _as_it_stands(rows: Nominal, end: Present) -> list[dict[str, Value]]:
+    """The effects' coefficients with their settings held."""
+    held: list[list[str]] = [[] for _ in end.accepted]
+    table, now, slopes = _linearised(rows, end, end.accepted, held)
+    _, covariance = _solution(rows, table, now, slopes)
+    return _named(end.accepted, held, now, np.sqrt(np.maximum(np.diag(covariance), 0.0)))
 
 
 def finished(rows: Nominal, end: Present, found: Sequence[Found] = ()) -> Final:
