@@ -1,4 +1,4 @@
-"""Torque that acts later than the log says."""
+"""Torque that acts later (or earlier) than the log says."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ class TorqueDelay:
     """model(t) = tau(t - d)."""
 
     id = "torque_delay"
-    title = "torque that acts later than the log says"
+    title = "a delay between torque and position"
     equation = "tau_model(t) = tau(t - d)"
     source = (
         "pure delay; a current loop's lag and a time shift of the log look the same below 10 Hz"

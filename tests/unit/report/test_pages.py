@@ -201,6 +201,21 @@ def test_gap_page_has_the_numbers_of_gap_json(pages: dict[str, str]) -> None:
     assert "gravity tilt at the whole arm" in text
 
 
+def test_gap_page_shows_the_error_step_by_step(
+    gap_report: GapReport, gap_content: dict[str, Any]
+) -> None:
+    added = [("rigid_body", []), ("coulomb", []), ("torque_offset", [2]), ("torque_delay", [1, 2])]
+    steps = [
+        {"added": name, "joints": joints, "relative_error_percent": 12.5 / (k + 1)}
+        for k, (name, joints) in enumerate(added)
+    ]
+    page = render(gap_page(replace(gap_report, content=gap_content | {"steps": steps})))
+    for label in ("rigid body", "+ Coulomb friction", "+ torque offset, joint 2"):
+        assert label in page
+    assert "+ torque delay, joints 1 and 2" in page
+    assert "step by step" not in render(gap_page(gap_report))
+
+
 @pytest.mark.parametrize(
     ("verdict", "sentence"),
     [
