@@ -22,7 +22,7 @@ from ident.gap.verdict import Nameless
 Array = NDArray[np.floating]
 
 _CLEARLY = 1.3  # times the noise: less is chance (0.9 to 1.2 on effect-free arms)
-_STRUCTURE = 1.5  # times the noise: a gap, even if no curve of the generic ones follows it
+_STRUCTURE = 3.0  # times the noise: a gap, even if no curve follows it; less may be the arm model
 
 
 def noise_of(source: Experiment, rows: Nominal, present: Present) -> Array | None:

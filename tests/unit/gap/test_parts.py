@@ -79,14 +79,14 @@ def residual_of(sigma: float) -> Present:
 
 def test_what_is_left_above_the_noise_of_repeats_is_a_gap():
     noise = np.array([1.0, 1.0])
-    (only,) = unnamed(noise, residual_of(3.0), [])
+    (only,) = unnamed(noise, residual_of(5.0), [])
     assert only.leftover.joint == 1
-    assert only.leftover.share == pytest.approx(1 - 1 / 9)
+    assert only.leftover.share == pytest.approx(1 - 1 / 25)
     assert decide([], [], None, [only]).kind == Kind.UNKNOWN
-    assert unnamed(noise, residual_of(3.0), [only]) == ()
-    assert unnamed(noise, residual_of(1.2), []) == ()
-    assert unnamed(np.array([1.0, np.nan]), residual_of(3.0), []) == ()
-    assert unnamed(None, residual_of(3.0), []) == ()
+    assert unnamed(noise, residual_of(5.0), [only]) == ()
+    assert unnamed(noise, residual_of(2.0), []) == ()
+    assert unnamed(np.array([1.0, np.nan]), residual_of(5.0), []) == ()
+    assert unnamed(None, residual_of(5.0), []) == ()
 
 
 def test_what_effects_leave_is_measured_from_the_noise_up():
