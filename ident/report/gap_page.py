@@ -25,6 +25,7 @@ from ident.report.row_figures import bars, dumbbell
 from ident.report.svg import Drawing
 from ident.report.words import (
     DASH,
+    effect_text,
     joint_labels,
     joints_text,
     known,
@@ -53,7 +54,6 @@ _STEPS = {
     "viscous": "viscous friction",
 }
 _MOST_IN_A_SENTENCE = 3
-_MOST_NUMBERS = 2
 
 
 @dataclass(frozen=True)
@@ -289,7 +289,7 @@ def _steps(report: GapReport) -> list[Block]:
     steps = report.content.get("steps", [])
     if not steps:
         return []
-    names = [_STEPS.get(s["added"]) or _short(s["added"], s["joints"]) for s in steps]
+    names = [_STEPS.get(s["added"]) or effect_text(s["added"], s["joints"]) for s in steps]
     rows = [name if i == 0 else f"+ {name}" for i, name in enumerate(names)]
     title, quantity = "Held-out error, step by step", "held-out error [%]"
     caption = (
@@ -298,20 +298,6 @@ def _steps(report: GapReport) -> list[Block]:
     )
     sizes = [s["relative_error_percent"] for s in steps]
     return [Gallery([bars(title, quantity, rows, sizes)], caption)]
-
-
-def _short(effect: str, joints: Sequence[int]) -> str:
-    """An effect and its joints in a figure, where room is scarce."""
-    where = "all joints" if not joints else f"joint{'s' * (len(joints) > 1)} {_numbers(joints)}"
-    return f"{effect.replace('_', ' ')}, {where}"
-
-
-def _numbers(joints: Sequence[int]) -> str:
-    """Joints, from 1, as 2 and 4, or as 1-7."""
-    whole = list(range(joints[0], joints[-1] + 1)) == list(joints)
-    if whole and len(joints) > _MOST_NUMBERS:
-        return f"{joints[0]}\u2013{joints[-1]}"
-    return listed([str(j) for j in joints])
 
 
 def _forward(report: GapReport) -> list[Block]:

@@ -142,3 +142,17 @@ def listed(words: Sequence[str]) -> str:
 
 def _minus(text: str) -> str:
     return text.replace("-", "−")
+
+
+def effect_text(effect: str, joints: Sequence[int]) -> str:
+    """An effect and its joints in a figure, where room is scarce."""
+    where = "all joints" if not joints else f"joint{'s' * (len(joints) > 1)} {_numbers(joints)}"
+    return f"{effect.replace('_', ' ')}, {where}"
+
+
+def _numbers(joints: Sequence[int]) -> str:
+    """Joints, from 1, as 2 and 4, or as 1-7."""
+    whole = list(range(joints[0], joints[-1] + 1)) == list(joints)
+    if whole and len(joints) > 2:
+        return f"{joints[0]}\u2013{joints[-1]}"
+    return listed([str(j) for j in joints])
