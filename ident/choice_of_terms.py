@@ -7,19 +7,22 @@ lowers the held-out error of the chosen estimator by more than twice the standar
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from ident.arm import Arm
 from ident.assessment import Sums
 from ident.dataset import Dataset
-from ident.evidence import gather
+from ident.evidence import Hear, gather
 from ident.held_out import held_out_sums, jackknife
+from ident.stages import Tell, silent
 
 ON_DEMAND = "auto"
 """The word of the settings that asks for this choice."""
 
 CANDIDATES = ("offset", "rotor_inertia")
+_WORDS = {"offset": "torque offset", "rotor_inertia": "rotor inertia"}
 
 _CLEAR = 2.0
 
@@ -41,21 +44,25 @@ class Trial:
     taken: bool
 
 
-def with_needed_terms(data: Sequence[Dataset], arm: Arm) -> tuple[Arm, tuple[Trial, ...]]:
+def with_needed_terms(
+    data: Sequence[Dataset], arm: Arm, tell: Tell = silent
+) -> tuple[Arm, tuple[Trial, ...]]:
     """The arm with the terms that the recordings ask for, and what was tried for the last one.
 
     Args:
         data: the recordings.
         arm: its settings' terms are kept; those that hold no `auto` are left as they are.
+        tell: hears what is being done.
     """
     terms = tuple(t for t in arm.settings.terms if t != ON_DEMAND)
     if terms == arm.settings.terms:
         return arm, ()
     arm, taken = arm.with_settings(terms=terms), []
-    before = _stretches(data, arm)
+    before = _stretches(data, arm, partial(tell, "trying the terms as they are"))
     while left := [t for t in CANDIDATES if t not in arm.settings.terms]:
         arms = [arm.with_settings(terms=(*arm.settings.terms, t)) for t in left]
-        after = [_stretches(data, a) for a in arms]
+        hears = [partial(tell, f"trying a further term: {_WORDS[t]}") for t in left]
+        after = [_stretches(data, a, h) for a, h in zip(arms, hears, strict=True)]
         trials = [_trial(t, before, a) for t, a in zip(left, after, strict=True)]
         best = int(np.argmax([t.gain_percent for t in trials]))
         if not trials[best].taken:
@@ -65,8 +72,8 @@ def with_needed_terms(data: Sequence[Dataset], arm: Arm) -> tuple[Arm, tuple[Tri
     return arm, tuple(taken)
 
 
-def _stretches(data: Sequence[Dataset], arm: Arm) -> list[Sums]:
-    return held_out_sums(gather(data, arm), arm.settings.estimator)
+def _stretches(data: Sequence[Dataset], arm: Arm, hear: Hear) -> list[Sums]:
+    return held_out_sums(gather(data, arm, hear), arm.settings.estimator)
 
 
 def _trial(term: str, before: Sequence[Sums], after: Sequence[Sums]) -> Trial:

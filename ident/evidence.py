@@ -1,7 +1,7 @@
 """All recordings of one identification, reduced, with the base parameters that they share."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -19,10 +19,11 @@ from ident.instruments import Moments, moments
 from ident.problem import Problem, prior_parameters
 from ident.processing import Processing, processing
 from ident.regression import BLOCKS, Reduction, least_squares, merged, reduction, squared_error
-from ident.rows import Regressor, rows_of
+from ident.rows import Regressor, Rows, rows_of
 from wamctl.arm.errors import DataError
 
 Array = NDArray[np.floating]
+Hear = Callable[[float], None]
 
 FOLDS = 3
 """Every third pair of stretches is held out in turn."""
@@ -118,12 +119,17 @@ def held_out(fold: int) -> NDArray[np.bool_]:
     return (np.arange(BLOCKS) // 2) % FOLDS == fold
 
 
-def gather(data: Sequence[Dataset], arm: Arm) -> Evidence:
+def _deaf(share: float) -> None:
+    """Hears nothing."""
+
+
+def gather(data: Sequence[Dataset], arm: Arm, hear: Hear = _deaf) -> Evidence:
     """Recordings filtered, turned into rows, and reduced.
 
     Args:
         data: the recordings, joints in the robot's order.
         arm: the robot and its settings.
+        hear: called with the share that is done, again and again.
 
     Raises:
         DataError: recordings from which nothing can be learned.
@@ -131,7 +137,7 @@ def gather(data: Sequence[Dataset], arm: Arm) -> Evidence:
     base = base_map(arm.robot, arm.terms, [posture(d) for d in data])
     if not base.kept:
         raise DataError(f"{data[0].name}: no parameter of the model has an effect on this motion.")
-    logs = _logs(data, arm, base)
+    logs = _logs(data, arm, base, hear)
     prior = prior_parameters(arm.robot, base)
     sizes = link_sizes(prior, base.parameters)
     constraints = feasible_set(base.parameters, sizes, arm.settings.feasible_set)
@@ -147,23 +153,35 @@ def posture(data: Dataset) -> Posture:
     return Posture(data.place, np.where(data.moving, np.pi, 0.0))
 
 
-def _logs(data: Sequence[Dataset], arm: Arm, base: BaseMap) -> tuple[Log, ...]:
+def _logs(data: Sequence[Dataset], arm: Arm, base: BaseMap, hear: Hear) -> tuple[Log, ...]:
     """All recordings reduced, in several processes where that pays."""
-    one = partial(_log, arm=arm, base=base)
     workers = min(len(data), os.cpu_count() or 1)
     if workers == 1 or sum(d.samples for d in data) < _WORTH_PROCESSES:
-        return tuple(map(one, data))
+        return tuple(
+            _log(d, arm, base, lambda share, i=i: hear((i + share) / len(data)))
+            for i, d in enumerate(data)
+        )
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        return tuple(pool.map(one, data))
+        logs = []
+        for log in pool.map(partial(_log, arm=arm, base=base, hear=_deaf), data):
+            logs.append(log)
+            hear(len(logs) / len(data))
+        return tuple(logs)
 
 
-def _log(data: Dataset, arm: Arm, base: BaseMap) -> Log:
+def _log(data: Dataset, arm: Arm, base: BaseMap, hear: Hear) -> Log:
     process = processing(arm, data)
     regressor = Regressor(arm.robot, arm.terms, base, data.moving)
-    stream = rows_of(data, process, regressor)
+    stream = _heard(rows_of(data, process, regressor), data.span_s, hear)
     reduced = reduction(stream, data.span_s, process.threshold_rad_s, data.moving)
     products = moments(data, process, regressor) if "iv" in arm.settings.estimators else None
     return Log(data, process, reduced, products)
+
+
+def _heard(stream: Iterator[Rows], span_s: tuple[float, float], hear: Hear) -> Iterator[Rows]:
+    for rows in stream:
+        yield rows
+        hear((float(rows.t[-1]) - span_s[0]) / (span_s[1] - span_s[0]))
 
 
 def noise(evidence: Evidence, beta: Array) -> Array:

@@ -3,13 +3,14 @@
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ident.arm import Arm
 from ident.assessment import Assessment, assess
-from ident.choice_of_terms import ON_DEMAND, Trial, with_needed_terms
+from ident.choice_of_terms import Trial, with_needed_terms
 from ident.culling import Sweep, sweep
 from ident.dataset import Dataset
 from ident.delay import Delay, delay
@@ -75,14 +76,14 @@ def identify(data: Sequence[Dataset], arm: Arm, tell: Tell = silent) -> Identifi
         DataError: recordings from which nothing can be learned.
     """
     start = time.perf_counter()
-    if ON_DEMAND in arm.settings.terms:
-        tell("trying further terms")
-    arm, trials = with_needed_terms(data, arm)
-    tell(f"filtering and reducing {sum(d.samples for d in data)} samples")
-    evidence = gather(data, arm)
+    arm, trials = with_needed_terms(data, arm, tell)
+    reducing = partial(tell, f"filtering and reducing {sum(d.samples for d in data)} samples")
+    reducing()
+    evidence = gather(data, arm, reducing)
     culling = sweep([log.reduction.excerpt for log in evidence.logs])
     if arm.settings.velocity_threshold_rad_s == "auto":
-        evidence = gather(data, arm.with_settings(velocity_threshold_rad_s=culling.choice))
+        culled = arm.with_settings(velocity_threshold_rad_s=culling.choice)
+        evidence = gather(data, culled, partial(tell, "leaving out slow samples"))
     tell("fitting, and predicting what was not fitted")
     formed = time.perf_counter()
     regressor = sum(log.reduction.regressor_s for log in evidence.logs)

@@ -1,28 +1,54 @@
 """What a command is doing, for whoever waits at a terminal."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Protocol
 
 from rich.console import Console
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    SpinnerColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
-Tell = Callable[[str], None]
-"""Called with a few words when a step begins."""
+
+class Tell(Protocol):
+    """Called with a few words when a step begins, and again as it goes on."""
+
+    def __call__(self, what: str, share: float | None = None) -> None:
+        """What is being done, and the share of it that is done, where that is known."""
+        ...
 
 
-def silent(what: str) -> None:
+def silent(what: str, share: float | None = None) -> None:
     """Tells nobody."""
 
 
 @contextmanager
 def shown() -> Iterator[Tell]:
-    """Shows the step and the time since the start while the block runs.
+    """Shows the step, the time that it has taken, and how long it will still take.
 
     Nothing is shown where standard error is no terminal.
     """
     console = Console(stderr=True)
-    columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
+    columns = (
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        TimeElapsedColumn(),
+        BarColumn(),
+        TimeRemainingColumn(),
+    )
     hidden = not console.is_terminal
     with Progress(*columns, console=console, transient=True, disable=hidden) as progress:
         task = progress.add_task("starting", total=None)
-        yield lambda what: progress.update(task, description=what)
+
+        def tell(what: str, share: float | None = None) -> None:
+            if what != progress.tasks[0].description or not share:
+                progress.reset(task, total=None, description=what)
+            if share is not None:
+                progress.update(task, total=1.0, completed=share)
+
+        yield tell
