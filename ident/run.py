@@ -2,11 +2,15 @@
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from ident.dataset import Dataset
+from ident.gap.effects_torque import without_effects
 from ident.identification import identify, model_of
-from ident.model_file import write_model
+from ident.model import Model
+from ident.model_file import load_model, write_model
 from ident.provenance import provenance
 from ident.recordings import Reading, read_logs
 from ident.report.page import render
@@ -22,6 +26,7 @@ def run_logs(
     out: Path,
     reading: Reading,
     tell: Tell = silent,
+    effects: Path | None = None,
     **settings: Any,
 ) -> str:
     """Identify and write; gives the content of `run.json`.
@@ -32,6 +37,7 @@ def run_logs(
         out: folder for the results.
         reading: topics and torque to read.
         tell: hears what is being done.
+        effects: a `model.yaml` whose effects are taken off the torque first, and kept.
         settings: fields of the identification section that differ from the arm's.
 
     Raises:
@@ -41,6 +47,9 @@ def run_logs(
     tell("reading")
     arm, data = read_logs(paths, robot, reading)
     arm = arm.with_settings(**settings)
+    known = None if effects is None else load_model(effects)
+    if known is not None:
+        data = [_without(known, d) for d in data]
     read = time.perf_counter() - start
     found = identify(data, arm, tell)
     content = run_content(found) | {"provenance": provenance(arm, paths)}
@@ -51,8 +60,19 @@ def run_logs(
     end = time.perf_counter()
     content["seconds"] |= {"report": end - drawing, "total": end - start}
     with whole_folder(out, ("run.json", "model.yaml", "report.html")) as folder:
-        write_model(folder / "model.yaml", model_of(found))
+        model = model_of(found)
+        write_model(
+            folder / "model.yaml", model if known is None else replace(model, effects=known.effects)
+        )
         (folder / "report.html").write_text(page, encoding="utf-8")
         text = as_json(content)
         (folder / "run.json").write_text(text, encoding="utf-8")
     return text
+
+
+def _without(model: Model, data: Dataset) -> Dataset:
+    """A recording without the torque of a model's effects, and with a remark that says so."""
+    names = ", ".join(f"{e['name']} {'-'.join(map(str, e['joints']))}" for e in model.effects)
+    fact = f"torque of {names or 'no effect'} taken off, as the model that was given has it"
+    cleaned = without_effects(model, data)
+    return replace(cleaned, facts=(*cleaned.facts, fact))

@@ -15,6 +15,12 @@ def run(
         Path | None, typer.Option(help="Arm's .yaml or .urdf; default: what the log carries.")
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("identified"),
+    effects: Annotated[
+        Path | None,
+        typer.Option(
+            help="A model.yaml of `ident gap`: its effects are taken off first, and kept."
+        ),
+    ] = None,
     cutoff: Cutoff = None,
     settings: Settings = None,
     torque: TorqueChoice = None,
@@ -32,7 +38,7 @@ def run(
 
     reading = Reading(joint_states, torque=torque.value if torque else None)
     with shown() as tell:
-        text = run_logs(logs, robot, out, reading, tell, **changes)
+        text = run_logs(logs, robot, out, reading, tell, effects, **changes)
     for log in json.loads(text)["logs"]:
         for remark in log["remarks"]:
             typer.echo(f"{log['name']}: {remark}.", err=True)

@@ -64,6 +64,26 @@ def test_xmate7p_feasible_parameters_hold_where_ols_does_not(xmate):
     assert errors["traj2"]["feasible"] < 1.04 * errors["traj2"]["ols"]
 
 
+def test_xmate7p_beside_the_named_effects_ols_is_nowhere_ahead(real_data, tmp_path):
+    """What OLS was ahead by, it owed to effects that impossible links can imitate."""
+    tables = [f"traj{k}_{p}per_50Hz.csv" for k, p in ((1, 3), (2, 1), (3, 1))]
+    fitted, *others = [
+        log_of(real_data / "xmate7p" / table, "xmate7p-map.yaml", tmp_path) for table in tables
+    ]
+    command("gap", fitted, "--robot", "xmate7p.yaml", "--out", tmp_path / "gap")
+    known = ["--effects", tmp_path / "gap" / "model.yaml"]
+    command("run", fitted, "--robot", "xmate7p.yaml", *known, "--out", tmp_path / "model")
+    model = ["--model", tmp_path / "model" / "model.yaml"]
+    command("validate", *others, *model, "--out", tmp_path / "seen")
+    found = json.loads((tmp_path / "seen" / "validate.json").read_text())["logs"]
+    errors = [{n: e["relative_error_percent"] for n, e in x["estimators"].items()} for x in found]
+    for log, error in zip(found, errors, strict=True):
+        sd = log["estimators"]["feasible"]["relative_error_percent_sd"]
+        assert error["feasible"] < error["ols"] + 0.1 * sd
+        assert error["feasible"] < 2.0
+    assert errors[1]["feasible"] < 0.98 * errors[1]["ols"]
+
+
 def test_barrett_wam_two_joints(real_data, tmp_path):
     table = real_data / "barrett_wam7_2dof" / "state_and_gravity_250Hz.csv"
     log = log_of(table, "barrett_wam7_2dof-map.yaml", tmp_path)
