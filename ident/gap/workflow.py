@@ -1,29 +1,28 @@
 """The search for the gap, from recordings to a verdict."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.effects.effect import Hypothesis
+from ident.gap.apart import cut_out, stays
 from ident.gap.calibration import calibrated
-from ident.gap.contact import Burst, find_burst
 from ident.gap.experiment import Experiment, base_columns, facts_of
 from ident.gap.faults import faults
-from ident.gap.fit import mean_log_ratio, mean_squares, predicted_rms
+from ident.gap.fit import mean_squares
 from ident.gap.leftover import Leftover, leftovers
-from ident.gap.naming import Asked, Found, acts_on, next_effects, seat_of, taken_in
+from ident.gap.naming import Asked, next_effects, seat_of, taken_in
 from ident.gap.null import Threshold, least_threshold
-from ident.gap.repeats import pairs
+from ident.gap.pruning import confirm, let_go, may_be_another, only_sure
 from ident.gap.scan import Score
-from ident.gap.search import HELD_OUT, Present, all_hypotheses, begin, extend
+from ident.gap.search import Present, all_hypotheses, begin
 from ident.gap.stretch import stretches
 from ident.gap.systematic import noise_of, remaining, unnamed
 from ident.gap.table import Nominal, nominal, tabulate
 from ident.gap.trusted import known_torque
-from ident.gap.uncertainty import clear
 from ident.gap.verdict import Nameless, Verdict, decide, nameless
+from ident.gap.way import Way
 from ident.gap.windows import windows_for
 
 Array = NDArray[np.floating]
@@ -33,10 +32,7 @@ CUTOFF_HZ = 10.0
 """Cut-off of the windows, where the recordings carry it."""
 
 _HIGHEST_SHARE = 0.2  # of the sampling rate
-_MOST_EFFECTS = 6
 _PLAIN = 0.3  # nats: so much is structure, even if noise drawn from the same residual shows as much
-_BORNE = 0.1  # of an effect's gain: what it must bring on the held-out fold beside all others
-_BESIDE = 0.25  # of an effect's gain: what a burst beside it must bring
 
 
 @dataclass(frozen=True)
@@ -114,29 +110,7 @@ def search(source: Experiment, options: Options, tell: Tell) -> Search:
     return Search(source, way.rows, start, end, first, last, way.threshold, verdict)
 
 
-@dataclass
-class _Way:
-    """How far the search has come."""
-
-    rows: Nominal
-    present: Present
-    threshold: Threshold
-    noise: Array | None
-    found: list[Found] = field(default_factory=list)
-    burst: Burst | None = None
-    may_cut: bool = True
-    unsure: set[tuple[str, tuple[int, ...]]] = field(default_factory=set)
-    scores: list[list[Score]] = field(default_factory=list)
-    calibrations: int = 0
-
-    @property
-    def full(self) -> bool:
-        """Whether there is enough for one answer."""
-        names = {f.hypothesis.effect for f in self.found}
-        return len(names) >= _MOST_EFFECTS or len(self.scores) >= 2 * _MOST_EFFECTS
-
-
-def _doubtful(way: _Way) -> tuple[Nameless, ...]:
+def _doubtful(way: Way) -> tuple[Nameless, ...]:
     """What an effect plainly explains on the whole, but not on every part of the data."""
     best = way.scores[-1][0] if way.scores[-1] else None
     if best is None or best.gain < max(_PLAIN, way.threshold.of(best.hypothesis.effect)):
@@ -147,7 +121,7 @@ def _doubtful(way: _Way) -> tuple[Nameless, ...]:
     return tuple(Nameless(Leftover(j, name, best.gain, share), 1.0) for j in seat)
 
 
-def _nameless(way: _Way) -> tuple[Nameless, ...]:
+def _nameless(way: Way) -> tuple[Nameless, ...]:
     """Structure that is left and counts."""
     end = way.present
     table = tabulate(way.rows, end.model, end.accepted)
@@ -157,72 +131,23 @@ def _nameless(way: _Way) -> tuple[Nameless, ...]:
 
 def _sequence(
     source: Experiment, rows: Nominal, start: Present, options: Options, tell: Tell
-) -> _Way:
+) -> Way:
     """Effects taken in one after the other until nothing is left that may be believed."""
     noise = noise_of(source, rows, start)
-    way = _Way(rows, start, least_threshold(source.trusted is not None), noise)
+    way = Way(rows, start, least_threshold(source.trusted is not None), noise)
     _go(source, way, options, tell)
-    if way.burst is not None and not _stays(way):
+    if way.burst is not None and not stays(way):
         way = replace(way, rows=rows, present=start, found=[], burst=None, may_cut=False)
         _go(source, way, options, tell)
     tell("confirming on held-out data")
-    _confirm(way)
-    while _another(way):
+    confirm(way)
+    while let_go(way):
         _go(source, way, options, tell)
-        _confirm(way)
+        confirm(way)
     return way
 
 
-def _another(way: _Way) -> bool:
-    """Let go of an effect that would be another one without what is no longer sure of it."""
-    if not way.found:
-        return False
-    sure = clear(way.rows, way.present, len(way.found))
-    lost = [f for f, c in zip(way.found, sure, strict=True) if not c]
-    lost = [f for f in lost if _may_be_another(f.hypothesis)]
-    if not lost:
-        return False
-    way.unsure |= {(f.hypothesis.effect, f.hypothesis.joints) for f in lost}
-    way.found = [f for f in way.found if not any(f is x for x in lost)]
-    way.present = _with(way, way.found)
-    return True
-
-
-def _confirm(way: _Way) -> None:
-    """Let go of effects without which the held-out data are predicted as well."""
-    while way.found:
-        gains = [_held_gain(way, i) / f.score.gain for i, f in enumerate(way.found)]
-        worst = int(np.argmin(gains))
-        if gains[worst] > _BORNE:
-            return
-        way.found = [f for i, f in enumerate(way.found) if i != worst]
-        way.present = _with(way, way.found)
-
-
-def _held_gain(way: _Way, index: int) -> float:
-    """By how much one of the effects shrinks the held-out residual of its joints [nats]."""
-    effect = way.found[index]
-    if "log" in effect.hypothesis.settings:
-        return np.inf
-    without = _with(way, [f for i, f in enumerate(way.found) if i != index])
-    errors = []
-    for present in (without, way.present):
-        table = tabulate(way.rows, present.model, present.accepted)
-        if present is way.present and not acts_on(table, index, present.fit, HELD_OUT):
-            return np.inf
-        there = table.grams.of([HELD_OUT])
-        errors.append(predicted_rms(there, present.fit))
-    gains = mean_log_ratio(errors[0], errors[1], there.counts[:, 0])
-    return float(gains[list(effect.seat)].sum())
-
-
-def _with(way: _Way, found: Sequence[Found]) -> Present:
-    """The model with just these effects, as they stand."""
-    hypotheses = [f.hypothesis for f in found]
-    return extend(way.rows, replace(way.present, accepted=()), hypotheses)
-
-
-def _go(source: Experiment, way: _Way, options: Options, tell: Tell) -> None:
+def _go(source: Experiment, way: Way, options: Options, tell: Tell) -> None:
     while not way.full:
         tell(f"scanning the catalogue, round {len(way.scores) + 1}")
         candidates = [
@@ -235,7 +160,7 @@ def _go(source: Experiment, way: _Way, options: Options, tell: Tell) -> None:
         )
         way.scores.append(scores)
         larger = taken_in(way.rows, way.present, fresh) if fresh else way.present
-        if _cut(source, way, larger, max((s.gain for s in scores), default=0.0)):
+        if cut_out(source, way, larger, max((s.gain for s in scores), default=0.0)):
             continue
         if not fresh:
             break
@@ -247,66 +172,12 @@ def _go(source: Experiment, way: _Way, options: Options, tell: Tell) -> None:
             )
             fresh = [f for f in fresh if f.score.gain >= way.threshold.of(f.hypothesis.effect)]
         asked = fresh
-        fresh, larger = _sure(way, fresh, larger)
+        fresh, larger = only_sure(way, fresh, larger)
         if not fresh:
-            unsure = {(h.effect, h.joints) for f in asked if _may_be_another(h := f.hypothesis)}
+            unsure = {(h.effect, h.joints) for f in asked if may_be_another(h := f.hypothesis)}
             if not unsure:
                 break
             way.unsure |= unsure
             continue
         way.present = larger
         way.found += fresh
-
-
-def _may_be_another(h: Hypothesis) -> bool:
-    """Whether an effect without a part of it that is not sure is another one."""
-    return any(c.essential for c in h.coefficients)
-
-
-def _sure(way: _Way, fresh: list[Found], larger: Present) -> tuple[list[Found], Present]:
-    """Those effects whose size is surely not zero, and the model with them."""
-    while fresh:
-        if len(larger.accepted) != len(way.present.accepted) + len(fresh):
-            larger = taken_in(way.rows, way.present, fresh)
-        kept = [f for f, c in zip(fresh, clear(way.rows, larger, len(fresh)), strict=True) if c]
-        if len(kept) == len(fresh):
-            break
-        fresh = kept
-    return fresh, larger
-
-
-def _cut(source: Experiment, way: _Way, larger: Present, best: float) -> bool:
-    """Set a burst apart that stands out from the model with the next effects; whether it was done.
-
-    Without such effects it must explain more than any other; with them a good part of theirs: what
-    they leave in a few places because their form is another one is no burst. Nor is what comes
-    again with the motion.
-    """
-    if not way.may_cut or way.burst is not None:
-        return False
-    burst = _loud(way.rows, larger)
-    beside = larger is not way.present
-    least = max(_BESIDE * best if beside else best, way.threshold.of("contact"))
-    if burst is None or burst.gain < least:
-        return False
-    table = tabulate(way.rows, larger.model, ())
-    if burst.recurs(pairs(source, way.rows, table)):
-        return False
-    way.burst = burst
-    way.rows = replace(way.rows, apart=burst.rows)
-    way.present = extend(way.rows, way.present, ())
-    return True
-
-
-def _stays(way: _Way) -> bool:
-    """Whether the burst still stands out from the model with all effects."""
-    if way.burst is None:
-        return False
-    burst = _loud(replace(way.rows, apart=None), way.present)
-    least = way.threshold.of("contact")
-    return burst is not None and burst.gain >= least and bool((burst.rows & way.burst.rows).any())
-
-
-def _loud(rows: Nominal, present: Present) -> Burst | None:
-    table = tabulate(rows, present.model, present.accepted)
-    return find_burst(rows, table, present.fit, present.fit.choice)
