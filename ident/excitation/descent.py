@@ -12,6 +12,7 @@ from ident.excitation.problem import (
     Penalty,
     Problem,
     Smoothness,
+    aimed_at,
     constraint_values,
     lagrangian,
     multipliers,
@@ -84,7 +85,8 @@ def descend(
         found = constraint_values(problem, x.reshape(shape) * _SCALE, soft)
         prices = np.zeros_like(found) if prices is None else prices
         penalty = Penalty(prices, stage.stiffness)
-        x = _minimise(problem, x, shape, stage, penalty, deadline)
+        aim = aimed_at(problem, x.reshape(shape) * _SCALE, stage.smoothness)
+        x = _minimise(aim, x, shape, stage, penalty, deadline)
         found = constraint_values(problem, x.reshape(shape) * _SCALE, soft)
         prices = multipliers(problem, found, penalty)
     return x.reshape(shape) * _SCALE

@@ -1,6 +1,6 @@
 """What a design minimises: the paper's condition number, or the parameters' standard errors."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -17,6 +17,9 @@ _PRICE = 20.0
 
 _SOFT = 0.005
 """How far below its bound, in the logarithm, a condition number begins to cost."""
+
+_SPARE = 0.005
+"""So far below its bound, in the logarithm, it is aimed at: bringing a motion into limits costs."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,23 @@ def value_and_slope(objective: Objective, found: Array, power: float) -> tuple[f
         return value, push * slope * scale
     errors, rest = _errors(objective, found)
     return value + errors, push * slope * scale + rest
+
+
+def aimed(objective: Objective, found: Array, rows: Array, power: float) -> Objective:
+    """The objective whose smooth condition number meets the bound where the true one does.
+
+    Args:
+        objective: with its bound.
+        found: Gram matrix of the smooth columns, shape (b, b).
+        rows: the sharp columns at the same motion, shape (rows, b).
+        power: of the norm, as in `value_and_slope`.
+    """
+    if not np.isfinite(objective.most):
+        return objective
+    scale = np.outer(1.0 / objective.weights, 1.0 / objective.weights)
+    smooth, _ = _condition(found * scale, power)
+    sharp = float(np.log(np.linalg.cond(rows / objective.weights)))
+    return replace(objective, most=objective.most * float(np.exp(smooth - sharp - _SPARE)))
 
 
 def sharp_value(objective: Objective, rows: Array) -> float:

@@ -1,6 +1,6 @@
 """The optimisation problem: objective and constraints of a series, with exact gradients."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,14 @@ from ident.excitation.columns import Columns, exact_rows, smooth_rows
 from ident.excitation.constraints import Constraints, Slopes
 from ident.excitation.grid import Grid
 from ident.excitation.link_rows import pull_back
-from ident.excitation.objective import Objective, gram, pull_gram, sharp_value, value_and_slope
+from ident.excitation.objective import (
+    Objective,
+    aimed,
+    gram,
+    pull_gram,
+    sharp_value,
+    value_and_slope,
+)
 from ident.regressor import Motion
 
 Array = NDArray[np.floating]
@@ -86,6 +93,20 @@ def lagrangian(
     soft = smoothness.softness_rad_s
     limited.pull(problem.constraints, problem.columns, motion, prices / samples, soft, slopes)
     return value, _pull(problem, motion, soft, slopes), prices
+
+
+def aimed_at(problem: Problem, coefficients: Array, smoothness: Smoothness) -> Problem:
+    """The problem whose smooth objective has its bound where the sharp one has it, near a motion.
+
+    Args:
+        problem: objective, constraints and grid.
+        coefficients: shape (2 L + 1, n).
+        smoothness: of objective and friction.
+    """
+    columns, motion = problem.columns, problem.grid.motion(coefficients)
+    found = gram(columns, smooth_rows(columns, motion, smoothness.softness_rad_s))
+    rows = exact_rows(columns, motion)
+    return replace(problem, objective=aimed(problem.objective, found, rows, smoothness.power))
 
 
 def multipliers(problem: Problem, found: Array, penalty: Penalty) -> Array:

@@ -45,7 +45,7 @@ class DesignSettings(Section):
         default="descent", description="descents from many starts, or COBYLA as in the paper, V-A"
     )
     seed: int = Field(default=0, ge=0, description="of all random choices")
-    time_s: Positive = Field(default=150.0, description="time to search [s]")
+    time_s: Positive = Field(default=240.0, description="time to search [s]")
     descents: int = Field(
         default=1_000_000, ge=1, description="of each process, at most (COBYLA: evaluations)"
     )

@@ -10,8 +10,8 @@ from ident.excitation.constraints import lower_bounds
 from ident.excitation.design import Place
 from ident.excitation.link_rows import fill_rows, pull_back
 from ident.excitation.objective import Objective, sharp_value
-from ident.excitation.problem import Penalty, Problem, Smoothness, lagrangian
-from ident.excitation.search import random_start
+from ident.excitation.problem import Penalty, Problem, Smoothness, aimed_at, lagrangian
+from ident.excitation.search import candidate, random_start
 from ident.excitation.settings import Kind
 from wamctl.arm.collision import collision_shapes
 from wamctl.arm.collision import distances as coal_distances
@@ -108,3 +108,26 @@ def test_a_bound_on_the_condition_number_costs_only_above_it(rng: np.random.Gene
     assert above == pytest.approx(value + 20.0)
     alone = Objective("condition", np.ones(4))
     assert sharp_value(alone, rows) == pytest.approx(np.log(condition))
+
+
+def test_near_a_motion_the_smooth_bound_lies_where_the_true_one_does(
+    problem: Problem, rng: np.random.Generator
+) -> None:
+    """The smooth condition number is larger, and would keep the descent from what is allowed."""
+    x, smooth = random_start(problem, rng), Smoothness(16.0, 0.1)
+    none = Penalty(np.zeros(len(lower_bounds(problem.constraints, problem.grid.samples))), 1e-9)
+    condition = candidate(problem, x).condition_number
+
+    def price(most: float, aim: bool) -> float:
+        values = []
+        for objective in (
+            Objective("errors", problem.objective.weights, m) for m in (most, np.inf)
+        ):
+            asked = replace(problem, objective=objective)
+            asked = aimed_at(asked, x, smooth) if aim else asked
+            values.append(lagrangian(asked, x, smooth, none)[0])
+        return values[0] - values[1]
+
+    assert price(1.05 * condition, aim=False) > 0.5
+    assert price(1.05 * condition, aim=True) < 1e-3
+    assert price(0.95 * condition, aim=True) > 0.5
