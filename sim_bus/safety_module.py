@@ -20,7 +20,8 @@ from sim_bus.tip_speed import TipSpeed
 
 Array = NDArray[np.floating]
 
-HEARTBEAT_NS = 100_000_000
+HEARTBEAT_NS = 90_000_000
+"""Assumed; below the 100 ms by which libbarrett and OWD take the fault to have come."""
 STILL_TOO_FAST_NS = 500_000_000
 CONFIGURATION_GAP_NS = 10_000_000
 

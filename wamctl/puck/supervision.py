@@ -166,13 +166,18 @@ class Supervision:
         return False
 
     def _take_mode(self, mode: int) -> None:
-        self.safety_mode = mode
+        before, self.safety_mode = self.safety_mode, mode
         self._note_arrival()
         if mode == SafetyMode.ESTOP:
             self._fail("E-STOP: the safety module has cut the power of all motors")
-        elif self._must_give_torque and mode != SafetyMode.ACTIVE:
+        elif mode != SafetyMode.ACTIVE and self._has_left(before):
             self.yields = True
             self._urgent.append(self._pen)
+
+    def _has_left(self, before: int | None) -> bool:
+        """Whether the module was ACTIVE and should be, be it that not all Pucks have followed."""
+        activated = self._wants_torque and before == SafetyMode.ACTIVE and not self.yields
+        return activated or self._must_give_torque
 
     def _take_zero(self, zero: int) -> None:
         if zero != 1:

@@ -98,3 +98,22 @@ def test_the_pendant_before_the_arm_is_enabled(experiment):
     assert type(outcome.stop) is BusStopError
     assert outcome.stop.phase == "enable"
     assert not any(units for _, _, units in outcome.seen)
+
+
+@pytest.mark.parametrize(
+    "fault", [{"fault": "pendant", "button": "idle"}, {"fault": "safety_fault", "light": "torque"}]
+)
+def test_idle_takes_nothing_away_while_the_arm_waits_for_the_pendant(experiment, fault):
+    outcome = experiment(fault | {"after": "first_cycle", "cycles": 3})
+    assert outcome.stop is None
+    assert len(outcome.recording.stamp_ns) > 1000
+
+
+def test_idle_right_behind_activation(experiment):
+    """The module has said that it is ACTIVE, and not all Pucks that they have followed."""
+    fault = {"fault": "pendant", "button": "idle", "after": "enabled", "cycles": 1}
+    outcome = experiment(fault)
+    assert type(outcome.stop) is BusStopError
+    cause = "safety module went to IDLE, since Shift-Idle was pressed on the pendant"
+    assert outcome.stop.cause == cause
+    assert outcome.stop.phase == "enable"

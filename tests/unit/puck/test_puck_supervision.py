@@ -97,6 +97,24 @@ def test_leaving_active_yields_asks_for_the_reason_and_then_is_a_fault(watch):
     assert watch.fault == "safety module went to IDLE, since Shift-Idle was pressed on the pendant"
 
 
+def test_leaving_active_before_all_pucks_have_followed_is_a_fault_too(watch):
+    watch.go(wants_torque=True)
+    say(watch, 10, "MODE", SafetyMode.ACTIVE)
+    say(watch, 3, "MODE", MotorMode.TORQUE)
+    say(watch, 10, "MODE", SafetyMode.IDLE)
+    assert watch.yields
+    assert questions(watch, 1) == [ASK_PEN]
+    say(watch, 10, "PEN", ALL_SAFE)
+    assert watch.fault == "safety module went to IDLE, since Shift-Idle was pressed on the pendant"
+
+
+def test_idle_is_no_fault_while_nobody_has_activated(watch):
+    watch.go(wants_torque=True)
+    for _ in range(3):
+        say(watch, 10, "MODE", SafetyMode.IDLE)
+    assert (watch.yields, watch.fault) == (False, None)
+
+
 def test_the_lights_of_the_pendant_are_the_reason(watch):
     arrive(watch)
     say(watch, 10, "MODE", SafetyMode.IDLE)
