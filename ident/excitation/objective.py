@@ -18,7 +18,7 @@ _PRICE = 20.0
 _SOFT = 0.005
 """How far below its bound, in the logarithm, a condition number begins to cost."""
 
-_SPARE = 0.005
+_SPARE = 0.012
 """So far below its bound, in the logarithm, it is aimed at: bringing a motion into limits costs."""
 
 
