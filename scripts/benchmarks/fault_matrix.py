@@ -23,6 +23,9 @@ drawn where its reference has yet to go 1.25 times half its tracking limit in th
 how far the guard allows an encoder to stand still. For motors 5 to 7 without torque, which friction
 would hold as well, it is 1.25 times the whole limit. On a classic arm, the module's fall to IDLE
 takes nothing away before Shift-Activate: in `enable`, it is drawn behind that.
+
+The set-up waits for answers in real time. Where a busy machine lets it fail before the fault has
+begun, the run is repeated.
 """
 
 import argparse
@@ -37,7 +40,7 @@ import time
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import redirect_stderr
+from contextlib import redirect_stderr, suppress
 from dataclasses import dataclass
 from itertools import product, takewhile
 from pathlib import Path
@@ -54,7 +57,7 @@ from wamctl.arm.motion import move
 from wamctl.arm.recording import read_recording
 from wamctl.arm.trajectory import FourierSeries, Reference, Trajectory, write_trajectory
 from wamctl.canopen import dictionary
-from wamctl.errors import StopError
+from wamctl.errors import DrivesError, StopError
 from wamctl.runtime.excite import Order, excite
 from wamctl.runtime.preflight import Prepared, prepare
 from wamctl.runtime.session import Place
@@ -73,6 +76,7 @@ TO_GO = {  # for each motor, of its tracking limit
 NEEDS_TORQUE = ("pendant idle", "safety_fault torque", "safety_fault velocity")
 UNHEARD = ("bus_off",)
 MANY = 100_000
+MOST_TRIES = 50
 Array = NDArray[np.floating]
 Fault = dict[str, object]
 EITHER: dict[str, Fault] = {
@@ -184,6 +188,10 @@ class Ending:
     missed: tuple[str, ...]
 
 
+class TooBusyError(Exception):
+    """The set-up, which runs in real time, did not get through: there is no case to judge."""
+
+
 def configuration(folder: Path, shipped: str) -> Path:
     """A shipped arm with an experiment of six seconds, in which every motor has a way to go."""
     content = yaml.safe_load(find_file(shipped).read_text())
@@ -261,7 +269,12 @@ def judged(error: UserError | None, seen: Testimony, log: Path, unheard: bool) -
         seen: what the arm saw of it.
         log: the log.
         unheard: the host is off the bus.
+
+    Raises:
+        TooBusyError: the set-up failed before the fault began.
     """
+    if isinstance(error, DrivesError) and not seen.said:
+        raise TooBusyError(str(error))
     if not isinstance(error, StopError) or not seen.said:
         said = "; ".join(seen.said) or "the fault never began"
         code = error.exit_code if error else 0
@@ -328,7 +341,11 @@ def one(config: Path, protocol: str, name: str, phase: str, seed: int) -> Ending
     known = PROTOCOLS[protocol]
     random = np.random.default_rng([seed, list(known.faults).index(name), PHASES.index(phase)])
     window = "active" if phase == "enable" and name in NEEDS_TORQUE else phase
-    return run(config, drawn(known, name, windows(config)[window], random), seed)
+    fault = drawn(known, name, windows(config)[window], random)
+    for _ in range(MOST_TRIES):
+        with suppress(TooBusyError):
+            return run(config, fault, seed)
+    raise TimeoutError(f"this machine is too busy: no set-up out of {MOST_TRIES} was in time")
 
 
 def table(found: dict[tuple[str, str], list[Ending]], names: Sequence[str]) -> Iterator[str]:
