@@ -14,6 +14,7 @@ from sim_bus.wire import Wire
 
 _LONGEST_WAIT_NS = 1_000_000  # the physics stays this close behind the clock
 _LONGEST_HOLD_UP_NS = 500_000_000
+_NEVER_NS = 1 << 62
 
 
 class Arm(Protocol):
@@ -82,7 +83,7 @@ class RealTime:
         self._wire = Wire(timing)
         self.load = self._wire.load
         self._origin_ns = time.monotonic_ns()
-        self._last_ns = self._given_out_ns = 0
+        self._last_ns, self._given_out_by_ns = 0, _NEVER_NS
 
     def start(self) -> None:
         """Switch the drives on."""
@@ -113,9 +114,11 @@ class RealTime:
 
     def _give_out(self, now: int) -> None:
         """Let the programs have what has passed: in a pause of the wire, or after a while."""
-        if not self._wire.is_busy or now - self._given_out_ns >= _LONGEST_WAIT_NS:
+        if not self._wire.is_busy or now >= self._given_out_by_ns:
             self._hub.flush()
-            self._given_out_ns = now
+            self._given_out_by_ns = _NEVER_NS
+        else:
+            self._given_out_by_ns = min(self._given_out_by_ns, now + _LONGEST_WAIT_NS)
 
     def _without_pauses(self, until_ns: int) -> int:
         """Time of the arm [ns], which stands still while this process is not let run at all."""

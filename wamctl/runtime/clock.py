@@ -121,7 +121,8 @@ class RealTimeClock:
 
         Who waits for each of them is woken up for each. Age and number are as in `Pace`.
         """
-        ahead_ns = min(round(age_s * 1e9), self._window_ns) + answers * self._answer_ns
+        age_ns = min(round(age_s * 1e9), self._window_ns + self._period_ns)
+        ahead_ns = age_ns + answers * self._answer_ns
         due_ns = min(self._started_ns + ahead_ns, self._end_ns)
         if self._answer_ns and due_ns > self._rested_ns:
             self._rested_ns = due_ns
