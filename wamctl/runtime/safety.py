@@ -93,7 +93,6 @@ class Guard:
         mixing = np.abs(transmission.motor_from_joint)
         self._motor_step = _JUMP * mixing @ velocity  # [rad/s]
         self._motor_stuck = _STUCK * np.where(mixing > 0, mixing * tracking, np.inf).min(axis=1)
-        self._motor_tracking = (mixing * tracking).max(axis=1)  # as far as one joint alone may be
         self._model, self._data = robot.model, robot.data()
         energy_j = limits.kinetic_energy_j
         self._energy_j = math.inf if energy_j is None else energy_j
@@ -159,23 +158,14 @@ class Guard:
         """Whether the arm follows, and whether every encoder moves when it should.
 
         Raises:
-            SafetyStopError: a joint or a motor is too far from its reference, or an encoder stands
-                still.
+            SafetyStopError: a joint is too far from its reference, or an encoder stands still.
         """
-        lag = wanted.q - state.q
-        error = np.abs(lag)
+        error = np.abs(wanted.q - state.q)
         if np.count_nonzero(error > self._tracking):
             k = int(np.argmax(error / self._tracking))
             raise SafetyStopError(
                 f"tracking error of joint {k + 1} ({self._names[k]}) is {error[k]:.3f} rad, above "
                 f"its limit of {self._tracking[k]:.3f} rad"
-            )
-        behind = np.abs(self._transmission.motor_angle(lag))
-        if np.count_nonzero(behind > self._motor_tracking):
-            k = int(np.argmax(behind / self._motor_tracking))
-            raise SafetyStopError(
-                f"motor {k + 1} is {behind[k]:.2f} rad from its reference, above its limit of "
-                f"{self._motor_tracking[k]:.2f} rad"
             )
         reference = self._transmission.motor_angle(wanted.q)
         np.copyto(self._reference, reference, where=self._moved)

@@ -129,18 +129,6 @@ def test_an_arm_that_does_not_follow(wam, guard):
     )
 
 
-def test_a_motor_that_two_joints_leave_behind(wam, guard):
-    """A motor of the wrist without torque, which its neighbour drags along: 0.35 rad each."""
-    wanted = Setpoint(moved(4, 0.35, moved(5, 0.35)), ZERO, ZERO)
-    opposite = Setpoint(moved(4, 0.35, moved(5, -0.35)), ZERO, ZERO)
-    causes = {cause_of(lambda w=w: guard.check_tracking(state(wam), w)) for w in (wanted, opposite)}
-    assert causes == {
-        (f"motor {k} is 6.79 rad from its reference, above its limit of 5.82 rad", True)
-        for k in (5, 6)
-    }
-    guard.check_tracking(state(wam), Setpoint(moved(4, 0.35), ZERO, ZERO))
-
-
 def test_an_encoder_that_jumps_cannot_be_braked_by(wam, guard):
     angle = wam.transmission.motor_angle(REST)
     guard.check_readings(angle, PERIOD_S)
