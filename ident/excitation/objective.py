@@ -15,6 +15,9 @@ _FLOOR = 1e-14
 _PRICE = 20.0
 """Of a condition number above its bound, per unit of its logarithm; no error is worth as much."""
 
+_SLOPE = 3.0
+"""The price on the way there: enough to end at the bound, and small beside that of the limits."""
+
 _SOFT = 0.005
 """How far below its bound, in the logarithm, a condition number begins to cost."""
 
@@ -69,7 +72,7 @@ def value_and_slope(objective: Objective, found: Array, power: float) -> tuple[f
     """
     scale = np.outer(1.0 / objective.weights, 1.0 / objective.weights)
     value, slope = _condition(found * scale, power)
-    value, push = _counted(objective, value)
+    value, push = _counted(objective, value, _SLOPE)
     if objective.kind == "condition":
         return value, push * slope * scale
     errors, rest = _errors(objective, found)
@@ -95,21 +98,22 @@ def aimed(objective: Objective, found: Array, rows: Array, power: float) -> Obje
 
 def sharp_value(objective: Objective, rows: Array) -> float:
     """The objective of W itself, shape (rows, b): with its true singular values."""
-    value, _ = _counted(objective, float(np.log(np.linalg.cond(rows / objective.weights))))
+    condition = float(np.log(np.linalg.cond(rows / objective.weights)))
+    value, _ = _counted(objective, condition, _PRICE)
     if objective.kind == "condition":
         return value
     return value + _errors(objective, rows.T @ rows / len(rows))[0]
 
 
-def _counted(objective: Objective, logarithm: float) -> tuple[float, float]:
+def _counted(objective: Objective, logarithm: float, price: float) -> tuple[float, float]:
     """What a condition number's logarithm adds to the objective, and the slope by it."""
     wanted = float(objective.kind in ("condition", "balanced"))
     if not np.isfinite(objective.most):
         return wanted * logarithm, wanted
     above = (logarithm - np.log(objective.most)) / _SOFT
     excess = float(np.logaddexp(0.0, above))
-    price, push = _PRICE * _SOFT * excess, _PRICE * float(np.exp(above - excess))
-    return wanted * logarithm + price, wanted + push
+    push = price * float(np.exp(above - excess))
+    return wanted * logarithm + price * _SOFT * excess, wanted + push
 
 
 def _errors(objective: Objective, found: Array) -> tuple[float, Array]:

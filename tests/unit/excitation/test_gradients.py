@@ -128,6 +128,6 @@ def test_near_a_motion_the_smooth_bound_lies_where_the_true_one_does(
             values.append(lagrangian(asked, x, smooth, none)[0])
         return values[0] - values[1]
 
-    assert price(1.05 * condition, aim=False) > 0.5
+    assert price(1.05 * condition, aim=False) > 0.1
     assert price(1.05 * condition, aim=True) < 1e-3
-    assert price(0.95 * condition, aim=True) > 0.5
+    assert price(0.95 * condition, aim=True) > 0.1
