@@ -1,6 +1,6 @@
 """From a start to the nearest optimum: augmented Lagrangian around L-BFGS, in stages."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,17 +64,8 @@ TO_THE_POINT = (
 """For the best design: close to the sharp objective."""
 
 
-def always(stage: int, coefficients: Array) -> bool:
-    """Goes on to the last stage."""
-    return True
-
-
 def descend(
-    problem: Problem,
-    coefficients: Array,
-    stages: Sequence[Stage],
-    deadline: Deadline,
-    goes_on: Callable[[int, Array], bool] = always,
+    problem: Problem, coefficients: Array, stages: Sequence[Stage], deadline: Deadline
 ) -> Array:
     """The optimum near a start, shape (2 L + 1, n); limits may be passed by a little.
 
@@ -83,13 +74,12 @@ def descend(
         coefficients: the start, shape (2 L + 1, n).
         stages: one after another; multipliers are kept between them.
         deadline: when to stop.
-        goes_on: asked after each stage but the last, by its number and the motion.
     """
     shape = coefficients.shape
     x = coefficients.ravel() / _SCALE
     prices = None
-    for number, stage in enumerate(stages):
-        if deadline.over or (number and not goes_on(number, x.reshape(shape) * _SCALE)):
+    for stage in stages:
+        if deadline.over:
             break
         soft = stage.smoothness.softness_rad_s
         found = constraint_values(problem, x.reshape(shape) * _SCALE, soft)

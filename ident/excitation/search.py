@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,7 +74,6 @@ def search(
     soon = effort.deadline.sooner(_POLISH_SHARE)
     judged = replace(problem, grid=dense)
     kept: list[Candidate] = [] if start is None else _judge(judged, start)
-    race = _Race(judged)
     yield from kept
     best, idle = min((c.value for c in kept), default=np.inf), 0
     for count in range(effort.descents):
@@ -88,11 +86,8 @@ def search(
             first = random_start(problem, rng)
         else:
             first = _changed(problem, kept, rng)
-        if afar or not kept:
-            first = descend(problem, first, FROM_AFAR, soon)
-        else:
-            first = descend(problem, first, FROM_NEARBY, soon, partial(race.goes_on, best))
-        found = _judge(judged, first)
+        stages = FROM_AFAR if afar else FROM_NEARBY
+        found = _judge(judged, descend(problem, first, stages, soon))
         kept = _keep(kept + found)
         idle = 0 if kept and kept[0].value < best - effort.gain else idle + 1
         if kept and kept[0].value < best:
@@ -103,25 +98,6 @@ def search(
             judged, descend(problem, kept[0].coefficients, TO_THE_POINT, effort.deadline)
         )
         yield from [c for c in polished if c.value < best]
-
-
-class _Race:
-    """Changed motions, of which only the better half goes on after each stage.
-
-    Three in four lead to nothing, which shows early.
-    """
-
-    def __init__(self, judged: Problem) -> None:
-        self._judged = judged
-        self._behind: dict[int, list[float]] = {}
-
-    def goes_on(self, best: float, stage: int, coefficients: Array) -> bool:
-        """Whether a motion is less behind the best than half of those before it were."""
-        found = _judge(self._judged, coefficients)
-        behind = found[0].value - best if found else np.inf
-        others = self._behind.setdefault(stage, [])
-        others.append(behind)
-        return behind <= np.median(others)
 
 
 def random_start(problem: Problem, rng: np.random.Generator) -> Array:

@@ -53,7 +53,7 @@ class DesignSettings(Section):
         default=1e-3, description="an improvement of the objective by less does not count"
     )
     patience: int = Field(
-        default=150, ge=1, description="descents in a row without gain that end the search"
+        default=100, ge=1, description="descents in a row without gain that end the search"
     )
     processes: int = Field(
         default_factory=lambda: min(os.cpu_count() or 1, 8), ge=1, description="searches at once"
