@@ -270,6 +270,27 @@ def _frame(message: can.Message) -> Frame:
     return Frame(can_id, bytes(message.data), message.is_fd)
 
 
+def open_hub(bus: str, fd: bool) -> SocketHub | PythonCanHub:
+    """The hub for `simbus:PATH`, or for `INTERFACE:CHANNEL` in python-can's words.
+
+    Args:
+        bus: its name.
+        fd: whether CAN FD frames are wanted.
+
+    Raises:
+        SimulatedBusError: no such bus.
+    """
+    interface, separator, channel = bus.partition(":")
+    if not separator or not channel:
+        raise SimulatedBusError(
+            f"sim-bus got the bus {bus!r}: name it as INTERFACE:CHANNEL, such as simbus:/tmp/arm "
+            "or socketcan:vcan0."
+        )
+    if interface == "simbus":
+        return SocketHub(Path(channel))
+    return PythonCanHub(interface, channel, fd)
+
+
 def _monotonic_ns(message: can.Message) -> int:
     """When the kernel took a message, on the monotonic clock [ns]."""
     return round(message.timestamp * 1e9) + time.monotonic_ns() - time.time_ns()

@@ -2,7 +2,6 @@
 
 import os
 import time
-from collections.abc import Sequence
 from typing import Protocol
 
 from sim_bus.bits import BitTiming
@@ -14,7 +13,6 @@ from sim_bus.wire import Wire
 
 _LONGEST_WAIT_NS = 1_000_000  # the physics stays this close behind the clock
 _LONGEST_HOLD_UP_NS = 500_000_000
-_NEVER_NS = 1 << 62
 
 
 class Arm(Protocol):
@@ -53,15 +51,15 @@ class Service(Protocol):
         """Switch the drives on."""
         ...
 
-    def take(self, received: Received, now_ns: int) -> None:
-        """A frame that a program has sent, by an instant of the monotonic clock [ns]."""
+    def take(self, received: Received) -> None:
+        """A frame that a program has sent."""
         ...
 
-    def catch_up(self, until_ns: int) -> int | None:
+    def catch_up(self, until_ns: int) -> float | None:
         """Do what is due by an instant of the monotonic clock [ns].
 
-        All frames sent by then have been taken. Returns the instant by which something will be
-        due; None if only a frame can matter.
+        All frames sent by then have been taken. Returns the time [s] until something will be due;
+        None if only a frame can matter.
         """
         ...
 
@@ -69,9 +67,7 @@ class Service(Protocol):
 class RealTime:
     """The arm on the monotonic clock: every frame takes its time on the wire.
 
-    A frame acts when its last bit would have passed. Frames that follow each other without a pause
-    are given out together, when the last of them has passed: each wake-up of this process and of
-    its programs costs more than the frame.
+    A frame reaches its receivers when its last bit would have.
 
     Attributes:
         load: how busy the bus was.
@@ -83,19 +79,20 @@ class RealTime:
         self._wire = Wire(timing)
         self.load = self._wire.load
         self._origin_ns = time.monotonic_ns()
-        self._last_ns, self._given_out_by_ns = 0, _NEVER_NS
+        self._last_ns = 0
 
     def start(self) -> None:
         """Switch the drives on."""
         self._origin_ns = time.monotonic_ns()
         self._send(0, self._arm.boot(0))
 
-    def take(self, received: Received, now_ns: int) -> None:
+    def take(self, received: Received) -> None:
         """A frame that waits for the wire since it was sent."""
+        now_ns = time.monotonic_ns()
         sent_ns = now_ns if received.sent_ns is None else min(received.sent_ns, now_ns)
         self._wire.offer(sent_ns - self._origin_ns, received.frame, received.sender)
 
-    def catch_up(self, until_ns: int) -> int:
+    def catch_up(self, until_ns: int) -> float | None:
         """Let all frames arrive that are due, and the drives and the arm go on."""
         now = self._without_pauses(until_ns)
         while (arrival := self._wire.take(now)) is not None:
@@ -103,22 +100,14 @@ class RealTime:
             self._hub.deliver([arrival.frame], arrival.sender, arrival.time_ns + self._origin_ns)
             hear = self._arm.overhear if arrival.sender is self else self._arm.receive
             self._send(arrival.time_ns, hear(arrival.time_ns, arrival.frame))
-        self._give_out(now)
+        self._hub.flush()
         self._send(now, self._arm.tick(now))
         self._arm.run_physics(now)
         due = min(self._arm.next_ns, now + _LONGEST_WAIT_NS)
-        pause_ns = self._wire.pause_ns()
-        if pause_ns is not None:
-            due = min(due, pause_ns)
-        return due + self._origin_ns
-
-    def _give_out(self, now: int) -> None:
-        """Let the programs have what has passed: in a pause of the wire, or after a while."""
-        if not self._wire.is_busy or now >= self._given_out_by_ns:
-            self._hub.flush()
-            self._given_out_by_ns = _NEVER_NS
-        else:
-            self._given_out_by_ns = min(self._given_out_by_ns, now + _LONGEST_WAIT_NS)
+        wire_ns = self._wire.next_ns()
+        if wire_ns is not None:
+            due = min(due, wire_ns)
+        return max(0, due + self._origin_ns - time.monotonic_ns()) * 1e-9
 
     def _without_pauses(self, until_ns: int) -> int:
         """Time of the arm [ns], which stands still while this process is not let run at all."""
@@ -161,7 +150,7 @@ class Lockstep:
         """Switch the drives on."""
         self._pass_on(self._arm.boot(0))
 
-    def take(self, received: Received, now_ns: int) -> None:
+    def take(self, received: Received) -> None:
         """A frame that a program has sent."""
         frame, sender = received.frame, received.sender
         rhythm, opens = self._rhythm, self._rhythm.opens(frame)
@@ -169,7 +158,7 @@ class Lockstep:
             self._passes = False
             self._now_ns += self._period_ns
         elif self._passes:
-            periods = (now_ns - self._origin_ns) // self._period_ns
+            periods = (time.monotonic_ns() - self._origin_ns) // self._period_ns
             self._now_ns = periods * self._period_ns
         if opens or self._passes:
             self._pass_on(self._arm.tick(self._now_ns))
@@ -183,9 +172,8 @@ class Lockstep:
         elif frame.can_id == rhythm.closing_id:
             self._arm.run_physics(self._now_ns + self._period_ns)
 
-    def catch_up(self, until_ns: int) -> None:
-        """Let the programs have the answers; nothing is due before the next frame."""
-        self._hub.flush()
+    def catch_up(self, until_ns: int) -> float | None:
+        """Nothing is due before the next frame."""
         return None
 
     def _pass_on(self, frames: list[Frame]) -> None:
@@ -206,19 +194,13 @@ def serve(service: Service, hub: Hub, stop: Source | None) -> None:
     service.start()
     until_ns = time.monotonic_ns()
     while True:
-        due_ns = service.catch_up(until_ns)
+        timeout_s = service.catch_up(until_ns)
         sources = [*hub.sources(), *([stop] if stop else [])]
-        ready, until_ns = _wait(sources, due_ns)
+        wait = soon_readable if timeout_s is None else readable
+        ready = wait(sources, timeout_s)
         if stop is not None and stop in ready and not os.read(stop.fileno(), 4096):
             return
+        until_ns = time.monotonic_ns()
         for received in hub.receive([s for s in ready if s is not stop]):
-            service.take(received, until_ns)
-
-
-def _wait(sources: Sequence[Source], due_ns: int | None) -> tuple[list[Source], int]:
-    """What can be read by an instant, and when [ns]; the clock is read no more than it must be."""
-    if due_ns is None:
-        return soon_readable(sources, None), time.monotonic_ns()
-    now_ns = time.monotonic_ns()
-    ready = readable(sources, max(0, due_ns - now_ns) * 1e-9)
-    return ready, time.monotonic_ns() if ready else max(now_ns, due_ns)
+            service.take(received)
+        hub.flush()

@@ -1,5 +1,6 @@
 """How punctual the loop is here, beside what the system can do at best (`wamctl bench`)."""
 
+import ctypes
 import re
 import shutil
 import subprocess
@@ -20,10 +21,14 @@ from wamctl.runtime.phase import Phase
 from wamctl.runtime.realtime import PRIORITY, Grants, punctual
 from wamctl.runtime.session import Connection, Place, connected
 from wamctl.runtime.state import ArmState
-from wamctl.runtime.timer import sleep_until
 from wamctl.runtime.timing import Percentiles, percentiles
 
+_MONOTONIC, _ABSOLUTE = 1, 1
 _CYCLICTEST_MOST_US = 20_000
+
+
+class _Timespec(ctypes.Structure):
+    _fields_ = (("tv_sec", ctypes.c_long), ("tv_nsec", ctypes.c_long))
 
 
 @dataclass(frozen=True)
@@ -139,12 +144,15 @@ def baseline(period_s: float, seconds: float) -> tuple[str, Array]:
 
 
 def _nanosleep(period_s: float, seconds: float) -> Array:
+    library, target = ctypes.CDLL(None), _Timespec()
+    sleep, where = library.clock_nanosleep, ctypes.byref(target)
     period_ns, count = round(period_s * 1e9), round(seconds / period_s)
     late_us = np.empty(count)
     due = time.monotonic_ns()
     for k in range(count):
         due = max(due + period_ns, time.monotonic_ns())
-        sleep_until(due)
+        target.tv_sec, target.tv_nsec = divmod(due, 1_000_000_000)
+        sleep(_MONOTONIC, _ABSOLUTE, where, None)
         late_us[k] = (time.monotonic_ns() - due) * 1e-3
     return late_us
 

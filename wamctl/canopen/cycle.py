@@ -12,7 +12,6 @@ from wamctl.canopen.sdo import is_plain
 from wamctl.canopen.supervision import Supervision
 from wamctl.errors import BusStopError
 from wamctl.runtime.arrivals import Arrivals
-from wamctl.runtime.bus import send_all
 from wamctl.runtime.drives import Pace, Readings
 
 Array = NDArray[np.floating]
@@ -102,23 +101,18 @@ class Cycle:
         self._count += 1
         try:
             self._discard_late()
-            beats = self._count % self._heartbeat_cycles == 0
-            send_all(self._bus, (self._sync, self._heartbeat) if beats else (self._sync,))
-            age_s = 0.0
-            pace.rest(age_s, len(counts))
+            self._bus.send(self._sync)
+            if self._count % self._heartbeat_cycles == 0:
+                self._bus.send(self._heartbeat)
             for _ in range(_MOST_FRAMES):
-                message = self._bus.recv(0.0)
-                if message is None:
-                    pace.rest(age_s, len(arrivals.missing))
-                    message = self._bus.recv(max(0.0, pace.remaining()))
+                message = self._bus.recv(max(0.0, pace.remaining()))
                 if message is None:
                     break
-                age_s = pace.age(message.timestamp)
                 slot = self._slots.get(message.arbitration_id)
                 if slot is None or not _carries_position(message):
                     self._hear(message)
                     continue
-                if arrivals.admit(slot, age_s):
+                if arrivals.admit(slot, pace.age(message.timestamp)):
                     self.words[slot], counts[slot] = pdo.POSITION_FRAME.unpack(message.data)
                 if not arrivals.missing and self._settled:
                     break
@@ -136,8 +130,9 @@ class Cycle:
         """
         permille = [round(x) for x in (tau_motor * self._permille_per_nm).tolist()]
         try:
-            commands = self._new_commands()
-            send_all(self._bus, (*commands, *self._frames.torques(permille, self._commands)))
+            self._send_commands()
+            for message in self._frames.torques(permille, self._commands):
+                self._bus.send(message)
         except (can.CanError, OSError) as error:
             raise self._failed(error) from error
         return np.array(permille) / self._permille_per_nm
@@ -150,11 +145,9 @@ class Cycle:
         commands = [self._frames.command(slot, Controlword.DISABLE_VOLTAGE) for slot in range(n)]
         return [*self._frames.torques([0] * n, self._commands), *filter(None, commands), self._sync]
 
-    def _new_commands(self) -> list[can.Message]:
-        """Frames for the controlwords that have changed, or were not followed."""
+    def _send_commands(self) -> None:
         if self._arrived and self._wanted == self._commands:
-            return []
-        messages = []
+            return
         for slot, word in enumerate(self._wanted):
             waits = not self._arrived and self._count - self._sent_in[slot] >= _REPEAT
             if word == self._commands[slot] and not waits:
@@ -163,8 +156,7 @@ class Cycle:
             self._sent_in[slot] = self._count
             message = self._frames.command(slot, word)
             if message is not None:
-                messages.append(message)
-        return messages
+                self._bus.send(message)
 
     def _discard_late(self) -> None:
         """Empty the queue before SYNC, so that no frame of the last cycle passes for a new one."""

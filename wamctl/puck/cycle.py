@@ -11,7 +11,6 @@ from wamctl.puck.acting import ActingTorque
 from wamctl.puck.supervision import Supervision
 from wamctl.puck.wiring import CycleFrames, is_plain, message
 from wamctl.runtime.arrivals import Arrivals
-from wamctl.runtime.bus import send_all
 from wamctl.runtime.drives import Pace, Readings
 
 Array = NDArray[np.floating]
@@ -80,21 +79,15 @@ class Cycle:
             self._discard_late()
             self._acting.polled()
             self._bus.send(self._wires.poll)
-            age_s = 0.0
-            pace.rest(age_s, len(counts))
             for _ in range(_MOST_FRAMES):
-                frame = self._bus.recv(0.0)
-                if frame is None:
-                    pace.rest(age_s, len(arrivals.missing))
-                    frame = self._bus.recv(max(0.0, pace.remaining()))
+                frame = self._bus.recv(max(0.0, pace.remaining()))
                 if frame is None:
                     break
-                age_s = pace.age(frame.timestamp)
                 slot = self._slot(frame)
                 if slot is None:
                     self._hear(frame)
                     continue
-                if arrivals.admit(slot, age_s):
+                if arrivals.admit(slot, pace.age(frame.timestamp)):
                     counts[slot] = frames.decode_position(frame.data[:3])
                 if not arrivals.missing and self._settled:
                     break
@@ -121,7 +114,8 @@ class Cycle:
         acting = self._acting.mean(units / self._units_per_nm)
         try:
             torques = self._wires.torques(units.astype(int).tolist()) if self._has_goal else []
-            send_all(self._bus, (*torques, *self._aside()))
+            for frame in (*torques, *self._aside()):
+                self._bus.send(frame)
         except (can.CanError, OSError) as error:
             raise self._failed(error) from error
         return acting

@@ -30,7 +30,6 @@ class Load:
         worst: the same with the most stuff bits.
         answer_us: from the cycle's first frame to the end of the last position, without stuff
             bits [us].
-        shortest_us: the shortest position, without stuff bits [us].
         cycle_us: all frames of one cycle with the most stuff bits [us].
     """
 
@@ -38,7 +37,6 @@ class Load:
     nominal: float
     worst: float
     answer_us: float
-    shortest_us: float
     cycle_us: float
 
 
@@ -59,7 +57,6 @@ def load(
         sum(t.per_second * frame_s(bus, t.length) for t in traffic),
         sum(t.per_second * stuffed_frame_s(bus, t.length) for t in traffic),
         sum(frame_s(bus, t.length) for t in asking) * 1e6,
-        min(frame_s(bus, t.length) for t in asking[1:]) * 1e6,
         sum(stuffed_frame_s(bus, t.length) for t in (*asking, *torques)) * 1e6,
     )
 

@@ -5,7 +5,6 @@ from typing import Protocol
 
 from wamctl.runtime.bus import Timekeeper
 from wamctl.runtime.drives import WINDOW
-from wamctl.runtime.timer import sleep_until
 
 _LOCKSTEP_START_NS = 946_684_800_000_000_000  # 2000-01-01, so that two runs have the same stamps
 _KEPT_S = 1e-4  # a bus that keeps its own time has given all when it begins to count ours
@@ -37,15 +36,6 @@ class Clock(Protocol):
         """Wait for the next cycle; returns its stamp [ns since 1970]."""
         ...
 
-    def rest(self, age_s: float, answers: int) -> None:
-        """Let the time pass in which so many more answers cannot all have come.
-
-        Args:
-            age_s: of the last frame that has come [s].
-            answers: how many are missing.
-        """
-        ...
-
     def remaining(self) -> float:
         """Time left in this cycle to wait for frames [s]."""
         ...
@@ -75,28 +65,20 @@ class RealTimeClock:
         stamped: frames are stamped as they pass, by the clock of `time.time`.
         overtime: periods by which a patient cycle may be held up for a late frame. It is rather
             waited for than lost, since the drives hold their torque meanwhile.
-        answer_s: what the bus takes for an answer at the least [s].
     """
 
     waits = False
 
-    def __init__(
-        self,
-        period_s: float,
-        stamped: bool = False,
-        overtime: float = 0.0,
-        answer_s: float = 0.0,
-    ) -> None:
+    def __init__(self, period_s: float, stamped: bool = False, overtime: float = 0.0) -> None:
         self.latency_ns = 0
         self.skipped = 0
         self.patient = True
         self._period_ns = round(period_s * 1e9)
         self._window_ns = round(WINDOW * self._period_ns)
         self._overtime_ns = round(overtime * self._period_ns)
-        self._answer_ns = round(answer_s * 1e9)
         self._stamped, self._started_s = stamped, 0.0
         self._started_ns = 0
-        self._next_ns = self._rested_ns = 0
+        self._next_ns = 0
         self._offset_ns = 0
 
     def start(self) -> None:
@@ -107,7 +89,9 @@ class RealTimeClock:
     def tick(self) -> int:
         """Wait for the next cycle; returns its stamp [ns since 1970]."""
         due = self._next_ns
-        sleep_until(due)
+        ahead = due - time.monotonic_ns()
+        if ahead > 0:
+            time.sleep(ahead * 1e-9)
         now = time.monotonic_ns()
         self.latency_ns = now - due
         self.skipped = self.latency_ns // self._period_ns
@@ -116,26 +100,10 @@ class RealTimeClock:
         self._started_s = time.time_ns() * 1e-9  # anew in each cycle, since it may be set
         return now + self._offset_ns
 
-    def rest(self, age_s: float, answers: int) -> None:
-        """Let the time pass in which so many more answers cannot all have come.
-
-        Who waits for each of them is woken up for each. Age and number are as in `Pace`.
-        """
-        age_ns = min(round(age_s * 1e9), self._window_ns + self._period_ns)
-        ahead_ns = age_ns + answers * self._answer_ns
-        due_ns = min(self._started_ns + ahead_ns, self._end_ns)
-        if self._answer_ns and due_ns > self._rested_ns:
-            self._rested_ns = due_ns
-            sleep_until(due_ns)
-
     def remaining(self) -> float:
         """Time left in this cycle to wait for frames [s]."""
-        return (self._end_ns - time.monotonic_ns()) * 1e-9
-
-    @property
-    def _end_ns(self) -> int:
-        """When this cycle waits no longer [ns]."""
-        return self._started_ns + self._window_ns + (self._overtime_ns if self.patient else 0)
+        window = self._window_ns + (self._overtime_ns if self.patient else 0)
+        return (self._started_ns + window - time.monotonic_ns()) * 1e-9
 
     def age(self, stamp_s: float) -> float:
         """Time from this cycle's SYNC to a frame's time stamp [s]; negative for older frames."""
@@ -187,9 +155,6 @@ class LockstepClock:
         self._stamp_ns += self._period_ns
         self._started_ns = time.monotonic_ns()
         return self._stamp_ns
-
-    def rest(self, age_s: float, answers: int) -> None:
-        """Nothing: no time passes."""
 
     def remaining(self) -> float:
         """Time to wait for the next frame of this cycle [s]."""

@@ -1,6 +1,6 @@
 """How long drives may answer badly: cycles without a good answer, less those with one."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from wamctl.runtime.drives import Readings
 
@@ -20,15 +20,15 @@ class Disturbance:
         self._names, self._limit, self._in_order = names, limit, in_order
         self._count = 0
 
-    def note(self, readings: Readings, periods: Callable[[], int]) -> str | None:
+    def note(self, readings: Readings, periods: int) -> str | None:
         """Why the arm must stop, as the start of a sentence; None while it need not.
 
         Args:
             readings: of a cycle.
-            periods: for how many periods it waited for them, which is asked only if it matters.
+            periods: for how many periods it waited for them.
         """
         what = self._what(readings)
-        self._count = self._count + periods() if what else max(0, self._count - 1)
+        self._count = self._count + periods if what else max(0, self._count - 1)
         if not what or self._count < self._limit:
             return None
         return f"{what} in {self._count} cycles (limit {self._limit})"

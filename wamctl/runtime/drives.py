@@ -43,15 +43,6 @@ class Readings:
 class Pace(Protocol):
     """What a cycle's clock says about its frames."""
 
-    def rest(self, age_s: float, answers: int) -> None:
-        """Let the time pass in which so many more answers cannot all have come.
-
-        Args:
-            age_s: of the last frame that has come [s].
-            answers: how many are missing.
-        """
-        ...
-
     def remaining(self) -> float:
         """Time left to wait for frames [s]."""
         ...

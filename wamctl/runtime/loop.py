@@ -175,7 +175,7 @@ class Loop:
     def _check_drives(self, readings: Readings) -> None:
         if readings.fault is not None:
             raise BusStopError(readings.fault)
-        cause = self._disturbance.note(readings, lambda: self._clock.waited)
+        cause = self._disturbance.note(readings, self._clock.waited)
         if cause is not None:
             raise BusStopError(cause)
 

@@ -10,7 +10,7 @@ import can
 from wamctl.errors import UsageError
 from wamctl.runtime.bus import EMBEDDED, Channel, Timekeeper, open_bus, parse_channel
 from wamctl.runtime.clock import Clock, LockstepClock, RealTimeClock
-from wamctl.runtime.controllers import bus_plan, open_drives
+from wamctl.runtime.controllers import open_drives
 from wamctl.runtime.drives import Drives
 from wamctl.runtime.loop import Arm
 from wamctl.runtime.simulator import simulated_arm
@@ -85,8 +85,7 @@ def _clock(place: Place, channel: Channel, bus: can.BusABC) -> Clock:
     if place.lockstep:
         return LockstepClock(file.bus.period_s, bus if isinstance(bus, Timekeeper) else None)
     overtime = file.safety.missed_cycles / 2
-    stamped, answer_s = channel.stamps_by_wall_clock, bus_plan(file).shortest_us * 1e-6
-    return RealTimeClock(file.bus.period_s, stamped, overtime, answer_s)
+    return RealTimeClock(file.bus.period_s, channel.stamps_by_wall_clock, overtime)
 
 
 @contextmanager

@@ -18,8 +18,7 @@ from sim_bus.drive.canopen_drive import CanopenDrive
 from sim_bus.drive.ds402 import State
 from sim_bus.faults.assembly import load_faulty_simulation
 from sim_bus.frame import Frame
-from sim_bus.hub import Hub
-from sim_bus.hubs import open_hub
+from sim_bus.hub import Hub, PythonCanHub, SocketHub
 from sim_bus.server import Arm, Lockstep, serve
 from wamctl.arm.config import find_file
 from wamctl.arm.errors import UserError
@@ -185,7 +184,8 @@ def serve_arms(word: str, tmp_path_factory: pytest.TempPathFactory) -> Callable[
 
 
 def _hub(word: str) -> Hub:
-    return open_hub(word, fd=False)
+    interface, channel = word.split(":", 1)
+    return SocketHub(Path(channel)) if interface == "simbus" else PythonCanHub(interface, channel)
 
 
 @pytest.fixture(scope="session")

@@ -195,7 +195,7 @@ def test_a_frame_acts_when_it_was_sent_even_if_it_is_read_later():
     request = Frame(0x601, b"\x40\x00\x10\x00\0\0\0\0")
     service.catch_up(began + 1_000_000)
     time.sleep(0.01)
-    service.take(Received(request, None, began + 1_000_000), time.monotonic_ns())
+    service.take(Received(request, None, began + 1_000_000))
     service.catch_up(began + 1_100_000)
     assert [f.can_id for f in hub.frames if f.can_id < 0x700] == []
     service.catch_up(began + 1_500_000)

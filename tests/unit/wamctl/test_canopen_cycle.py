@@ -59,9 +59,6 @@ def cycle(bus):
 class Now:
     """A cycle that waits for nothing, on a bus that stamps frames from its SYNC on."""
 
-    def rest(self, age_s, answers):
-        pass
-
     def remaining(self):
         return 0.0
 

@@ -13,7 +13,7 @@ GOOD = Readings(np.zeros(3), (), True, False, None)
 
 
 def noted(disturbance, *cycles, periods=1):
-    return [disturbance.note(readings, lambda: periods) for readings in cycles]
+    return [disturbance.note(readings, periods) for readings in cycles]
 
 
 @pytest.mark.parametrize(
