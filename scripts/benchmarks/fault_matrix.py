@@ -33,7 +33,6 @@ import functools
 import io
 import math
 import multiprocessing
-import re
 import sys
 import tempfile
 import time
@@ -42,29 +41,25 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import redirect_stderr, suppress
 from dataclasses import dataclass
-from itertools import product, takewhile
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 import yaml
-from fault_witness import Case, Span, Testimony, served
+from fault_verdict import PERIOD_S, Ending, TooBusyError, judged
+from fault_witness import Case, served
 from numpy.typing import NDArray
 
 from sim_bus.assembly import load_simulation
 from wamctl.arm.config import find_file
-from wamctl.arm.errors import DataError, UserError
+from wamctl.arm.errors import UserError
 from wamctl.arm.motion import move
-from wamctl.arm.recording import read_recording
 from wamctl.arm.trajectory import FourierSeries, Reference, Trajectory, write_trajectory
 from wamctl.canopen import dictionary
-from wamctl.errors import DrivesError, StopError
 from wamctl.runtime.excite import Order, excite
 from wamctl.runtime.preflight import Prepared, prepare
 from wamctl.runtime.session import Place
 
-PERIOD_S = 0.002
-PERIOD_NS = round(PERIOD_S * 1e9)
-MOST_CYCLES, MOST_MS = 2.0, 100.0
 PHASES = ("enable", "move", "excite", "return")
 POSE = np.array([0.0, -1.0, 0.0, 2.5, 0.0, 0.0, 0.0])
 CENTRE = POSE + np.array([0.6, 0.4, 0.0, -0.6, -1.2, 0.0, 1.6])
@@ -154,44 +149,6 @@ class Window:
     to_go: Array
 
 
-@dataclass(frozen=True)
-class Stop:
-    """What became of torque and drives.
-
-    Attributes:
-        found_ms: from the fault to its detection [ms].
-        cycles: from detection until no torque of before acts [cycles].
-        off_ms: from detection until no drive is enabled [ms].
-        for_good: at the end there is no torque, and no drive is enabled.
-    """
-
-    found_ms: float
-    cycles: float
-    off_ms: float
-    for_good: bool
-
-
-@dataclass(frozen=True)
-class Ending:
-    """How a run ended.
-
-    Attributes:
-        code: exit code; 0 when it went on to its end.
-        sentence: what was said.
-        stop: what became of torque and drives; None when it went on to its end.
-        missed: what of a defined stop was missed.
-    """
-
-    code: int
-    sentence: str
-    stop: Stop | None
-    missed: tuple[str, ...]
-
-
-class TooBusyError(Exception):
-    """The set-up, which runs in real time, did not get through: there is no case to judge."""
-
-
 def configuration(folder: Path, shipped: str) -> Path:
     """A shipped arm with an experiment of six seconds, in which every motor has a way to go."""
     content = yaml.safe_load(find_file(shipped).read_text())
@@ -259,68 +216,6 @@ def run(config: Path, fault: Fault, seed: int) -> Ending:
                 error = raised
             testimony = court.hear()
         return judged(error, testimony, log, str(fault["fault"]) in UNHEARD)
-
-
-def judged(error: UserError | None, seen: Testimony, log: Path, unheard: bool) -> Ending:
-    """Whether this was a defined stop.
-
-    Args:
-        error: what ended the run.
-        seen: what the arm saw of it.
-        log: the log.
-        unheard: the host is off the bus.
-
-    Raises:
-        TooBusyError: the set-up failed before the fault began.
-    """
-    if isinstance(error, DrivesError) and not seen.said:
-        raise TooBusyError(str(error))
-    if not isinstance(error, StopError) or not seen.said:
-        said = "; ".join(seen.said) or "the fault never began"
-        code = error.exit_code if error else 0
-        return Ending(code, f"{said}; {error}" if error else said, None, ("no stop",))
-    began = re.search(r" begins at ([0-9.]+) s, cycle (\d+)", seen.said[0])
-    if began is None:
-        raise ValueError(seen.said[0])
-    detected_ns = seen.first_ns + round(error.at_s * 1e9)
-    stop = stopped(error.brakes, seen.spans, detected_ns, round(float(began[1]) * 1e9))
-    checks = {
-        "exit code": error.exit_code in (4, 5),
-        "one sentence": "\n" not in str(error),
-        f"torque of before for {stop.cycles:.2f} cycles": unheard or stop.cycles <= MOST_CYCLES,
-        f"drives disabled after {stop.off_ms:.1f} ms": stop.off_ms <= MOST_MS,
-        "disabled for good": stop.for_good,
-        "whole log": is_whole(log, int(began[2])),
-    }
-    missed = tuple(what for what, holds in checks.items() if not holds)
-    return Ending(error.exit_code, str(error), stop, missed)
-
-
-def stopped(brakes: bool, spans: Sequence[Span], detected_ns: int, began_ns: int) -> Stop:
-    """What became of torque and drives; in a braked stop, until their torques are new ones."""
-    after = [span for span in spans if span.until_ns > detected_ns]
-    old = [span for span in after if any(span.torques)]
-    if brakes:
-        old = list(takewhile(lambda span: span.torques == after[0].torques, old))
-    old_ns = old[-1].until_ns if old else detected_ns
-    off_ns = max((span.until_ns for span in after if span.enabled), default=detected_ns)
-    last = spans[-1]
-    return Stop(
-        max(0.0, (detected_ns - began_ns) * 1e-6),
-        (old_ns - detected_ns) / PERIOD_NS,
-        (off_ns - detected_ns) * 1e-6,
-        not any(last.torques) and not last.enabled,
-    )
-
-
-def is_whole(log: Path, fault_cycle: int) -> bool:
-    """Whether a log opens and holds all cycles before that of the fault; the first is 1."""
-    try:
-        recording = read_recording(log)
-    except DataError:
-        return False
-    logged = (recording.stamp_ns - recording.stamp_ns[0]) // PERIOD_NS + 1
-    return recording.complete and set(range(1, fault_cycle)) <= set(logged.tolist())
 
 
 def drawn(protocol: Protocol, name: str, window: Window, random: np.random.Generator) -> Fault:
