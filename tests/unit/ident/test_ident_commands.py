@@ -77,14 +77,33 @@ def test_json_goes_to_stdout(log, tmp_path, capsys):
 
 
 def test_steps_are_told_as_they_begin(log, tmp_path):
-    said = []
-    run_logs([log], None, tmp_path / "out", Reading(), said.append)
-    assert said == [
+    said: dict[str, list[float]] = {}
+
+    def tell(what: str, share: float | None = None) -> None:
+        said.setdefault(what, []).extend([] if share is None else [share])
+
+    run_logs([log], None, tmp_path / "out", Reading(), tell)
+    reducing = "filtering and reducing 5000 samples"
+    assert list(said) == [
         "reading",
-        "filtering and reducing 5000 samples",
+        reducing,
         "fitting, and predicting what was not fitted",
         "writing the report",
     ]
+    assert said[reducing] == sorted(said[reducing])
+    assert 0.9 < said[reducing][-1] <= 1.0
+
+
+def test_what_is_left_to_do_is_told_for_all_logs_together(log, tmp_path):
+    shares = []
+
+    def tell(what: str, share: float | None = None) -> None:
+        shares.extend([] if share is None else [share])
+
+    run_logs([log, log], None, tmp_path / "out", Reading(), tell)
+    assert shares == sorted(shares)
+    assert shares[0] < 0.55
+    assert shares[-1] > 0.9
 
 
 def test_the_model_predicts_the_torque(results, wam, noisy):
