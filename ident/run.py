@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from ident.arm import Arm
 from ident.dataset import Dataset
 from ident.gap.effects_torque import without_effects
 from ident.identification import identify, model_of
@@ -18,6 +19,7 @@ from ident.report.run_page import RunReport, run_page
 from ident.report.traces import held_out_traces
 from ident.results import as_json, run_content, whole_folder
 from ident.stages import Tell, silent
+from wamctl.arm.errors import DataError
 
 
 def run_logs(
@@ -47,7 +49,7 @@ def run_logs(
     tell("reading")
     arm, data = read_logs(paths, robot, reading)
     arm = arm.with_settings(**settings)
-    known = None if effects is None else load_model(effects)
+    known = None if effects is None else _known(effects, arm)
     if known is not None:
         data = [_without(known, d) for d in data]
     read = time.perf_counter() - start
@@ -68,6 +70,21 @@ def run_logs(
         text = as_json(content)
         (folder / "run.json").write_text(text, encoding="utf-8")
     return text
+
+
+def _known(path: Path, arm: Arm) -> Model:
+    """The model whose effects are taken off.
+
+    Raises:
+        DataError: it is another arm's.
+    """
+    model = load_model(path)
+    if model.robot.joint_names != arm.robot.joint_names:
+        raise DataError(
+            f"{path} is a model of {model.arm}, whose joints are not those of the recordings:"
+            " its effects cannot be taken off here."
+        )
+    return model
 
 
 def _without(model: Model, data: Dataset) -> Dataset:

@@ -94,6 +94,25 @@ def test_steps_are_told_as_they_begin(log, tmp_path):
     assert 0.9 < said[reducing][-1] <= 1.0
 
 
+def test_effects_of_another_arm_are_refused(results, log, tmp_path, capsys):
+    other = tmp_path / "other.yaml"
+    text = (results / "model.yaml").read_text()
+    joint = load_model(results / "model.yaml").robot.joint_names[0]
+    other.write_text(text.replace(joint, "another_joint"))
+    assert call("run", log, "--effects", other, "--out", tmp_path / "out") == 6
+    assert "joints are not those of the recordings" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_without_effects_nothing_is_taken_off(results, log, tmp_path):
+    plain = results / "model.yaml"
+    assert call("run", log, "--effects", plain, "--out", tmp_path / "out") == 0
+    motion = np.random.default_rng(0).uniform(-1, 1, (3, 40, 7))
+    models = [load_model(p) for p in (plain, tmp_path / "out" / "model.yaml")]
+    before, after = (model.inverse_dynamics(*motion) for model in models)
+    assert np.linalg.norm(after - before) < 0.02 * np.linalg.norm(before)
+
+
 def test_what_is_left_to_do_is_told_for_all_logs_together(log, tmp_path):
     shares = []
 
