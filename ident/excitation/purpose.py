@@ -108,7 +108,7 @@ def _drawn(place: Place, sketch: Sketch, pose: Array) -> Design:
 
 
 def _repeated(place: Place) -> Design:
-    """The arm's own excitation, for long enough to warm it up."""
+    """The arm's own excitation, for long enough to warm it up; what the arm may run is kept."""
     excitation = place.arm.excitation
     if excitation.trajectory is None:
         raise ConfigurationError(
@@ -117,7 +117,8 @@ def _repeated(place: Place) -> Design:
         )
     series = read_trajectory(beside(Path(place.source), excitation.trajectory)).series
     problem = problem_of(place, DesignSettings())
-    return accepted(place, problem.columns, series, round(_REPEATS_S / series.period_s))
+    unchanged = replace(place, limits=place.arm.limits)
+    return accepted(unchanged, problem.columns, series, round(_REPEATS_S / series.period_s))
 
 
 def _frame(place: Place, joint: int) -> Frame:

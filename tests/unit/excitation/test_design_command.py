@@ -38,8 +38,10 @@ def test_a_design_goes_on_from_a_file(
     shown: list[str] = []
     monkeypatch.setattr(webbrowser, "open", shown.append)
     out, start = tmp_path / "motion.yaml", find_file("wam7-excitation.yaml")
-    arguments = ("--config", "wam7.yaml", "--start", start, "--out", out, "--view", "--json")
+    arm = changed(tmp_path, "excitation", speed_m_s=1.0)  # which is the speed of the start
+    arguments = ("--config", arm, "--start", start, "--out", out, "--view", "--json")
     assert call(*arguments, *QUICK) == 0
+    arm.unlink()
     promise = json.loads(capsys.readouterr().out)
     names = ["motion-view.html", "motion.html", "motion.yaml"]
     assert sorted(p.name for p in tmp_path.iterdir()) == names
