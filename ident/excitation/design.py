@@ -14,6 +14,7 @@ from ident.excitation.deadline import within
 from ident.excitation.grid import coefficients_of, grid, series_of
 from ident.excitation.islands import Report, Task, best_design
 from ident.excitation.limits import kept_of, possible_pose
+from ident.excitation.noise import Noise
 from ident.excitation.objective import Objective
 from ident.excitation.problem import Problem
 from ident.excitation.search import Candidate, Effort, random_start
@@ -24,7 +25,13 @@ from wamctl.arm.config import ArmFile, LimitsSection
 from wamctl.arm.errors import ConfigurationError
 from wamctl.arm.robot import Robot
 from wamctl.arm.trajectory import FourierSeries, Trajectory, reference, sample
-from wamctl.arm.trajectory_check import Quantity, bounded, quantities, violations
+from wamctl.arm.trajectory_check import (
+    Quantity,
+    bounded,
+    expected_friction,
+    quantities,
+    violations,
+)
 
 Array = NDArray[np.floating]
 
@@ -161,7 +168,8 @@ def problem_of(place: Place, settings: DesignSettings) -> Problem:
     wanted, weights = settled(settings), _weights(columns, settings.weights)
     kind = wanted.objective or "errors"
     objective = Objective(kind, weights, wanted.most_condition or np.inf)
-    return Problem(columns, objective, constraints, samples)
+    noise = Noise.of_friction(expected_friction(place.arm)[1])
+    return Problem(columns, objective, constraints, samples, noise)
 
 
 def _weights(columns: Columns, wanted: dict[str, float]) -> Array:

@@ -11,11 +11,12 @@ from ident.excitation.columns import Columns
 Array = NDArray[np.floating]
 
 _FLOOR = 1e-14
+_RIDGE = 1e-12
 
 _PRICE = 20.0
 """Of a condition number above its bound, per unit of its logarithm; no error is worth as much."""
 
-_SLOPE = 3.0
+_SLOPE = 8.0
 """The price on the way there: enough to end at the bound, and small beside that of the limits."""
 
 _SOFT = 0.005
@@ -62,7 +63,7 @@ def pull_gram(columns: Columns, rows: Array, slope: Array) -> Array:
 
 
 def value_and_slope(objective: Objective, found: Array, power: float) -> tuple[float, Array]:
-    """The objective and its symmetric slope by the Gram matrix, shape (b, b).
+    """What the condition number adds to the objective, and its symmetric slope, shape (b, b).
 
     Args:
         objective: kind and weights.
@@ -73,10 +74,23 @@ def value_and_slope(objective: Objective, found: Array, power: float) -> tuple[f
     scale = np.outer(1.0 / objective.weights, 1.0 / objective.weights)
     value, slope = _condition(found * scale, power)
     value, push = _counted(objective, value, _SLOPE)
-    if objective.kind == "condition":
-        return value, push * slope * scale
-    errors, rest = _errors(objective, found)
-    return value + errors, push * slope * scale + rest
+    return value, push * slope * scale
+
+
+def value_and_slopes(
+    objective: Objective, found: Array, noisy: Array, power: float
+) -> tuple[float, Array, Array]:
+    """The objective, and its symmetric slopes by the two Gram matrices, shape (b, b).
+
+    Args:
+        objective: kind and weights.
+        found: Gram matrix of the columns, shape (b, b).
+        noisy: the same of rows that are multiplied by their noise, shape (b, b).
+        power: as in `value_and_slope`.
+    """
+    value, slope = value_and_slope(objective, found, power)
+    errors, rest, by_noise = _errors(objective, found, noisy)
+    return value + errors, slope + rest, by_noise
 
 
 def aimed(objective: Objective, found: Array, rows: Array, power: float) -> Objective:
@@ -96,13 +110,20 @@ def aimed(objective: Objective, found: Array, rows: Array, power: float) -> Obje
     return replace(objective, most=objective.most * float(np.exp(smooth - sharp - _SPARE)))
 
 
-def sharp_value(objective: Objective, rows: Array) -> float:
-    """The objective of W itself, shape (rows, b): with its true singular values."""
+def sharp_value(objective: Objective, rows: Array, variance: Array) -> float:
+    """The objective of W itself, shape (rows, b): with its true singular values.
+
+    Args:
+        objective: kind, weights and bound.
+        rows: W.
+        variance: of each row's noise, shape (rows,).
+    """
     condition = float(np.log(np.linalg.cond(rows / objective.weights)))
     value, _ = _counted(objective, condition, _PRICE)
     if objective.kind == "condition":
         return value
-    return value + _errors(objective, rows.T @ rows / len(rows))[0]
+    noisy = (rows.T * variance) @ rows / len(rows)
+    return value + _errors(objective, rows.T @ rows / len(rows), noisy)[0]
 
 
 def _counted(objective: Objective, logarithm: float, price: float) -> tuple[float, float]:
@@ -116,10 +137,10 @@ def _counted(objective: Objective, logarithm: float, price: float) -> tuple[floa
     return wanted * logarithm + price * _SOFT * excess, wanted + push
 
 
-def _errors(objective: Objective, found: Array) -> tuple[float, Array]:
+def _errors(objective: Objective, found: Array, noisy: Array) -> tuple[float, Array, Array]:
     if objective.kind == "determinant":
-        return _spread(1.0, objective.weights - 1.0, found)
-    return _spread(0.0, objective.weights, found)
+        return _spread(1.0, objective.weights - 1.0, found, noisy)
+    return _spread(0.0, objective.weights, found, noisy)
 
 
 def _condition(found: Array, power: float) -> tuple[float, Array]:
@@ -133,12 +154,28 @@ def _condition(found: Array, power: float) -> tuple[float, Array]:
     return float(value), (vectors * weights) @ vectors.T
 
 
-def _spread(volume: float, own: Array, found: Array) -> tuple[float, Array]:
-    """Mean logarithm of the standard errors: of their volume, and of the parameters' own."""
-    values, vectors = np.linalg.eigh(found)
-    values = np.maximum(values, _FLOOR * values[-1])
-    inverse = (vectors / values) @ vectors.T
-    variance = np.diag(inverse)
+def _spread(volume: float, own: Array, found: Array, noisy: Array) -> tuple[float, Array, Array]:
+    """Mean logarithm of the standard errors: of their volume, and of the parameters' own.
+
+    Least squares has the covariance P B P, with P the inverse of W^T W, and B as W^T W, but of rows
+    that are multiplied by their noise.
+    """
+    inverse = _inverse(found)
+    covariance = inverse @ noisy @ inverse
+    variance = np.diag(covariance)
     total = 2.0 * (volume * len(own) + own.sum())
-    value = (-volume * np.log(values).sum() + own @ np.log(variance)) / total
-    return float(value), -(volume * inverse + (inverse * (own / variance)) @ inverse) / total
+    value = own @ np.log(variance)
+    weighted = inverse * (own / variance)
+    by_gram, by_noise = -(covariance @ weighted.T), weighted @ inverse
+    by_gram = by_gram + by_gram.T
+    if volume:
+        value += volume * (np.linalg.slogdet(noisy)[1] + 2.0 * np.linalg.slogdet(inverse)[1])
+        by_gram, by_noise = by_gram - 2.0 * volume * inverse, by_noise + np.linalg.inv(noisy)
+    return float(value) / total, by_gram / total, by_noise / total
+
+
+def _inverse(found: Array) -> Array:
+    """Of a Gram matrix, which may be singular but for a hair."""
+    ridge = _RIDGE * float(np.trace(found)) * np.eye(len(found))
+    half = np.linalg.inv(np.linalg.cholesky(found + ridge))
+    return half.T @ half

@@ -10,6 +10,7 @@ from ident.excitation.columns import Columns, exact_rows, smooth_rows
 from ident.excitation.constraints import Constraints, Slopes
 from ident.excitation.grid import Grid
 from ident.excitation.link_rows import pull_back
+from ident.excitation.noise import Noise
 from ident.excitation.objective import (
     Objective,
     aimed,
@@ -17,6 +18,7 @@ from ident.excitation.objective import (
     pull_gram,
     sharp_value,
     value_and_slope,
+    value_and_slopes,
 )
 from ident.regressor import Motion
 
@@ -32,12 +34,14 @@ class Problem:
         objective: what to minimise.
         constraints: the arm's limits.
         grid: samples of one period.
+        noise: of the torques.
     """
 
     columns: Columns
     objective: Objective
     constraints: Constraints
     grid: Grid
+    noise: Noise
 
 
 @dataclass(frozen=True)
@@ -81,18 +85,35 @@ def lagrangian(
         The value; its gradient, of the coefficients' shape; the multipliers' estimates, shape (M,).
     """
     motion, rows, found = _evaluate(problem, coefficients, smoothness.softness_rad_s)
-    value, slope = value_and_slope(problem.objective, gram(problem.columns, rows), smoothness.power)
+    value, bar, by_velocity = _objective(problem, motion, rows, smoothness.power)
     prices = multipliers(problem, found, penalty)
     samples = problem.grid.samples
     value += float(prices @ prices - penalty.multipliers @ penalty.multipliers) / (
         2.0 * penalty.stiffness * samples
     )
     zeros = np.zeros((4, *motion.q.shape))
-    bar = pull_gram(problem.columns, rows, slope)
-    slopes = Slopes(zeros[0], zeros[1], zeros[2], zeros[3], bar)
+    slopes = Slopes(zeros[0], by_velocity, zeros[2], zeros[3], bar)
     soft = smoothness.softness_rad_s
     limited.pull(problem.constraints, problem.columns, motion, prices / samples, soft, slopes)
     return value, _pull(problem, motion, soft, slopes), prices
+
+
+def _objective(
+    problem: Problem, motion: Motion, rows: Array, power: float
+) -> tuple[float, Array, Array]:
+    """The smooth objective, its gradient by the rows, and by velocity where that makes noise."""
+    columns, noise, objective = problem.columns, problem.noise, problem.objective
+    found = gram(columns, rows)
+    if objective.kind == "condition":
+        value, slope = value_and_slope(objective, found, power)
+        return value, pull_gram(columns, rows, slope), np.zeros_like(motion.qd)
+    variance = noise.variance(motion.qd)
+    noisy = gram(columns, np.sqrt(variance)[:, :, None] * rows)
+    value, slope, by_noise = value_and_slopes(objective, found, noisy, power)
+    pulled = pull_gram(columns, rows, by_noise)
+    bar = pull_gram(columns, rows, slope) + variance[:, :, None] * pulled
+    by_variance = np.sum(rows * pulled, axis=2) / 2.0
+    return value, bar, (by_variance * noise.slope(motion.qd)).T
 
 
 def aimed_at(problem: Problem, coefficients: Array, smoothness: Smoothness) -> Problem:
@@ -123,8 +144,9 @@ def constraint_values(problem: Problem, coefficients: Array, softness_rad_s: flo
 
 def objective_value(problem: Problem, coefficients: Array, samples: Grid) -> float:
     """The sharp objective on a grid: exact sign, true singular values."""
-    rows = exact_rows(problem.columns, samples.motion(coefficients))
-    return sharp_value(problem.objective, rows)
+    motion = samples.motion(coefficients)
+    rows, variance = exact_rows(problem.columns, motion), problem.noise.variance(motion.qd)
+    return sharp_value(problem.objective, rows, variance.T.ravel())
 
 
 def _evaluate(

@@ -16,10 +16,10 @@ from ident.excitation.problem import Problem
 
 Array = NDArray[np.floating]
 
-_KEPT = 3
+_KEPT = 6
 _STARTS = 8
 _POLISH_SHARE = 0.15
-_DIFFERENT = 1e-2
+_DIFFERENT = 0.1
 _CENTRAL = 0.15
 """Starts are centred at least this part of the range away from its ends."""
 
@@ -119,9 +119,10 @@ def _judge(judged: Problem, coefficients: Array) -> list[Candidate]:
 
 def candidate(judged: Problem, coefficients: Array) -> Candidate:
     """A motion with what it is worth on the problem's grid."""
-    rows = exact_rows(judged.columns, judged.grid.motion(coefficients))
-    value, condition = sharp_value(judged.objective, rows), float(np.linalg.cond(rows))
-    return Candidate(value, condition, coefficients)
+    motion = judged.grid.motion(coefficients)
+    rows, variance = exact_rows(judged.columns, motion), judged.noise.variance(motion.qd)
+    value = sharp_value(judged.objective, rows, variance.T.ravel())
+    return Candidate(value, float(np.linalg.cond(rows)), coefficients)
 
 
 def _keep(candidates: list[Candidate]) -> list[Candidate]:
@@ -173,6 +174,7 @@ _CHANGES: tuple[Callable[[Array, Array, int, np.random.Generator], None], ...] =
     _shake,
     _renew,
     _vary,
-    _exchange,
     _delay,
+    *[_exchange] * 4,
 )
+"""Joints of other good motions have helped most often."""

@@ -183,7 +183,9 @@ class ExcitationSection(Section):
         default=(), description="for the torque check, joint side [N m s/rad]; unset: none"
     )
     expected_coulomb_nm: NonNegativeVector = Field(
-        default=(), description="for the torque check, joint side [N m]; unset: none"
+        default=(),
+        description="for the torque check, and for the noise of slow motion, joint side [N m];"
+        " unset: none",
     )
 
 

@@ -9,6 +9,7 @@ from ident.excitation import geometry
 from ident.excitation.constraints import lower_bounds
 from ident.excitation.design import Place
 from ident.excitation.link_rows import fill_rows, pull_back
+from ident.excitation.noise import Noise
 from ident.excitation.objective import Objective, sharp_value
 from ident.excitation.problem import Penalty, Problem, Smoothness, aimed_at, lagrangian
 from ident.excitation.search import candidate, random_start
@@ -86,6 +87,7 @@ def test_the_whole_gradient(
         Objective(kind, weights, most),
         full_problem.constraints,
         full_problem.grid,
+        full_problem.noise,
     )
     x = 1.2 * random_start(problem, rng)
     smooth, count = Smoothness(16.0, 0.05), len(lower_bounds(problem.constraints, 128))
@@ -102,12 +104,32 @@ def test_the_whole_gradient(
 def test_a_bound_on_the_condition_number_costs_only_above_it(rng: np.random.Generator) -> None:
     rows = rng.normal(size=(200, 4)) * [1.0, 1.0, 1.0, 20.0]
     free, condition = Objective("errors", np.ones(4)), float(np.linalg.cond(rows))
-    value = sharp_value(free, rows)
-    assert sharp_value(replace(free, most=1.1 * condition), rows) == pytest.approx(value, abs=1e-6)
-    above = sharp_value(replace(free, most=condition / np.e), rows)
+    alike = np.ones(len(rows))
+    value = sharp_value(free, rows, alike)
+    loose = sharp_value(replace(free, most=1.1 * condition), rows, alike)
+    assert loose == pytest.approx(value, abs=1e-6)
+    above = sharp_value(replace(free, most=condition / np.e), rows, alike)
     assert above == pytest.approx(value + 20.0)
     alone = Objective("condition", np.ones(4))
-    assert sharp_value(alone, rows) == pytest.approx(np.log(condition))
+    assert sharp_value(alone, rows, alike) == pytest.approx(np.log(condition))
+
+
+def test_errors_are_those_of_least_squares_under_that_noise(rng: np.random.Generator) -> None:
+    rows, sd = rng.normal(size=(60, 3)), rng.uniform(0.1, 3.0, 60)
+    solved = np.linalg.pinv(rows)
+    scatter = solved @ (sd[:, None] * rng.normal(size=(60, 200_000)))
+    value = sharp_value(Objective("errors", np.ones(3)), rows, sd**2)
+    expected = np.log(scatter.std(axis=1) * np.sqrt(len(rows))).mean()
+    assert value == pytest.approx(expected, abs=0.01)
+
+
+def test_dry_friction_makes_noise_where_a_joint_is_slow() -> None:
+    noise = Noise.of_friction(np.array([2.0, 0.0]))
+    at_rest, fast = noise.variance(np.array([[0.0, 0.0], [1.0, 1.0]])).T
+    assert at_rest == pytest.approx([4.0 + 0.04, 0.04])
+    assert fast == pytest.approx([0.04, 0.04])
+    assert noise.slope(np.zeros((1, 2))) == pytest.approx(np.zeros((2, 1)))
+    assert Noise.of_friction(np.zeros(2)).variance(np.ones((3, 2))) == pytest.approx(1.0)
 
 
 def test_near_a_motion_the_smooth_bound_lies_where_the_true_one_does(
