@@ -95,6 +95,9 @@ def seeds(arguments: argparse.Namespace) -> None:
             began, used = time.monotonic(), cpu_s()
             made = designed(place, settings, None, arguments.cpu)
             seconds, used = time.monotonic() - began, cpu_s() - used
+            if arguments.keep is not None:
+                arguments.keep.mkdir(parents=True, exist_ok=True)
+                write_trajectory(arguments.keep / f"{number}-{seed}.yaml", made.trajectory)
             found.append(made.trajectory.promise["condition_number"])
             broken = len(breaches(place, made.trajectory))
             say(f"{number:10d} {seed:5d} {found[-1]:10.2f} {seconds:9.1f} {used:8.1f} {broken:6d}")
@@ -371,6 +374,8 @@ def main() -> None:
             part.add_argument(
                 "--constraints", choices=("joint_motion", "all"), default="joint_motion"
             )
+        if work is seeds:
+            part.add_argument("--keep", type=Path, help="folder for the designs")
         if work in (seeds, cobyla, errors):
             part.add_argument("--cpu", action="store_true", help="count CPU seconds, one process")
         if work in (seeds, errors):
