@@ -16,7 +16,7 @@ _RIDGE = 1e-12
 _PRICE = 20.0
 """Of a condition number above its bound, per unit of its logarithm; no error is worth as much."""
 
-_SLOPE = 8.0
+_SLOPE = 10.0
 """The price on the way there: enough to end at the bound, and small beside that of the limits."""
 
 _SOFT = 0.005

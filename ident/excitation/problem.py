@@ -85,14 +85,14 @@ def lagrangian(
         The value; its gradient, of the coefficients' shape; the multipliers' estimates, shape (M,).
     """
     motion, rows, found = _evaluate(problem, coefficients, smoothness.softness_rad_s)
-    value, bar, by_velocity = _objective(problem, motion, rows, smoothness.power)
+    value, bar, by_noise = _objective(problem, motion, rows, smoothness.power)
     prices = multipliers(problem, found, penalty)
     samples = problem.grid.samples
     value += float(prices @ prices - penalty.multipliers @ penalty.multipliers) / (
         2.0 * penalty.stiffness * samples
     )
-    zeros = np.zeros((4, *motion.q.shape))
-    slopes = Slopes(zeros[0], by_velocity, zeros[2], zeros[3], bar)
+    zeros = np.zeros((2, *motion.q.shape))
+    slopes = Slopes(zeros[0], *by_noise, zeros[1], bar)
     soft = smoothness.softness_rad_s
     limited.pull(problem.constraints, problem.columns, motion, prices / samples, soft, slopes)
     return value, _pull(problem, motion, soft, slopes), prices
@@ -100,20 +100,25 @@ def lagrangian(
 
 def _objective(
     problem: Problem, motion: Motion, rows: Array, power: float
-) -> tuple[float, Array, Array]:
-    """The smooth objective, its gradient by the rows, and by velocity where that makes noise."""
+) -> tuple[float, Array, tuple[Array, Array]]:
+    """The smooth objective; its gradient by the rows, and by velocity and acceleration as noise."""
     columns, noise, objective = problem.columns, problem.noise, problem.objective
     found = gram(columns, rows)
     if objective.kind == "condition":
         value, slope = value_and_slope(objective, found, power)
-        return value, pull_gram(columns, rows, slope), np.zeros_like(motion.qd)
-    variance = noise.variance(motion.qd)
+        return (
+            value,
+            pull_gram(columns, rows, slope),
+            (np.zeros_like(motion.qd), np.zeros_like(motion.qd)),
+        )
+    variance = noise.variance(motion)
     noisy = gram(columns, np.sqrt(variance)[:, :, None] * rows)
-    value, slope, by_noise = value_and_slopes(objective, found, noisy, power)
-    pulled = pull_gram(columns, rows, by_noise)
+    value, slope, noisy_slope = value_and_slopes(objective, found, noisy, power)
+    pulled = pull_gram(columns, rows, noisy_slope)
     bar = pull_gram(columns, rows, slope) + variance[:, :, None] * pulled
     by_variance = np.sum(rows * pulled, axis=2) / 2.0
-    return value, bar, (by_variance * noise.slope(motion.qd)).T
+    qd, qdd = (np.ascontiguousarray((by_variance * by).T) for by in noise.slopes(motion))
+    return value, bar, (qd, qdd)
 
 
 def aimed_at(problem: Problem, coefficients: Array, smoothness: Smoothness) -> Problem:
@@ -145,7 +150,7 @@ def constraint_values(problem: Problem, coefficients: Array, softness_rad_s: flo
 def objective_value(problem: Problem, coefficients: Array, samples: Grid) -> float:
     """The sharp objective on a grid: exact sign, true singular values."""
     motion = samples.motion(coefficients)
-    rows, variance = exact_rows(problem.columns, motion), problem.noise.variance(motion.qd)
+    rows, variance = exact_rows(problem.columns, motion), problem.noise.variance(motion)
     return sharp_value(problem.objective, rows, variance.T.ravel())
 
 

@@ -120,7 +120,7 @@ def _judge(judged: Problem, coefficients: Array) -> list[Candidate]:
 def candidate(judged: Problem, coefficients: Array) -> Candidate:
     """A motion with what it is worth on the problem's grid."""
     motion = judged.grid.motion(coefficients)
-    rows, variance = exact_rows(judged.columns, motion), judged.noise.variance(motion.qd)
+    rows, variance = exact_rows(judged.columns, motion), judged.noise.variance(motion)
     value = sharp_value(judged.objective, rows, variance.T.ravel())
     return Candidate(value, float(np.linalg.cond(rows)), coefficients)
 

@@ -14,6 +14,7 @@ from ident.excitation.objective import Objective, sharp_value
 from ident.excitation.problem import Penalty, Problem, Smoothness, aimed_at, lagrangian
 from ident.excitation.search import candidate, random_start
 from ident.excitation.settings import Kind
+from ident.regressor import Motion
 from wamctl.arm.collision import collision_shapes
 from wamctl.arm.collision import distances as coal_distances
 from wamctl.arm.motion import point_speeds
@@ -123,13 +124,14 @@ def test_errors_are_those_of_least_squares_under_that_noise(rng: np.random.Gener
     assert value == pytest.approx(expected, abs=0.01)
 
 
-def test_dry_friction_makes_noise_where_a_joint_is_slow() -> None:
+def test_joints_that_turn_back_make_noise() -> None:
     noise = Noise.of_friction(np.array([2.0, 0.0]))
-    at_rest, fast = noise.variance(np.array([[0.0, 0.0], [1.0, 1.0]])).T
-    assert at_rest == pytest.approx([4.0 + 0.04, 0.04])
-    assert fast == pytest.approx([0.04, 0.04])
-    assert noise.slope(np.zeros((1, 2))) == pytest.approx(np.zeros((2, 1)))
-    assert Noise.of_friction(np.zeros(2)).variance(np.ones((3, 2))) == pytest.approx(1.0)
+    none, slow, fast = np.zeros((1, 2)), np.array([[0.0, 0.0]]), np.array([[1.0, 1.0]])
+    briskly = np.full((1, 2), 3.0)
+    assert noise.variance(Motion(none, slow, briskly)).T[0] == pytest.approx([12.04, 0.04], 1e-4)
+    assert noise.variance(Motion(none, fast, briskly)).T[0] == pytest.approx([0.04, 0.04])
+    alike = Noise.of_friction(np.zeros(2)).variance(Motion(none, slow, briskly))
+    assert alike == pytest.approx(1.0)
 
 
 def test_near_a_motion_the_smooth_bound_lies_where_the_true_one_does(
