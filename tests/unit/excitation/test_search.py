@@ -15,7 +15,7 @@ from ident.excitation.grid import grid
 from ident.excitation.islands import Task, best_design
 from ident.excitation.problem import Problem, constraint_values, objective_value
 from ident.excitation.search import Candidate, Effort, random_start, search
-from ident.excitation.settings import DesignSettings
+from ident.excitation.settings import GOOD_CONDITION, DesignSettings
 from ident.excitation.workflow import place_of
 
 FUNDAMENTAL = 0.1 * np.pi
@@ -150,7 +150,7 @@ def test_where_no_start_is_allowed_a_pose_is_kept_to(place: Place) -> None:
 
 def test_without_an_objective_errors_are_small_at_a_good_condition_number(place: Place) -> None:
     usual = problem_of(place, DesignSettings()).objective
-    assert (usual.kind, usual.most) == ("errors", 36.0)
+    assert (usual.kind, usual.most) == ("errors", GOOD_CONDITION)
     other = problem_of(place, DesignSettings(most_condition=50.0)).objective
     assert (other.kind, other.most) == ("errors", 50.0)
     for papers in (DesignSettings(objective="condition"), DesignSettings(method="cobyla")):
