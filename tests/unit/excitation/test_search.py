@@ -151,6 +151,7 @@ def test_where_no_start_is_allowed_a_pose_is_kept_to(place: Place) -> None:
 def test_without_an_objective_errors_are_small_at_a_good_condition_number(place: Place) -> None:
     usual = problem_of(place, DesignSettings()).objective
     assert (usual.kind, usual.most) == ("errors", GOOD_CONDITION)
+    assert 35.0 < GOOD_CONDITION < 36.0
     other = problem_of(place, DesignSettings(most_condition=50.0)).objective
     assert (other.kind, other.most) == ("errors", 50.0)
     for papers in (DesignSettings(objective="condition"), DesignSettings(method="cobyla")):
