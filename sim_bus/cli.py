@@ -15,7 +15,8 @@ import typer
 
 from sim_bus.assembly import Simulation, load_simulation
 from sim_bus.faults.assembly import load_faulty_simulation
-from sim_bus.hub import Hub, open_hub
+from sim_bus.hub import Hub
+from sim_bus.hubs import open_hub
 from sim_bus.server import Arm, Lockstep, RealTime, Service, serve
 from sim_bus.truth import write_truth
 from wamctl.arm.errors import UserError

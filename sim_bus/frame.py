@@ -11,6 +11,8 @@ FD_LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
 
 _CLASSIC = struct.Struct("=IB3x8s")
 _FD = struct.Struct("=IBB2x64s")
+LONGEST_BYTES = _FD.size
+"""Of a packed frame."""
 _FD_FLAGS = 0x04 | 0x01  # a CAN FD frame, with bit-rate switch
 _HEAD = struct.Struct("=IBB2x")  # of both kinds: identifier, length of the data, flags
 _SENT = struct.Struct("=q")

@@ -33,7 +33,14 @@ class Received(NamedTuple):
 
 
 class Hub(Protocol):
-    """Programs on one side of the wire."""
+    """Programs on one side of the wire.
+
+    Attributes:
+        gathers: whether a call of the system costs so much more than a frame that frames which
+            follow each other without a pause should be given out together.
+    """
+
+    gathers: bool
 
     def sources(self) -> Sequence[Source]:
         """What to `select` for reading."""
@@ -84,6 +91,8 @@ class SocketHub:
     Raises:
         SimulatedBusError: the socket cannot be made.
     """
+
+    gathers = False
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -202,6 +211,8 @@ class PythonCanHub:
         SimulatedBusError: the bus cannot be opened.
     """
 
+    gathers = False
+
     def __init__(self, interface: str, channel: str, fd: bool = False) -> None:
         settings: dict[str, Any] = {"fd": True} if fd else {}
         if interface == "udp_multicast":
@@ -268,27 +279,6 @@ def _frame(message: can.Message) -> Frame:
     can_id |= REMOTE if message.is_remote_frame else 0
     can_id |= ERROR if message.is_error_frame else 0
     return Frame(can_id, bytes(message.data), message.is_fd)
-
-
-def open_hub(bus: str, fd: bool) -> SocketHub | PythonCanHub:
-    """The hub for `simbus:PATH`, or for `INTERFACE:CHANNEL` in python-can's words.
-
-    Args:
-        bus: its name.
-        fd: whether CAN FD frames are wanted.
-
-    Raises:
-        SimulatedBusError: no such bus.
-    """
-    interface, separator, channel = bus.partition(":")
-    if not separator or not channel:
-        raise SimulatedBusError(
-            f"sim-bus got the bus {bus!r}: name it as INTERFACE:CHANNEL, such as simbus:/tmp/arm "
-            "or socketcan:vcan0."
-        )
-    if interface == "simbus":
-        return SocketHub(Path(channel))
-    return PythonCanHub(interface, channel, fd)
 
 
 def _monotonic_ns(message: can.Message) -> int:

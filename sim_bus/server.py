@@ -13,6 +13,7 @@ from sim_bus.wire import Wire
 
 _LONGEST_WAIT_NS = 1_000_000  # the physics stays this close behind the clock
 _LONGEST_HOLD_UP_NS = 500_000_000
+_NEVER_NS = 1 << 62
 
 
 class Arm(Protocol):
@@ -67,7 +68,8 @@ class Service(Protocol):
 class RealTime:
     """The arm on the monotonic clock: every frame takes its time on the wire.
 
-    A frame reaches its receivers when its last bit would have.
+    A frame reaches its receivers when its last bit would have; with a hub that gathers them, the
+    programs get it when the last of those has passed that follow it without a pause.
 
     Attributes:
         load: how busy the bus was.
@@ -79,7 +81,7 @@ class RealTime:
         self._wire = Wire(timing)
         self.load = self._wire.load
         self._origin_ns = time.monotonic_ns()
-        self._last_ns = 0
+        self._last_ns, self._given_out_by_ns = 0, _NEVER_NS
 
     def start(self) -> None:
         """Switch the drives on."""
@@ -100,14 +102,22 @@ class RealTime:
             self._hub.deliver([arrival.frame], arrival.sender, arrival.time_ns + self._origin_ns)
             hear = self._arm.overhear if arrival.sender is self else self._arm.receive
             self._send(arrival.time_ns, hear(arrival.time_ns, arrival.frame))
-        self._hub.flush()
+        self._give_out(now)
         self._send(now, self._arm.tick(now))
         self._arm.run_physics(now)
         due = min(self._arm.next_ns, now + _LONGEST_WAIT_NS)
-        wire_ns = self._wire.next_ns()
+        wire_ns = self._wire.pause_ns() if self._hub.gathers else self._wire.next_ns()
         if wire_ns is not None:
             due = min(due, wire_ns)
         return max(0, due + self._origin_ns - time.monotonic_ns()) * 1e-9
+
+    def _give_out(self, now: int) -> None:
+        """Let the programs have what has passed: at once, or in a pause, or after a while."""
+        if not (self._hub.gathers and self._wire.is_busy) or now >= self._given_out_by_ns:
+            self._hub.flush()
+            self._given_out_by_ns = _NEVER_NS
+        else:
+            self._given_out_by_ns = min(self._given_out_by_ns, now + _LONGEST_WAIT_NS)
 
     def _without_pauses(self, until_ns: int) -> int:
         """Time of the arm [ns], which stands still while this process is not let run at all."""
@@ -173,7 +183,8 @@ class Lockstep:
             self._arm.run_physics(self._now_ns + self._period_ns)
 
     def catch_up(self, until_ns: int) -> float | None:
-        """Nothing is due before the next frame."""
+        """Let the programs have the answers; nothing is due before the next frame."""
+        self._hub.flush()
         return None
 
     def _pass_on(self, frames: list[Frame]) -> None:
@@ -203,4 +214,3 @@ def serve(service: Service, hub: Hub, stop: Source | None) -> None:
         until_ns = time.monotonic_ns()
         for received in hub.receive([s for s in ready if s is not stop]):
             service.take(received)
-        hub.flush()

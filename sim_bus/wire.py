@@ -8,6 +8,9 @@ from sim_bus.frame import Frame
 
 _SECOND_NS = 1_000_000_000
 
+_Offer = tuple[int, int, int, Frame, object]
+"""What it is sorted by, a number that no other has, its length [ns], the frame, its sender."""
+
 
 @dataclass(frozen=True)
 class Arrival:
@@ -61,8 +64,8 @@ class Wire:
         self._timing = timing
         self._gap_ns = round(GAP_BITS * 1e9 / timing.nominal_bit_s)
         self._free_ns = 0
-        self._pending: list[tuple[int, int, Frame, object]] = []
-        self._waiting: list[tuple[int, int, Frame, object]] = []
+        self._pending: list[_Offer] = []  # by when they may start
+        self._waiting: list[_Offer] = []  # by identifier
         self._current: Arrival | None = None
         self._offered = 0
         self.load = Load()
@@ -72,7 +75,8 @@ class Wire:
     def offer(self, time_ns: int, frame: Frame, sender: object) -> None:
         """A frame that is ready to be sent from `time_ns` on."""
         self._offered += 1
-        heapq.heappush(self._pending, (time_ns, self._offered, frame, sender))
+        length_ns = frame_ns(frame, self._timing)
+        heapq.heappush(self._pending, (time_ns, self._offered, length_ns, frame, sender))
 
     def take(self, time_ns: int) -> Arrival | None:
         """The next frame whose last bit has passed by `time_ns`; None when there is none yet."""
@@ -91,6 +95,29 @@ class Wire:
             ready = max(self._free_ns, self._pending[0][0])
         return ready
 
+    @property
+    def is_busy(self) -> bool:
+        """Whether a frame was under way at the instant of the last `take`."""
+        return self._current is not None
+
+    def pause_ns(self) -> int | None:
+        """When the last of the frames that follow each other without a pause will have passed.
+
+        That is, if nothing else is offered; None for an idle bus.
+        """
+        end = self._free_ns
+        if self._current is None and not self._waiting:
+            if not self._pending:
+                return None
+            end = max(end, self._pending[0][0])
+        for _, _, length_ns, _, _ in self._waiting:
+            end += length_ns + self._gap_ns
+        for time_ns, _, length_ns, _, _ in sorted(self._pending):
+            if time_ns > end:
+                break
+            end += length_ns + self._gap_ns
+        return end - self._gap_ns
+
     def _arbitrate(self, time_ns: int) -> None:
         if self._current is not None or not (self._waiting or self._pending):
             return
@@ -100,10 +127,11 @@ class Wire:
         if start > time_ns:
             return
         while self._pending and self._pending[0][0] <= start:
-            _, order, frame, sender = heapq.heappop(self._pending)
-            heapq.heappush(self._waiting, (frame.can_id & 0x1FFF_FFFF, order, frame, sender))
-        _, _, frame, sender = heapq.heappop(self._waiting)
-        end = start + frame_ns(frame, self._timing)
+            _, order, length_ns, frame, sender = heapq.heappop(self._pending)
+            offer = (frame.can_id & 0x1FFF_FFFF, order, length_ns, frame, sender)
+            heapq.heappush(self._waiting, offer)
+        _, _, length_ns, frame, sender = heapq.heappop(self._waiting)
+        end = start + length_ns
         self._current = Arrival(end, frame, sender)
         self._free_ns = end + self._gap_ns
         self.load.add(start, self._free_ns)

@@ -12,6 +12,7 @@ from wamctl.canopen.sdo import is_plain
 from wamctl.canopen.supervision import Supervision
 from wamctl.errors import BusStopError
 from wamctl.runtime.arrivals import Arrivals
+from wamctl.runtime.bus import next_frame, send_all
 from wamctl.runtime.drives import Pace, Readings
 
 Array = NDArray[np.floating]
@@ -105,7 +106,7 @@ class Cycle:
             if self._count % self._heartbeat_cycles == 0:
                 self._bus.send(self._heartbeat)
             for _ in range(_MOST_FRAMES):
-                message = self._bus.recv(max(0.0, pace.remaining()))
+                message = next_frame(self._bus, pace)
                 if message is None:
                     break
                 slot = self._slots.get(message.arbitration_id)
@@ -130,9 +131,8 @@ class Cycle:
         """
         permille = [round(x) for x in (tau_motor * self._permille_per_nm).tolist()]
         try:
-            self._send_commands()
-            for message in self._frames.torques(permille, self._commands):
-                self._bus.send(message)
+            commands = self._new_commands()
+            send_all(self._bus, (*commands, *self._frames.torques(permille, self._commands)))
         except (can.CanError, OSError) as error:
             raise self._failed(error) from error
         return np.array(permille) / self._permille_per_nm
@@ -145,9 +145,11 @@ class Cycle:
         commands = [self._frames.command(slot, Controlword.DISABLE_VOLTAGE) for slot in range(n)]
         return [*self._frames.torques([0] * n, self._commands), *filter(None, commands), self._sync]
 
-    def _send_commands(self) -> None:
+    def _new_commands(self) -> list[can.Message]:
+        """Frames for the controlwords that have changed, or were not followed."""
         if self._arrived and self._wanted == self._commands:
-            return
+            return []
+        messages = []
         for slot, word in enumerate(self._wanted):
             waits = not self._arrived and self._count - self._sent_in[slot] >= _REPEAT
             if word == self._commands[slot] and not waits:
@@ -156,7 +158,8 @@ class Cycle:
             self._sent_in[slot] = self._count
             message = self._frames.command(slot, word)
             if message is not None:
-                self._bus.send(message)
+                messages.append(message)
+        return messages
 
     def _discard_late(self) -> None:
         """Empty the queue before SYNC, so that no frame of the last cycle passes for a new one."""

@@ -11,6 +11,7 @@ from wamctl.puck.acting import ActingTorque
 from wamctl.puck.supervision import Supervision
 from wamctl.puck.wiring import CycleFrames, is_plain, message
 from wamctl.runtime.arrivals import Arrivals
+from wamctl.runtime.bus import next_frame, send_all
 from wamctl.runtime.drives import Pace, Readings
 
 Array = NDArray[np.floating]
@@ -80,7 +81,7 @@ class Cycle:
             self._acting.polled()
             self._bus.send(self._wires.poll)
             for _ in range(_MOST_FRAMES):
-                frame = self._bus.recv(max(0.0, pace.remaining()))
+                frame = next_frame(self._bus, pace)
                 if frame is None:
                     break
                 slot = self._slot(frame)
@@ -114,8 +115,7 @@ class Cycle:
         acting = self._acting.mean(units / self._units_per_nm)
         try:
             torques = self._wires.torques(units.astype(int).tolist()) if self._has_goal else []
-            for frame in (*torques, *self._aside()):
-                self._bus.send(frame)
+            send_all(self._bus, (*torques, *self._aside()))
         except (can.CanError, OSError) as error:
             raise self._failed(error) from error
         return acting

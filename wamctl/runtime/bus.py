@@ -1,5 +1,6 @@
 """Opening a CAN bus from its word, `INTERFACE:CHANNEL`."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
@@ -7,6 +8,8 @@ import can
 
 from wamctl.arm.config import BusSection
 from wamctl.errors import BusError, UsageError
+from wamctl.runtime.drives import Pace
+from wamctl.runtime.socketcan import BurstBus
 
 EMBEDDED = "sim"
 _SIMULATED_ONLY = frozenset({"simbus", "virtual", "udp_multicast"})
@@ -88,7 +91,35 @@ def open_bus(channel: Channel, section: BusSection, lockstep: bool = False) -> c
     if channel.interface == "udp_multicast":
         settings["hop_limit"] = 0  # stays on this machine
     try:
+        if channel.interface == "socketcan":
+            return BurstBus(channel.name, **settings)
         return can.Bus(interface=channel.interface, channel=channel.name, **settings)
     except (can.CanError, OSError, ValueError, ImportError) as error:
         reason = str(error).rstrip(".") or type(error).__name__
         raise BusError(f"Bus {channel} cannot be opened ({reason}); {_HINT}.") from error
+
+
+def send_all(bus: can.BusABC, frames: Sequence[can.Message]) -> None:
+    """Send frames in their order, together where the bus can.
+
+    Raises:
+        can.CanError: the bus does not send one of them; those before it have been given to it.
+    """
+    if isinstance(bus, BurstBus):
+        bus.send_all(frames)
+    else:
+        for frame in frames:
+            bus.send(frame)
+
+
+def next_frame(bus: can.BusABC, pace: Pace) -> can.Message | None:
+    """The next frame of a cycle; None where none comes while there is time for it.
+
+    The clock is read only where there may be something to wait for.
+
+    Raises:
+        can.CanError: the bus does not receive.
+    """
+    if isinstance(bus, BurstBus) and bus.has_arrived:
+        return bus.recv(0.0)
+    return bus.recv(max(0.0, pace.remaining()))

@@ -18,7 +18,8 @@ from sim_bus.drive.canopen_drive import CanopenDrive
 from sim_bus.drive.ds402 import State
 from sim_bus.faults.assembly import load_faulty_simulation
 from sim_bus.frame import Frame
-from sim_bus.hub import Hub, PythonCanHub, SocketHub
+from sim_bus.hub import Hub
+from sim_bus.hubs import open_hub
 from sim_bus.server import Arm, Lockstep, serve
 from wamctl.arm.config import find_file
 from wamctl.arm.errors import UserError
@@ -173,7 +174,7 @@ def serve_arms(word: str, tmp_path_factory: pytest.TempPathFactory) -> Callable[
         simulation.arm.plant.rehearse()
         witness = Witness(arm, simulation)
         served_arm = ServedArm(word, path, simulation, witness, said)
-        with _serving(witness, simulation, _hub(word)):
+        with _serving(witness, simulation, open_hub(word, fd=False)):
             yield served_arm
         assert [m.motor.torque_permille for m in witness.motors] == [0] * 7
         assert {m.motor.state for m in witness.motors} <= served_arm.expected
@@ -181,11 +182,6 @@ def serve_arms(word: str, tmp_path_factory: pytest.TempPathFactory) -> Callable[
         assert psutil.Process().children() == []
 
     return served
-
-
-def _hub(word: str) -> Hub:
-    interface, channel = word.split(":", 1)
-    return SocketHub(Path(channel)) if interface == "simbus" else PythonCanHub(interface, channel)
 
 
 @pytest.fixture(scope="session")

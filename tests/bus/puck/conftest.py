@@ -20,7 +20,8 @@ from sim_bus import safety_node
 from sim_bus.assembly import Simulation, load_simulation
 from sim_bus.faults.assembly import load_faulty_simulation
 from sim_bus.frame import Frame
-from sim_bus.hub import Hub, Received, open_hub
+from sim_bus.hub import Hub, Received
+from sim_bus.hubs import open_hub
 from sim_bus.look_out import Source
 from sim_bus.puck_drive import PuckDrive
 from sim_bus.safety_module import Press

@@ -162,14 +162,16 @@ def test_the_arm_is_served_on_a_multicast_bus(serving, master):
 class LoneHub:
     """A hub that nobody has joined."""
 
-    def __init__(self):
+    def __init__(self, gathers=False):
+        self.gathers = gathers
         self.frames = []
+        self.flushed = []
 
     def deliver(self, frames, sender, time_ns):
         self.frames += frames
 
     def flush(self):
-        pass
+        self.flushed += self.frames[len(self.flushed) :]
 
 
 def test_a_simulation_that_was_stopped_does_not_rush_after_the_clock():
@@ -184,6 +186,20 @@ def test_a_simulation_that_was_stopped_does_not_rush_after_the_clock():
     assert booted == len(hub.frames) == 7
     service.catch_up(began + 60_010_000_000)
     assert simulation.arm.plant.time_ns < 200_000_000
+
+
+@pytest.mark.parametrize(("gathers", "given_out"), [(False, [4, 7]), (True, [0, 7])])
+def test_frames_without_a_pause_are_given_out_together_where_calls_are_dear(gathers, given_out):
+    simulation = load_simulation("wam7.yaml", 0)
+    hub = LoneHub(gathers)
+    service = RealTime(simulation.arm, hub, simulation.timing)
+    began = time.monotonic_ns()
+    service.start()
+    flushed = []
+    for after_ns in (250_000, 600_000):  # a boot-up frame takes some 60 us
+        service.catch_up(began + after_ns)
+        flushed.append(len(hub.flushed))
+    assert flushed == given_out
 
 
 def test_a_frame_acts_when_it_was_sent_even_if_it_is_read_later():

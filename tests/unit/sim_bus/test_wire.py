@@ -87,3 +87,17 @@ def test_the_load_is_that_of_the_busiest_second():
     taken(wire)
     frame = 1e-9 * frame_ns(Frame(0x555, b"\x55" * 8), TIMING) + 3e-6
     assert wire.load.peak == pytest.approx(2 * frame)
+
+
+def test_frames_without_a_pause_between_them_end_together():
+    wire = Wire(TIMING)
+    frames = [Frame(0x423 + 32 * k, bytes([k, 0, 77])) for k in range(7)]
+    for k, frame in enumerate(frames):
+        wire.offer(50_000 + 1000 * k, frame, None)
+    wire.offer(2_000_000, Frame(0x001), "behind a pause")
+    end = 50_000 + sum(frame_ns(frame, TIMING) for frame in frames) + 6 * 3000
+    assert wire.pause_ns() == end
+    assert wire.take(51_000) is None  # the first is under way
+    assert wire.pause_ns() == end
+    assert [a.time_ns for a in taken(wire, end)][-1] == end
+    assert wire.pause_ns() == 2_000_000 + frame_ns(Frame(0x001), TIMING)
