@@ -144,6 +144,15 @@ def _arm(file: RobotFile | ArmFile, urdf: str, urdf_source: str, source: str) ->
         file.robot.gravity_m_s2,
         urdf_source,
     )
+    return arm_with(file, robot, source)
+
+
+def arm_with(file: RobotFile | ArmFile, robot: Robot, source: str) -> Arm:
+    """The arm of a configuration whose robot is there already.
+
+    Raises:
+        ConfigurationError: a coupling matrix that does not fit the joints.
+    """
     harmonic = None
     if isinstance(file, ArmFile):
         excitation = file.excitation

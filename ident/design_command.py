@@ -36,7 +36,7 @@ def design(
         Path, typer.Option(help="Trajectory file; its report stands beside it, as .html.")
     ] = Path("trajectory.yaml"),
     seconds: Annotated[
-        float | None, typer.Option("--time", help="Time to search [s]; default 150.")
+        float | None, typer.Option("--time", help="Time to search [s]; default 240.")
     ] = None,
     seed: Annotated[int | None, typer.Option(help="Of all random choices; default 0.")] = None,
     objective: Annotated[
@@ -46,6 +46,10 @@ def design(
         ),
     ] = None,
     start: Annotated[Path | None, typer.Option(help="Trajectory file to go on from.")] = None,
+    model: Annotated[
+        Path | None,
+        typer.Option(help="model.yaml of `ident run`: the motion that suits this very arm best."),
+    ] = None,
     purpose: Annotated[
         str | None,
         typer.Option("--for", help="EFFECT[:JOINT] or a gap.json: the motion that shows it."),
@@ -61,13 +65,16 @@ def design(
     from ident.excitation.progress import Progress
     from ident.excitation.settings import design_settings, settings_from, settled
     from ident.excitation.workflow import design_file, design_for, report_beside, view_beside
+    from wamctl.arm.errors import ConfigurationError
 
     wanted = {"time_s": seconds, "seed": seed, "objective": objective and objective.value}
     given = {name: value for name, value in wanted.items() if value is not None}
     chosen = settled(design_settings(settings_from(settings) | given))
+    if purpose is not None and model is not None:
+        raise ConfigurationError("--model", ["has no say in the fixed motions of --for"])
     if purpose is None:
         with Progress(chosen) as progress:
-            found = design_file(config, out, chosen, start, progress.report)
+            found = design_file(config, out, chosen, start, progress.report, model)
         wishes = chosen.model_dump(mode="json", exclude_none=True)
     else:
         found, wishes = design_for(config, out, purpose), {"for": purpose}

@@ -7,11 +7,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.gap.experiment import controller_for, file_of, wire_for
+from ident.gap.experiment import file_of
 from ident.gap.model import simulation_of
 from ident.gap.repeats import trajectory_file
 from ident.model import Model
 from ident.model_file import load_model
+from ident.simulation.configured import controller_for, wire_for
 from ident.simulation.loop import Run, run
 from wamctl.arm.config import ArmFile, beside, find_file, load_arm_file
 from wamctl.arm.errors import ConfigurationError, DataError

@@ -10,8 +10,9 @@ from scipy.optimize import minimize
 
 from ident.excitation.fit import fit
 from ident.excitation.grid import Grid
+from ident.excitation.judge import Candidate, candidate
 from ident.excitation.problem import Problem, constraint_values, objective_value
-from ident.excitation.search import Candidate, Effort, candidate, random_start
+from ident.excitation.search import Effort, random_start
 
 Array = NDArray[np.floating]
 

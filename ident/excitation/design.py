@@ -8,18 +8,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.arm import arm_with
 from ident.excitation.columns import Columns, columns_of, exact_rows, joint_terms
 from ident.excitation.constraints import constraints_of
 from ident.excitation.deadline import within
 from ident.excitation.grid import coefficients_of, grid, series_of
 from ident.excitation.islands import Report, Task, best_design
+from ident.excitation.judge import Candidate
 from ident.excitation.limits import kept_of, possible_pose
 from ident.excitation.noise import Noise
 from ident.excitation.objective import Objective
 from ident.excitation.problem import Problem
-from ident.excitation.search import Candidate, Effort, random_start
+from ident.excitation.rehearsal import Rehearsal, nearly
+from ident.excitation.search import Effort, random_start
 from ident.excitation.settings import DesignSettings, settled
 from ident.regressor import Motion
+from ident.simulation.arm import SimulatedArm
+from ident.simulation.configured import controller_for, wire_for
 from wamctl.arm.collision import collision_shapes
 from wamctl.arm.config import ArmFile, LimitsSection
 from wamctl.arm.errors import ConfigurationError
@@ -71,12 +76,14 @@ class Place:
         robot: its model.
         limits: the design's bounds.
         source: what to call the configuration in messages.
+        known: the arm as it was identified before; None: nothing but its file is known.
     """
 
     arm: ArmFile
     robot: Robot
     limits: LimitsSection
     source: Path | str
+    known: SimulatedArm | None = None
 
 
 @dataclass(frozen=True)
@@ -124,6 +131,8 @@ def task_of(place: Place, settings: DesignSettings, start: FourierSeries | None)
     excitation = place.arm.excitation
     first = None if start is None else start_of(place, start)
     problem = problem_of(place, settings)
+    if problem.rehearsal is not None:
+        problem.rehearsal.prepare()
     dense = grid(excitation.fundamental_rad_s, excitation.harmonics, _JUDGED_SAMPLES)
     effort = Effort(within(settings.time_s), settings.descents, settings.patience, settings.gain)
     return Task(problem, dense, effort, settings.seed, first, settings.method)
@@ -169,7 +178,24 @@ def problem_of(place: Place, settings: DesignSettings) -> Problem:
     kind = wanted.objective or "errors"
     objective = Objective(kind, weights, wanted.most_condition or np.inf)
     noise = Noise.of_friction(expected_friction(place.arm)[1])
-    return Problem(columns, objective, constraints, samples, noise)
+    problem = Problem(columns, objective, constraints, samples, noise)
+    if place.known is None:
+        return problem
+    if kind not in ("errors", "balanced"):
+        raise ConfigurationError(
+            "--model", [f"shows standard errors, which --objective {kind} does not ask for"]
+        )
+    arm = arm_with(place.arm, place.robot, str(place.source)).with_settings(terms=settings.terms)
+    rehearsal = Rehearsal(
+        arm=arm,
+        controller=controller_for(place.arm, place.robot),
+        wire=wire_for(place.arm),
+        plants=nearly(place.known),
+        weights=settings.weights,
+        fundamental_rad_s=excitation.fundamental_rad_s,
+        ramp_s=excitation.ramp_s,
+    )
+    return replace(problem, rehearsal=rehearsal)
 
 
 def _weights(columns: Columns, wanted: dict[str, float]) -> Array:

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from ident.excitation.cobyla import search_by_cobyla
 from ident.excitation.grid import Grid
+from ident.excitation.judge import Candidate
 from ident.excitation.problem import Problem
-from ident.excitation.search import Candidate, Effort, search
+from ident.excitation.search import Effort, search
 
 Array = NDArray[np.floating]
 Report = Callable[[Candidate | None], None]

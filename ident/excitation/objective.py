@@ -110,20 +110,29 @@ def aimed(objective: Objective, found: Array, rows: Array, power: float) -> Obje
     return replace(objective, most=objective.most * float(np.exp(smooth - sharp - _SPARE)))
 
 
-def sharp_value(objective: Objective, rows: Array, variance: Array) -> float:
-    """The objective of W itself, shape (rows, b): with its true singular values.
+def sharp_condition(objective: Objective, rows: Array) -> float:
+    """What the condition number of W itself, shape (rows, b), adds to the objective."""
+    condition = float(np.log(np.linalg.cond(rows / objective.weights)))
+    return _counted(objective, condition, _PRICE)[0]
+
+
+def sharp_errors(objective: Objective, rows: Array, variance: Array) -> float:
+    """What the standard errors add to it, by a formula for the noise.
 
     Args:
         objective: kind, weights and bound.
-        rows: W.
+        rows: W, shape (rows, b).
         variance: of each row's noise, shape (rows,).
     """
-    condition = float(np.log(np.linalg.cond(rows / objective.weights)))
-    value, _ = _counted(objective, condition, _PRICE)
     if objective.kind == "condition":
-        return value
+        return 0.0
     noisy = (rows.T * variance) @ rows / len(rows)
-    return value + _errors(objective, rows.T @ rows / len(rows), noisy)[0]
+    return _errors(objective, rows.T @ rows / len(rows), noisy)[0]
+
+
+def sharp_value(objective: Objective, rows: Array, variance: Array) -> float:
+    """The objective of W itself: with its true singular values; arguments as of its parts."""
+    return sharp_condition(objective, rows) + sharp_errors(objective, rows, variance)
 
 
 def _counted(objective: Objective, logarithm: float, price: float) -> tuple[float, float]:

@@ -20,6 +20,7 @@ from ident.excitation.objective import (
     value_and_slope,
     value_and_slopes,
 )
+from ident.excitation.rehearsal import Rehearsal
 from ident.regressor import Motion
 
 Array = NDArray[np.floating]
@@ -35,6 +36,7 @@ class Problem:
         constraints: the arm's limits.
         grid: samples of one period.
         noise: of the torques.
+        rehearsal: shows the noise of motions that compete; None: the formula is all there is.
     """
 
     columns: Columns
@@ -42,6 +44,7 @@ class Problem:
     constraints: Constraints
     grid: Grid
     noise: Noise
+    rehearsal: Rehearsal | None = None
 
 
 @dataclass(frozen=True)

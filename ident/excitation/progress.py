@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
 
-from ident.excitation.search import Candidate
+from ident.excitation.judge import UNSEEN, Candidate
 from ident.excitation.settings import DesignSettings
 
 
@@ -48,7 +48,7 @@ class Progress:
         if best is None:
             return
         words = f"condition number {best.condition_number:.2f}"
-        if self._settings.objective != "condition":
+        if self._settings.objective != "condition" and best.value < UNSEEN:
             words += f", objective {best.value:.3f}"
         self._bar.update(self._task, description=words)
         if not self._bar.console.is_terminal:

@@ -1,24 +1,28 @@
 """From many starts to one design: a few good motions, and changes of parts of them."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.excitation.columns import exact_rows
 from ident.excitation.deadline import Deadline
 from ident.excitation.descent import FROM_AFAR, FROM_NEARBY, TO_THE_POINT, descend
-from ident.excitation.fit import fit, fit_joints
+from ident.excitation.fit import fit_joints
 from ident.excitation.grid import Grid
-from ident.excitation.objective import sharp_value
+from ident.excitation.judge import POOL, Candidate, Judge
 from ident.excitation.problem import Problem
 
 Array = NDArray[np.floating]
 
-_KEPT = 6
 _STARTS = 8
 _POLISH_SHARE = 0.15
+_TOGETHER_SHARE = 0.4
+"""Of the time, for the best of all families."""
+
+_STALE = 8
+"""A family that has not become better for so many descents gives way to the next."""
+
 _DIFFERENT = 0.1
 _CENTRAL = 0.15
 """Starts are centred at least this part of the range away from its ends."""
@@ -26,19 +30,7 @@ _CENTRAL = 0.15
 _WILD_RAD_S = 5.0
 
 
-@dataclass(frozen=True)
-class Candidate:
-    """A motion within its limits.
-
-    Attributes:
-        value: of the sharp objective; the logarithm of the condition number, for example.
-        condition_number: of W, whatever the objective.
-        coefficients: shape (2 L + 1, n).
-    """
-
-    value: float
-    condition_number: float
-    coefficients: Array
+_Kept = Generator[Candidate, None, list[Candidate]]
 
 
 @dataclass(frozen=True)
@@ -61,7 +53,7 @@ class Effort:
 def search(
     problem: Problem, dense: Grid, effort: Effort, seed: int, start: Array | None
 ) -> Iterator[Candidate]:
-    """Every better design as it is found, the polished one last.
+    """Every better design as it is found.
 
     Args:
         problem: objective, constraints and the grid to optimise on.
@@ -70,34 +62,112 @@ def search(
         seed: of the random starts and changes.
         start: a design to improve, shape (2 L + 1, n), instead of starting afresh.
     """
-    rng = np.random.default_rng(seed)
-    soon = effort.deadline.sooner(_POLISH_SHARE)
-    judged = replace(problem, grid=dense)
-    kept: list[Candidate] = [] if start is None else _judge(judged, start)
-    yield from kept
-    best, idle = min((c.value for c in kept), default=np.inf), 0
-    for count in range(effort.descents):
-        if soon.over or (kept and idle >= effort.patience):
-            break
-        afar = count < (_STARTS if start is None else 1)
-        if start is not None and count == 0:
-            first = start
-        elif afar or not kept:
-            first = random_start(problem, rng)
-        else:
-            first = _changed(problem, kept, rng)
-        stages = FROM_AFAR if afar else FROM_NEARBY
-        found = _judge(judged, descend(problem, first, stages, soon))
-        kept = _keep(kept + found)
-        idle = 0 if kept and kept[0].value < best - effort.gain else idle + 1
-        if kept and kept[0].value < best:
-            best = kept[0].value
-            yield kept[0]
-    if kept:
-        polished = _judge(
-            judged, descend(problem, kept[0].coefficients, TO_THE_POINT, effort.deadline)
-        )
-        yield from [c for c in polished if c.value < best]
+    herd = _Herd(problem, dense, effort, np.random.default_rng(seed))
+    best = np.inf
+    for found in herd.polished(start) if problem.rehearsal is None else herd.rehearsed(start):
+        if found.value < best:
+            best = found.value
+            yield found
+
+
+class _Herd:
+    """Motions that descend from each other."""
+
+    def __init__(
+        self, problem: Problem, dense: Grid, effort: Effort, rng: np.random.Generator
+    ) -> None:
+        self._problem, self._dense, self._effort, self._rng = problem, dense, effort, rng
+        self._descents = 0
+
+    def polished(self, start: Array | None) -> Iterator[Candidate]:
+        """One family, and the best of it with all digits."""
+        end = self._effort.deadline
+        kept = yield from self._family(start, end.sooner(_POLISH_SHARE), self._effort.patience)
+        if kept:
+            last = descend(self._problem, kept[0].coefficients, TO_THE_POINT, end)
+            yield from self._judge(self._problem, end).of(last, kept)
+
+    def rehearsed(self, start: Array | None) -> Iterator[Candidate]:
+        """One family after the other, and then the best of all together."""
+        soon = self._effort.deadline.sooner(_TOGETHER_SHARE)
+        best = yield from self._family(start, soon, _STALE)
+        while self._goes_on(soon):
+            more = yield from self._family(start, soon, _STALE)
+            best = _keep(best + more)
+        end, patience = self._effort.deadline, self._effort.patience
+        yield from self._bred(self._problem, best, iter(()), end, patience)
+
+    def _family(self, start: Array | None, deadline: Deadline, patience: int) -> _Kept:
+        """Random starts, or one that is given, and changes of them; gives the best few.
+
+        Where motions are rehearsed, and the condition number has a bound, nothing else is looked at
+        until a motion keeps it.
+        """
+        given = [] if start is None else [start]
+        firsts = (random_start(self._problem, self._rng) for _ in range(_STARTS))
+        firsts = firsts if start is None else iter(given)
+        most = self._problem.objective.most
+        if self._problem.rehearsal is not None and np.isfinite(most):
+            objective = replace(self._problem.objective, kind="condition", most=np.inf)
+            aim = replace(self._problem, objective=objective, rehearsal=None)
+            kept = self._judged(aim, given, deadline)
+            all_along = self._effort.patience
+            kept = yield from self._bred(aim, kept, firsts, deadline, all_along, np.log(most))
+            given, firsts = [k.coefficients for k in kept], iter(())
+        kept = self._judged(self._problem, given, deadline)
+        return (yield from self._bred(self._problem, kept, firsts, deadline, patience))
+
+    def _judged(
+        self, aim: Problem, motions: Sequence[Array], deadline: Deadline
+    ) -> list[Candidate]:
+        judge, kept = self._judge(aim, deadline), list[Candidate]()
+        for coefficients in motions:
+            kept = _keep(kept + judge.of(coefficients, kept))
+        return kept
+
+    def _bred(
+        self,
+        aim: Problem,
+        kept: list[Candidate],
+        firsts: Iterator[Array],
+        deadline: Deadline,
+        patience: int,
+        enough: float = -np.inf,
+    ) -> _Kept:
+        """Descents from first motions, then from changes of the best; gives those.
+
+        Args:
+            aim: objective, constraints and the grid to optimise on.
+            kept: motions to begin with, best first.
+            firsts: motions to descend from.
+            deadline: when to stop.
+            patience: so many descents without gain end it.
+            enough: a motion with so small a value ends it, too.
+        """
+        judge, last = self._judge(aim, deadline), aim is self._problem
+        yield from [k if last else k.behind() for k in kept[:1]]
+        idle = 0
+        while self._goes_on(deadline) and not (kept and idle >= patience):
+            best = kept[0].value if kept else np.inf
+            if best <= enough:
+                break
+            first, stages = next(firsts, None), FROM_AFAR
+            if first is None and kept:
+                first, stages = _changed(self._problem, kept, self._rng), FROM_NEARBY
+            elif first is None:
+                first = random_start(self._problem, self._rng)
+            self._descents += 1
+            kept = _keep(kept + judge.of(descend(aim, first, stages, deadline), kept))
+            idle = 0 if kept and kept[0].value < best - self._effort.gain else idle + 1
+            if kept and kept[0].value < best:
+                yield kept[0] if last else kept[0].behind()
+        return kept
+
+    def _goes_on(self, deadline: Deadline) -> bool:
+        return self._descents < self._effort.descents and not deadline.over
+
+    def _judge(self, aim: Problem, deadline: Deadline) -> Judge:
+        return Judge(replace(aim, grid=self._dense), deadline)
 
 
 def random_start(problem: Problem, rng: np.random.Generator) -> Array:
@@ -109,22 +179,6 @@ def random_start(problem: Problem, rng: np.random.Generator) -> Array:
     return fit_joints(problem, problem.grid, wild)
 
 
-def _judge(judged: Problem, coefficients: Array) -> list[Candidate]:
-    """The design within its limits, or nothing where it cannot be brought there."""
-    fitted = fit(judged, coefficients)
-    if fitted is None:
-        return []
-    return [candidate(judged, fitted)]
-
-
-def candidate(judged: Problem, coefficients: Array) -> Candidate:
-    """A motion with what it is worth on the problem's grid."""
-    motion = judged.grid.motion(coefficients)
-    rows, variance = exact_rows(judged.columns, motion), judged.noise.variance(motion)
-    value = sharp_value(judged.objective, rows, variance.T.ravel())
-    return Candidate(value, float(np.linalg.cond(rows)), coefficients)
-
-
 def _keep(candidates: list[Candidate]) -> list[Candidate]:
     """The best few that differ from each other, best first."""
     kept: list[Candidate] = []
@@ -132,7 +186,7 @@ def _keep(candidates: list[Candidate]) -> list[Candidate]:
         gaps = [np.abs(c.coefficients - k.coefficients).max() for k in kept]
         if min(gaps, default=np.inf) > _DIFFERENT:
             kept.append(c)
-    return kept[:_KEPT]
+    return kept[:POOL]
 
 
 def _changed(problem: Problem, kept: list[Candidate], rng: np.random.Generator) -> Array:

@@ -10,36 +10,62 @@ from ident.excitation.limits import design_limits
 from ident.excitation.purpose import design_motion, purpose_of
 from ident.excitation.settings import DesignSettings
 from ident.excitation.view import view_page
+from ident.gap.model import simulation_of
+from ident.model_file import load_model
 from ident.provenance import provenance
 from ident.report.design_page import DesignReport, design_page
 from ident.report.page import render
+from ident.simulation.arm import SimulatedArm
 from wamctl.arm.config import find_file, load_arm_file
-from wamctl.arm.errors import DataError
+from wamctl.arm.errors import ConfigurationError, DataError
 from wamctl.arm.trajectory import read_trajectory, write_trajectory
 
 Constraints = Literal["all", "joint_motion"]
 
 
-def place_of(config: Path, constraints: Constraints | None = None) -> Place:
+def place_of(
+    config: Path, constraints: Constraints | None = None, model: Path | None = None
+) -> Place:
     """The arm of a configuration and the bounds of its excitation.
 
     Args:
         config: the arm's file.
         constraints: limits to keep; None: what the file says.
+        model: the `model.yaml` of the arm as it was identified before, if it was.
 
     Raises:
-        ConfigurationError: a file that cannot be used, or an empty range.
+        ConfigurationError: a file that cannot be used, an empty range, or another arm's model.
     """
     found = find_file(config)
     arm = load_arm_file(found)
     if constraints is not None:
         excitation = arm.excitation.model_copy(update={"constraints": constraints})
         arm = arm.model_copy(update={"excitation": excitation})
-    return Place(arm, arm_from_file(found, ()).robot, design_limits(arm, found), found)
+    robot = arm_from_file(found, ()).robot
+    known = None if model is None else _known(model, robot.joint_names)
+    return Place(arm, robot, design_limits(arm, found), found, known)
+
+
+def _known(path: Path, joints: tuple[str, ...]) -> SimulatedArm:
+    model = load_model(path)
+    if model.robot.joint_names != joints:
+        raise ConfigurationError(
+            "--model",
+            [
+                f"{path} has the joints {', '.join(model.robot.joint_names)}, and not"
+                f" {', '.join(joints)}"
+            ],
+        )
+    return simulation_of(model)
 
 
 def design_file(
-    config: Path, out: Path, settings: DesignSettings, start: Path | None, report: Report
+    config: Path,
+    out: Path,
+    settings: DesignSettings,
+    start: Path | None,
+    report: Report,
+    model: Path | None = None,
 ) -> Design:
     """Design a trajectory and write it.
 
@@ -49,12 +75,13 @@ def design_file(
         settings: what to minimise, how, and when to stop.
         start: a trajectory file to improve.
         report: called with every better design, and with None in between.
+        model: the `model.yaml` of the arm as it was identified before, to try motions on.
 
     Raises:
         ConfigurationError: a file that cannot be used, or impossible limits.
         DataError: the trajectory cannot be written.
     """
-    place = place_of(config, settings.constraints)
+    place = place_of(config, settings.constraints, model)
     first = None if start is None else read_trajectory(start).series
     found = design(place, settings, first, report)
     save(found, out)

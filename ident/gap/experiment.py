@@ -18,16 +18,16 @@ from ident.model_file import load_model
 from ident.parameters import Terms
 from ident.recordings import Reading, arm_of, joints_to_read
 from ident.simulation.chain import chain_of
+from ident.simulation.configured import controller_for, wire_for
 from ident.simulation.loop import Controller, Wire
-from wamctl.arm.config import ArmFile, PuckDrivesSection, RobotFile, load_robot_file, validate
+from wamctl.arm.config import ArmFile, RobotFile, load_robot_file, validate
 from wamctl.arm.errors import ConfigurationError, DataError
 from wamctl.arm.recording import Recording, read_recording
-from wamctl.arm.robot import Robot, cad_parameters
+from wamctl.arm.robot import cad_parameters
 
 Array = NDArray[np.floating]
 
 _CONFIG = "config.yaml"
-_PER_MILLE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -180,36 +180,8 @@ def controller_of(source: Experiment) -> Controller | None:
     return controller_for(source.file, source.arm.robot)
 
 
-def controller_for(file: ArmFile, robot: Robot) -> Controller:
-    """The controller of a configuration, with the CAD model."""
-    section = file.controller
-    bandwidth = np.array(section.bandwidth_rad_s)
-    return Controller(
-        chain_of(robot),
-        cad_parameters(robot),
-        bandwidth**2,
-        2.0 * section.damping_ratio * bandwidth,
-        section.velocity_cutoff_hz,
-    )
-
-
 def wire_of(source: Experiment) -> Wire | None:
     """Encoders and drives of the recordings, where the configuration names them."""
     if not isinstance(source.file, ArmFile):
         return None
     return wire_for(source.file)
-
-
-def wire_for(file: ArmFile) -> Wire:
-    """Encoders and drives of a configuration."""
-    drives = file.drives
-    if isinstance(drives, PuckDrivesSection):
-        step_nm = 1.0 / np.array(drives.torque_units_per_nm)
-    else:
-        step_nm = _PER_MILLE * np.array(drives.rated_torque_nm)
-    return Wire(
-        np.array(file.transmission.motor_from_joint),
-        np.array(drives.counts_per_revolution, dtype=float),
-        step_nm,
-        file.bus.period_s,
-    )

@@ -35,8 +35,9 @@ from ident.excitation.columns import exact_rows
 from ident.excitation.deadline import within
 from ident.excitation.design import Design, Place, design, finished, problem_of, task_of
 from ident.excitation.grid import series_of
+from ident.excitation.judge import Candidate
 from ident.excitation.limits import design_limits, possible_pose
-from ident.excitation.search import Candidate, random_start, search
+from ident.excitation.search import random_start, search
 from ident.excitation.settings import DesignSettings
 from ident.excitation.workflow import place_of
 from ident.regressor import Motion

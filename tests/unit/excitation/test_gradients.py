@@ -8,11 +8,12 @@ import pytest
 from ident.excitation import geometry
 from ident.excitation.constraints import lower_bounds
 from ident.excitation.design import Place
+from ident.excitation.judge import candidate
 from ident.excitation.link_rows import fill_rows, pull_back
 from ident.excitation.noise import Noise
 from ident.excitation.objective import Objective, sharp_value
 from ident.excitation.problem import Penalty, Problem, Smoothness, aimed_at, lagrangian
-from ident.excitation.search import candidate, random_start
+from ident.excitation.search import random_start
 from ident.excitation.settings import Kind
 from ident.regressor import Motion
 from wamctl.arm.collision import collision_shapes

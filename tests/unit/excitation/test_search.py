@@ -13,8 +13,9 @@ from ident.excitation.deadline import Deadline
 from ident.excitation.design import Place, design, problem_of
 from ident.excitation.grid import grid
 from ident.excitation.islands import Task, best_design
+from ident.excitation.judge import Candidate
 from ident.excitation.problem import Problem, constraint_values, objective_value
-from ident.excitation.search import Candidate, Effort, random_start, search
+from ident.excitation.search import Effort, random_start, search
 from ident.excitation.settings import GOOD_CONDITION, DesignSettings
 from ident.excitation.workflow import place_of
 

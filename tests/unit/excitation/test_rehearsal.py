@@ -1,0 +1,221 @@
+"""Motions tried out on the arm as a model has it, and what the search makes of it."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ident.arm import arm_from_file
+from ident.excitation import search as searching
+from ident.excitation.deadline import Deadline
+from ident.excitation.design import Place, problem_of
+from ident.excitation.fit import scaled
+from ident.excitation.grid import coefficients_of, grid, series_of
+from ident.excitation.judge import POOL, UNSEEN, Judge, candidate
+from ident.excitation.problem import Problem
+from ident.excitation.rehearsal import Rehearsal
+from ident.excitation.search import Effort, search
+from ident.excitation.settings import DesignSettings
+from ident.excitation.workflow import place_of
+from ident.model import Filter, Model
+from ident.model_file import write_model
+from ident.parameters import standard_parameters
+from ident.recordings import Reading
+from ident.run import run_logs
+from ident.simulate import simulate_model
+from ident.simulation.arm import simulated_arm
+from ident.simulation.chain import chain_of
+from wamctl.arm.errors import ConfigurationError, DataError
+from wamctl.arm.robot import cad_parameters
+from wamctl.arm.trajectory import Trajectory, read_trajectory, write_trajectory
+from wamctl.arm.trajectory_check import expected_friction
+
+FILE = Path("excitation-published-limits.yaml")
+NEVER, AT_ONCE = Deadline(np.inf), Deadline(0.0)
+
+
+@pytest.fixture(scope="module")
+def place() -> Place:
+    """The arm as its file's CAD has it, with half of the friction that it expects."""
+    found = place_of(FILE)
+    viscous, coulomb = expected_friction(found.arm)
+    cad = cad_parameters(found.robot)
+    plant = simulated_arm(chain_of(found.robot), cad, 0.5 * viscous, 0.5 * coulomb)
+    return replace(found, known=plant)
+
+
+@pytest.fixture(scope="module")
+def problem(place: Place) -> Problem:
+    return replace(problem_of(place, DesignSettings()), grid=grid(0.1 * np.pi, 5, 1000))
+
+
+@pytest.fixture(scope="module")
+def rehearsal(problem: Problem) -> Rehearsal:
+    assert problem.rehearsal is not None
+    return problem.rehearsal
+
+
+@pytest.fixture(scope="module")
+def motion() -> np.ndarray:
+    """The shipped one, which keeps these limits; shape (11, 7)."""
+    return coefficients_of(read_trajectory("wam7-excitation.yaml").series)
+
+
+def errors(rehearsal: Rehearsal, motion: np.ndarray) -> float:
+    """On the first arm, the one of the model."""
+    return next(rehearsal.errors(motion))
+
+
+def test_a_smaller_motion_has_larger_errors(rehearsal: Rehearsal, motion: np.ndarray) -> None:
+    assert errors(rehearsal, scaled(motion, 0.5)) > errors(rehearsal, motion) + np.log(1.2)
+
+
+def test_a_motion_too_small_to_tell_has_no_errors(rehearsal: Rehearsal, motion: np.ndarray) -> None:
+    with pytest.raises(DataError):
+        errors(rehearsal, scaled(motion, 1e-3))
+
+
+def test_weights_count(rehearsal: Rehearsal, motion: np.ndarray) -> None:
+    friction = errors(replace(rehearsal, weights={"fc": 1e9}), motion)
+    one = errors(replace(rehearsal, weights={"fc7": 1e9}), motion)
+    assert len({errors(rehearsal, motion), friction, one}) == 3
+    assert one < friction  # the smallest joint's friction is known best
+
+
+def test_the_other_arms_differ_a_little(place: Place, rehearsal: Rehearsal) -> None:
+    first, *others = rehearsal.plants
+    assert first is place.known
+    assert len(others) == 2
+    for other in others:
+        ratio = other.coulomb / first.coulomb
+        assert (np.abs(np.log(ratio)) < 4 * 0.15).all()
+        assert len(set(ratio)) == 7
+
+
+def test_errors_are_those_of_a_run_on_the_simulated_arm(
+    place: Place, rehearsal: Rehearsal, motion: np.ndarray, tmp_path: Path
+) -> None:
+    """`ident simulate` and `ident run` by their commands, on one period of the same motion."""
+    assert place.known is not None
+    robot = place.robot
+    names = [p.name for p in standard_parameters(robot, arm_from_file(FILE, ()).terms)]
+    values = dict(zip(robot.inertial_names, cad_parameters(robot), strict=True))
+    for i in range(robot.dof):
+        values[f"fv{i + 1}"], values[f"fc{i + 1}"] = place.known.viscous[i], place.known.coulomb[i]
+    model = Model(
+        arm="wam7",
+        estimator="feasible",
+        robot=robot,
+        terms=arm_from_file(FILE, ()).terms,
+        delta=np.array([values[n] for n in names]),
+        moving=np.ones(robot.dof, dtype=bool),
+        base_parameters=(),
+        filter=Filter(2.5, 3, 25.0, 25.0, True, 0.01),
+        noise=np.zeros(robot.dof),
+        logs=(),
+    )
+    write_model(tmp_path / "model.yaml", model)
+    series = series_of(motion, robot.joint_names, 0.1 * np.pi)
+    write_trajectory(tmp_path / "motion.yaml", Trajectory(series, 1, {}, {}))
+    log = tmp_path / "log.mcap"
+    simulate_model(tmp_path / "model.yaml", tmp_path / "motion.yaml", str(FILE), log)
+    content = json.loads(run_logs([log], None, tmp_path / "out", Reading()))
+    deviations = [p["sd"] for p in content["base_parameters"]]
+    assert errors(rehearsal, motion) == pytest.approx(np.mean(np.log(deviations)), abs=1e-6)
+
+
+def test_only_errors_are_rehearsed(place: Place) -> None:
+    assert problem_of(place, DesignSettings(objective="balanced")).rehearsal is not None
+    with pytest.raises(ConfigurationError) as caught:
+        problem_of(place, DesignSettings(objective="condition"))
+    assert "--objective condition does not ask for" in str(caught.value)
+    assert problem_of(replace(place, known=None), DesignSettings()).rehearsal is None
+
+
+class Counted:
+    """Errors that a motion's size decides, and how often they were asked for."""
+
+    def __init__(self) -> None:
+        self.asked = 0
+
+    def errors(self, coefficients: np.ndarray) -> Iterator[float]:
+        for luck in (0.5, -0.5):
+            self.asked += 1
+            yield -7.0 + luck + float(np.abs(coefficients).max())
+
+    def prepare(self) -> None:
+        """Nothing to compile."""
+
+
+def with_count(problem: Problem) -> tuple[Problem, Counted]:
+    count = Counted()
+    return replace(problem, rehearsal=count), count  # pyright: ignore[reportArgumentType]
+
+
+def test_a_motion_is_worth_the_mean_of_its_tries(problem: Problem, motion: np.ndarray) -> None:
+    counted, count = with_count(problem)
+    (found,) = Judge(counted, NEVER).of(motion, [])
+    formula = candidate(problem, found.coefficients)
+    assert count.asked == 2
+    assert found.rest == formula.rest
+    assert found.value == pytest.approx(formula.rest - 7.0 + np.abs(found.coefficients).max())
+
+
+def test_a_motion_that_is_clearly_behind_is_tried_no_longer(
+    problem: Problem, motion: np.ndarray
+) -> None:
+    counted, count = with_count(problem)
+    (found,) = Judge(counted, NEVER).of(motion, [])
+    better = [replace(found, tries=tuple(e - 1.0 for e in found.tries)) for _ in range(POOL)]
+    assert len(Judge(counted, NEVER).of(motion, better[1:])) == 1  # few are kept
+    assert count.asked == 2 + 2
+    assert Judge(counted, NEVER).of(motion, better) == []
+    assert count.asked == 2 + 2 + 1  # behind after one try
+    others = [replace(found, rest=found.rest - 1.0) for _ in range(POOL)]
+    assert Judge(counted, NEVER).of(motion, others) == []
+    assert count.asked == 2 + 2 + 1  # behind even with the best errors of all
+
+
+def test_after_the_deadline_nothing_is_rehearsed(problem: Problem, motion: np.ndarray) -> None:
+    counted, count = with_count(problem)
+    (found,) = Judge(counted, AT_ONCE).of(motion, [])
+    assert found.value == pytest.approx(UNSEEN + candidate(problem, found.coefficients).value)
+    assert Judge(counted, AT_ONCE).of(motion, [found]) == []
+    assert count.asked == 0
+
+
+def test_where_no_arm_shows_anything_the_formula_counts(
+    problem: Problem, rehearsal: Rehearsal, motion: np.ndarray
+) -> None:
+    tiny = scaled(motion, 1e-3)
+    (found,) = Judge(replace(problem, rehearsal=rehearsal), NEVER).of(tiny, [])
+    formula = candidate(problem, found.coefficients)
+    assert found.value == pytest.approx(UNSEEN + formula.value)
+
+
+def test_a_search_yields_what_was_rehearsed_last(
+    problem: Problem, motion: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """First motions that keep the bound of the condition number, then what their rehearsal says."""
+    counted, _ = with_count(problem)
+    counted = replace(counted, objective=replace(counted.objective, most=60.0))
+    monkeypatch.setattr(searching, "descend", lambda problem, first, *_: first)
+    effort = Effort(NEVER, descents=6, patience=60, gain=1e-3)
+    found = list(search(counted, counted.grid, effort, 0, motion))
+    assert [c.value for c in found] == sorted((c.value for c in found), reverse=True)
+    assert found[0].value > UNSEEN
+    assert found[0].condition_number < 60.0
+    assert found[-1].value < UNSEEN
+
+
+def test_without_a_motion_within_the_bound_the_condition_number_counts(
+    problem: Problem, motion: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    counted, _ = with_count(problem)
+    monkeypatch.setattr(searching, "descend", lambda problem, first, *_: first)
+    effort = Effort(NEVER, descents=3, patience=60, gain=1e-3)
+    found = list(search(counted, counted.grid, effort, 0, motion))
+    assert found[-1].condition_number == min(c.condition_number for c in found)
