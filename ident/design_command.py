@@ -76,6 +76,7 @@ def design(
         with Progress(chosen) as progress:
             found = design_file(config, out, chosen, start, progress.report, model)
         wishes = chosen.model_dump(mode="json", exclude_none=True)
+        wishes |= {} if model is None else {"model": str(model)}
     else:
         found, wishes = design_for(config, out, purpose), {"for": purpose}
     written = [out, report_beside(found, config, out, wishes)]

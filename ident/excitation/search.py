@@ -17,7 +17,7 @@ Array = NDArray[np.floating]
 
 _STARTS = 8
 _POLISH_SHARE = 0.15
-_TOGETHER_SHARE = 0.4
+_TOGETHER_SHARE = 0.65
 """Of the time, for the best of all families."""
 
 _STALE = 8

@@ -79,6 +79,8 @@ def test_limits_of_the_joints_alone_are_said_to_be_so(
         (("--set", "weights={fx4: 2}"), "--weight: no parameter or kind 'fx4'; valid are "),
         (("--for", "gremlins"), "--for: no effect 'gremlins'; valid are asymmetric_viscous, "),
         (("--for", "stribeck:9"), "--for: no joint 9; the arm has 1 to 7."),
+        (("--for", "stribeck:4", "--model", "m.yaml"), "--model: has no say in the fixed motions"),
+        (("--model", "nowhere.yaml"), "nowhere.yaml"),
     ],
 )
 def test_wishes_that_nobody_can_fulfil(

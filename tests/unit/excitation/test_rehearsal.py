@@ -64,6 +64,27 @@ def motion() -> np.ndarray:
     return coefficients_of(read_trajectory("wam7-excitation.yaml").series)
 
 
+def model_of(place: Place) -> Model:
+    """What `ident run` would write of that arm."""
+    assert place.known is not None
+    robot, terms = place.robot, arm_from_file(FILE, ()).terms
+    values = dict(zip(robot.inertial_names, cad_parameters(robot), strict=True))
+    for i in range(robot.dof):
+        values[f"fv{i + 1}"], values[f"fc{i + 1}"] = place.known.viscous[i], place.known.coulomb[i]
+    return Model(
+        arm="wam7",
+        estimator="feasible",
+        robot=robot,
+        terms=terms,
+        delta=np.array([values[p.name] for p in standard_parameters(robot, terms)]),
+        moving=np.ones(robot.dof, dtype=bool),
+        base_parameters=(),
+        filter=Filter(2.5, 3, 25.0, 25.0, True, 0.01),
+        noise=np.zeros(robot.dof),
+        logs=(),
+    )
+
+
 def errors(rehearsal: Rehearsal, motion: np.ndarray) -> float:
     """On the first arm, the one of the model."""
     return next(rehearsal.errors(motion))
@@ -99,25 +120,8 @@ def test_errors_are_those_of_a_run_on_the_simulated_arm(
     place: Place, rehearsal: Rehearsal, motion: np.ndarray, tmp_path: Path
 ) -> None:
     """`ident simulate` and `ident run` by their commands, on one period of the same motion."""
-    assert place.known is not None
     robot = place.robot
-    names = [p.name for p in standard_parameters(robot, arm_from_file(FILE, ()).terms)]
-    values = dict(zip(robot.inertial_names, cad_parameters(robot), strict=True))
-    for i in range(robot.dof):
-        values[f"fv{i + 1}"], values[f"fc{i + 1}"] = place.known.viscous[i], place.known.coulomb[i]
-    model = Model(
-        arm="wam7",
-        estimator="feasible",
-        robot=robot,
-        terms=arm_from_file(FILE, ()).terms,
-        delta=np.array([values[n] for n in names]),
-        moving=np.ones(robot.dof, dtype=bool),
-        base_parameters=(),
-        filter=Filter(2.5, 3, 25.0, 25.0, True, 0.01),
-        noise=np.zeros(robot.dof),
-        logs=(),
-    )
-    write_model(tmp_path / "model.yaml", model)
+    write_model(tmp_path / "model.yaml", model_of(place))
     series = series_of(motion, robot.joint_names, 0.1 * np.pi)
     write_trajectory(tmp_path / "motion.yaml", Trajectory(series, 1, {}, {}))
     log = tmp_path / "log.mcap"
@@ -125,6 +129,25 @@ def test_errors_are_those_of_a_run_on_the_simulated_arm(
     content = json.loads(run_logs([log], None, tmp_path / "out", Reading()))
     deviations = [p["sd"] for p in content["base_parameters"]]
     assert errors(rehearsal, motion) == pytest.approx(np.mean(np.log(deviations)), abs=1e-6)
+
+
+def test_the_model_becomes_the_arm_that_is_moved(
+    place: Place, rehearsal: Rehearsal, motion: np.ndarray, tmp_path: Path
+) -> None:
+    path = tmp_path / "model.yaml"
+    write_model(path, model_of(place))
+    read = problem_of(place_of(FILE, None, path), DesignSettings()).rehearsal
+    assert read is not None
+    assert errors(read, motion) == pytest.approx(errors(rehearsal, motion), abs=1e-9)
+
+
+def test_a_model_of_another_arm_is_refused(place: Place, tmp_path: Path) -> None:
+    path = tmp_path / "model.yaml"
+    write_model(path, model_of(place))
+    path.write_text(path.read_text(encoding="utf-8").replace("wam/", "other/"), encoding="utf-8")
+    with pytest.raises(ConfigurationError) as caught:
+        place_of(FILE, None, path)
+    assert "has the joints other/" in str(caught.value)
 
 
 def test_only_errors_are_rehearsed(place: Place) -> None:
