@@ -13,12 +13,12 @@ from ident.gap.repeats import trajectory_file
 from ident.model import Model
 from ident.model_file import load_model
 from ident.simulation.configured import controller_for, wire_for
+from ident.simulation.log import recorded
 from ident.simulation.loop import Run, run
 from wamctl.arm.config import ArmFile, beside, find_file, load_arm_file
 from wamctl.arm.errors import ConfigurationError, DataError
 from wamctl.arm.recorder import write_recording
-from wamctl.arm.recording import Command, Recording, read_recording
-from wamctl.arm.ros2.joint_series import ReferenceSeries
+from wamctl.arm.recording import Recording, read_recording
 from wamctl.arm.trajectory import (
     FourierSeries,
     Reference,
@@ -170,18 +170,6 @@ def _ordered(series: FourierSeries, joints: tuple[str, ...]) -> FourierSeries:
 
 
 def _recording(model: Model, setting: _Setting, motion: Reference, result: Run) -> Recording:
-    stamps = np.round(motion.t * 1e9).astype(np.int64)
-    series = ReferenceSeries(stamps, motion.q, motion.qd, motion.qdd)
-    command = Command(stamps, motion.q, motion.qd, result.tau_cmd)
     facts = {"simulated": "ident simulate", "model": ", ".join(model.logs), "arm": model.arm}
-    return Recording(
-        joint_names=tuple(model.robot.joint_names),
-        stamp_ns=stamps,
-        q=result.q,
-        qd=None,
-        effort=None,
-        command=command,
-        reference=series,
-        metadata=facts,
-        attachments={**setting.attachments, "robot.urdf": model.robot.urdf.encode()},
-    )
+    attachments = {**setting.attachments, "robot.urdf": model.robot.urdf.encode()}
+    return recorded(tuple(model.robot.joint_names), motion, result, attachments, facts)

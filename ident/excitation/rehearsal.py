@@ -15,12 +15,11 @@ from ident.dataset import Dataset, dataset
 from ident.evidence import gather
 from ident.excitation.grid import series_of
 from ident.simulation.arm import SimulatedArm
+from ident.simulation.log import recorded
 from ident.simulation.loop import Controller, Wire, run
 from ident.steady_state import only_steady_state
 from ident.uncertainty import standard_errors
 from wamctl.arm.errors import DataError
-from wamctl.arm.recording import Command, Recording
-from wamctl.arm.ros2.joint_series import ReferenceSeries
 from wamctl.arm.trajectory import Trajectory, reference, trajectory_yaml
 
 Array = NDArray[np.floating]
@@ -87,18 +86,8 @@ class Rehearsal:
         series = series_of(coefficients, names, self.fundamental_rad_s)
         motion = reference(series, 1, self.ramp_s, self.wire.period_s)
         made = run(plant, self.controller, self.wire, (motion.q, motion.qd, motion.qdd))
-        stamps = np.round(motion.t * 1e9).astype(np.int64)
         trajectory = trajectory_yaml(Trajectory(series, 1, {}, {})).encode()
-        recording = Recording(
-            joint_names=names,
-            stamp_ns=stamps,
-            q=made.q,
-            qd=None,
-            effort=None,
-            command=Command(stamps, motion.q, motion.qd, made.tau_cmd),
-            reference=ReferenceSeries(stamps, motion.q, motion.qd, motion.qdd),
-            attachments={"trajectory.yaml": trajectory},
-        )
+        recording = recorded(names, motion, made, {"trajectory.yaml": trajectory}, {})
         data = dataset(recording, names, "rehearsal")
         return only_steady_state(data, recording, data.name)
 

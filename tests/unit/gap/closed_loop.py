@@ -7,14 +7,14 @@ import numpy as np
 
 from ident.arm import arm_from_file
 from ident.gap.experiment import Experiment, experiment
+from ident.simulation import log
 from ident.simulation.arm import SimulatedArm, Term, simulated_arm, term
 from ident.simulation.chain import chain_of
 from ident.simulation.configured import controller_for, wire_for
 from ident.simulation.loop import run
 from wamctl.arm.config import load_arm_file, shipped_file
-from wamctl.arm.recording import Command, Recording
+from wamctl.arm.recording import Recording
 from wamctl.arm.robot import cad_parameters
-from wamctl.arm.ros2.joint_series import ReferenceSeries
 from wamctl.arm.trajectory import Trajectory, read_trajectory, reference, trajectory_yaml
 
 PERIODS = 2
@@ -65,17 +65,8 @@ def recorded(arm: SimulatedArm, periods: int = PERIODS) -> Recording:
     rng = np.random.default_rng(1)
     noise = 2e-3 * np.array(file.simulation.coulomb_nm) * rng.normal(size=motion.q.shape)
     result = run(arm, controller_for(file, robot), wire_for(file), wanted, noise)
-    stamps = np.round(motion.t * 1e9).astype(np.int64)
-    return Recording(
-        joint_names=tuple(robot.joint_names),
-        stamp_ns=stamps,
-        q=result.q,
-        qd=None,
-        effort=None,
-        command=Command(stamps, motion.q, motion.qd, result.tau_cmd),
-        reference=ReferenceSeries(stamps, *wanted),
-        attachments={**ATTACHED, "trajectory.yaml": trajectory_yaml(trajectory).encode()},
-    )
+    attached = {**ATTACHED, "trajectory.yaml": trajectory_yaml(trajectory).encode()}
+    return log.recorded(tuple(robot.joint_names), motion, result, attached, {})
 
 
 def source_of(recording: Recording) -> Experiment:
