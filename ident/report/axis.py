@@ -88,7 +88,7 @@ def time_axis(label: str, values: Array, place: tuple[float, float], most: int =
     high = high if high > low else low + 1.0
     step = _step((high - low) / most)
     ticks = step * np.arange(np.ceil(low / step), np.floor(high / step) + 1)
-    return Axis(label, low, high, *place, tuple(map(float, ticks)))
+    return Axis(label, low, high, *place, tuple(map(float, ticks + 0.0)))
 
 
 def logarithmic_axis(label: str, values: Sequence[Array], place: tuple[float, float]) -> Axis:

@@ -1,13 +1,14 @@
 """Axes, thinning, and words."""
 
 import math
+from collections.abc import Callable
 
 import hypothesis.strategies as st
 import numpy as np
 import pytest
 from hypothesis import given
 
-from ident.report.axis import linear_axis, logarithmic_axis, time_axis
+from ident.report.axis import Axis, linear_axis, logarithmic_axis, time_axis
 from ident.report.figures import region_map, shade
 from ident.report.plot import BUCKETS, thinned
 from ident.report.words import (
@@ -56,6 +57,13 @@ def test_axes_without_values_are_still_axes() -> None:
 def test_ticks_are_round() -> None:
     axis = linear_axis("x [1]", [np.array([-0.43, 1.7])], (0.0, 1.0))
     assert axis.labels == ["−0.5", "0.0", "0.5", "1.0", "1.5", "2.0"]
+
+
+@pytest.mark.parametrize("axis", [linear_axis, time_axis])
+def test_no_tick_is_minus_zero(axis: Callable[..., Axis]) -> None:
+    made = axis("x", [np.array([-0.6, 4.2])], (0.0, 100.0))
+    assert "0" in made.labels
+    assert "−0" not in made.labels
 
 
 def test_thinning_keeps_single_peaks_and_order() -> None:
