@@ -35,7 +35,6 @@ from ident.excitation.columns import exact_rows
 from ident.excitation.deadline import within
 from ident.excitation.design import Design, Place, design, finished, problem_of, task_of
 from ident.excitation.grid import series_of
-from ident.excitation.judge import Candidate
 from ident.excitation.limits import design_limits, possible_pose
 from ident.excitation.search import random_start, search
 from ident.excitation.settings import DesignSettings
@@ -74,7 +73,7 @@ def cpu_s() -> float:
     return own.ru_utime + own.ru_stime + ended.ru_utime + ended.ru_stime
 
 
-def nothing(best: Candidate | None) -> None:
+def nothing(best: object) -> None:
     """Progress that nobody reads."""
 
 
