@@ -23,6 +23,7 @@ SEARCHED = (0, 1)
 HELD_OUT = 2
 """The fold that no search has seen."""
 
+_SETTLINGS = 6
 _REFINEMENTS = 3
 _EXACT_OF_REFINED = 20
 _PROMISING = 0.8  # of the best form's gain: others are tuned no further
@@ -62,16 +63,25 @@ def extend(rows: Nominal, present: Present, hypotheses: Sequence[Hypothesis]) ->
 
 
 def _settled(rows: Nominal, present: Present) -> Present:
-    """Reversal curves, regions, and parameters that agree with each other."""
-    for _ in range(2):
+    """Reversal curves, regions, and parameters that agree with each other.
+
+    A wide curve makes the region of turning wide, in which a narrow one may fit as well, which
+    makes it narrow again: after the first rounds it only grows.
+    """
+    for settling in range(_SETTLINGS):
+        slow = present.model.slow
         table = tabulate(rows, present.model, present.accepted)
         choice = Choice(present.model.shapes, tuple(table.slots.values()))
         found = choose_shapes(table.grams.of(SEARCHED), choice)
-        present = Present(_updated(rows, present.model, found), present.accepted, found)
+        least = slow if settling > 1 else np.zeros_like(slow)
+        model = _updated(rows, present.model, found, least)
+        present = Present(model, present.accepted, found)
+        if settling and (model.slow == slow).all():
+            break
     return present
 
 
-def _updated(rows: Nominal, model: PresentModel, found: Fit) -> PresentModel:
+def _updated(rows: Nominal, model: PresentModel, found: Fit, least: Array) -> PresentModel:
     b, n = len(rows.kept), model.facts.dof
     delta = model.facts.delta.copy()
     if b:
@@ -83,7 +93,7 @@ def _updated(rows: Nominal, model: PresentModel, found: Fit) -> PresentModel:
         found.x[b : b + n],
         found.x[b + n : b + 2 * n],
         shapes,
-        np.array([slow_speed(Mixture(s).width) for s in shapes]),
+        np.maximum(least, [slow_speed(Mixture(s).width) for s in shapes]),
     )
 
 
