@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed
+from ident.effects.effect import ArmFacts, Array, Coefficient, Freedom, Hypothesis, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
 
@@ -25,7 +25,7 @@ class AsymmetricViscous:
     contains = ()
     experiment = "several constant speeds in each direction over the same range"
     compares = False
-    exact = True
+    freedom = Freedom.NONE
     smooth = True
     uses = ()
     settings = ()

@@ -4,7 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed, Setting
+from ident.effects.effect import (
+    ArmFacts,
+    Array,
+    Coefficient,
+    Freedom,
+    Hypothesis,
+    Observed,
+    Setting,
+)
 from ident.simulation.arm import SimulatedArm
 
 
@@ -20,7 +28,7 @@ class Backlash:
     contains = ()
     experiment = "torque that changes sign without a change of speed, as through a gravity crossing"
     compares = False
-    exact = False
+    freedom = Freedom.ANY
     smooth = True
     uses = ("model",)
     settings = (Setting("crossing_share", "1", (0.02, 0.06, 0.2), 0.005, 0.5, reported=False),)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed
+from ident.effects.effect import ArmFacts, Array, Coefficient, Freedom, Hypothesis, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
 
@@ -26,7 +26,7 @@ class Contact:
     contains = ()
     experiment = "repeat the run with nothing and nobody near the arm"
     compares = False
-    exact = False
+    freedom = Freedom.ANY
     smooth = True
     uses = ()
     settings = ()

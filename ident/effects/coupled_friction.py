@@ -4,7 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed, Setting
+from ident.effects.effect import (
+    ArmFacts,
+    Array,
+    Coefficient,
+    Freedom,
+    Hypothesis,
+    Observed,
+    Setting,
+)
 from ident.simulation.arm import SimulatedArm, Term, term
 
 
@@ -28,7 +36,7 @@ class CoupledFriction:
     contains = ()
     experiment = "move both joints together, in all combinations of direction and of who is faster"
     compares = False
-    exact = False
+    freedom = Freedom.ANY
     smooth = False
     uses = ("direction",)
     settings = (Setting("ratio", "1", (0.4, 0.63, 1.0, 1.6, 2.5), 0.4, 2.5),)

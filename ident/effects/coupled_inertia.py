@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed
+from ident.effects.effect import ArmFacts, Array, Coefficient, Freedom, Hypothesis, Observed
 from ident.simulation.arm import SimulatedArm
 
 
@@ -20,7 +20,7 @@ class CoupledInertia:
     contains = ("rotor_inertia",)
     experiment = "accelerate both joints of the pair together, in step and against each other"
     compares = False
-    exact = True
+    freedom = Freedom.NONE
     smooth = True
     uses = ()
     settings = ()

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Hypothesis, Observed
+from ident.effects.effect import ArmFacts, Array, Freedom, Hypothesis, Observed
 from ident.simulation.arm import SimulatedArm
 
 
@@ -18,7 +18,7 @@ class DroppedSamples:
     contains = ()
     experiment = "record again with a logger that keeps up; compare its counters"
     compares = False
-    exact = False
+    freedom = Freedom.ANY
     smooth = True
     uses = ()
     settings = ()

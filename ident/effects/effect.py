@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -200,6 +201,16 @@ class Hypothesis:
         return (self.effect, self.joints, self.rows, self.variant, *self.settings.items())
 
 
+class Freedom(Enum):
+    """What the form of an effect may get wrong."""
+
+    NONE = "nothing: its equation leaves no freedom"
+    SPEED = "a curve over the joint's speed, which follows its direction"
+    POSITION = "a curve over the joint's position"
+    TIME = "a curve over time, of friction"
+    ANY = "anything"
+
+
 class Effect(Protocol):
     """One effect: one file, one class, one object named EFFECT.
 
@@ -213,7 +224,7 @@ class Effect(Protocol):
         contains: effects that are special cases of it.
         experiment: motion that tells it from them.
         compares: whether it shows only against a model that was trusted before.
-        exact: whether its equation leaves no freedom of form; else what is left may be form.
+        freedom: of its form; what is left of an effect that is found may be its form's error.
         smooth: whether its columns vary no faster than the links move, so that a lower rate does.
         uses: what its columns depend on: `direction` of friction, `model` torque, whole `torque`.
         settings: what shapes its columns.
@@ -228,7 +239,7 @@ class Effect(Protocol):
     contains: tuple[str, ...]
     experiment: str
     compares: bool
-    exact: bool
+    freedom: Freedom
     smooth: bool
     uses: tuple[str, ...]
     settings: tuple[Setting, ...]
@@ -243,6 +254,24 @@ class Effect(Protocol):
 
     def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
         """The arm with the effect in, for coefficients of shape (k,)."""
+        ...
+
+
+@runtime_checkable
+class Reshapes(Protocol):
+    """An effect whose coefficients have units or bounds that hang on its settings."""
+
+    def coefficients(self, settings: dict[str, float]) -> tuple[Coefficient, ...]:
+        """The numbers that multiply its columns."""
+        ...
+
+
+@runtime_checkable
+class Steepens(Protocol):
+    """A drag beside the viscous one: where the two fall with speed from rest on, it is another."""
+
+    def falls(self, values: Array, viscous: float) -> bool:
+        """Whether friction would fall from rest on, for coefficients and a viscous one."""
         ...
 
 

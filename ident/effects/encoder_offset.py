@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed
+from ident.effects.effect import ArmFacts, Array, Coefficient, Freedom, Hypothesis, Observed
 from ident.simulation.arm import SimulatedArm
 
 
@@ -18,7 +18,7 @@ class EncoderOffset:
     contains = ()
     experiment = "all joints over their whole range; better, a kinematic calibration"
     compares = False
-    exact = True
+    freedom = Freedom.NONE
     smooth = True
     uses = ("model",)
     settings = ()

@@ -4,7 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed, Setting
+from ident.effects.effect import (
+    ArmFacts,
+    Array,
+    Coefficient,
+    Freedom,
+    Hypothesis,
+    Observed,
+    Setting,
+)
 from ident.simulation.arm import SimulatedArm, Term, term
 from ident.simulation.chain import Chain, torques
 
@@ -30,7 +38,7 @@ class GravityTilt:
     contains = ()
     experiment = "turn joint 1 through more than 180 degrees with the arm stretched out level"
     compares = False
-    exact = True
+    freedom = Freedom.NONE
     smooth = True
     uses = ("model",)
     settings = (Setting("first_link", "1", (0.0, 1.0), 0.0, 1.0, True, True, reported=False),)
@@ -50,17 +58,21 @@ class GravityTilt:
         return [Hypothesis(self.id, joints, joints, tuple(numbers))]
 
     def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
-        """Change of the gravity torque per tilt angle; cosine and sine of the first joint."""
+        """Change of the gravity torque per tilt angle; cosine and sine of the first joint.
+
+        What the tilt does at joint 1 while all others are at zero counts as the first link's.
+        """
         rest = np.zeros_like(seen.q)
-        columns = [
-            torques(chain, seen.arm.delta, seen.q, rest, rest)
-            for chain in _turned(seen.arm, _axes(seen.arm))
-        ]
+        waves = np.column_stack([np.cos(seen.q[:, 0]), np.sin(seen.q[:, 0])])
+        columns = []
+        for chain in _turned(seen.arm, _axes(seen.arm)):
+            columns.append(torques(chain, seen.arm.delta, seen.q, rest, rest))
+            if "first_link" in hypothesis.settings:
+                columns[-1][:, 0] -= waves @ _at_zero(chain, seen.arm.delta)
         if "first_link" in hypothesis.settings:
-            q = seen.q[:, 0] * hypothesis.settings["first_link"]
-            for wave in (np.cos(q), np.sin(q)):
+            for wave in waves.T * hypothesis.settings["first_link"]:
                 columns.append(np.zeros_like(rest))
-                columns[-1][:, 0] = wave * hypothesis.settings["first_link"]
+                columns[-1][:, 0] = wave
         return np.stack(columns, axis=-1)
 
     def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
@@ -73,9 +85,17 @@ class GravityTilt:
         gravity *= np.linalg.norm(arm.chain.gravity) / np.linalg.norm(gravity)
         arm = replace(arm, chain=arm.chain._replace(gravity=gravity))
         if "first_link" in hypothesis.settings:
-            item = Term(_first_link, 0, (float(values[-2]), float(values[-1])))
+            cosine, sine = values[-2:] - _at_zero(arm.chain, arm.delta)
+            item = Term(_first_link, 0, (float(cosine), float(sine)))
             arm = replace(arm, terms=(*arm.terms, item))
         return arm
+
+
+def _at_zero(chain: Chain, delta: Array) -> Array:
+    """Torque of joint 1 with all others at zero: its cosine and sine over that joint's angle."""
+    q = np.zeros((2, len(delta) // 10))
+    q[1, 0] = np.pi / 2
+    return torques(chain, delta, q, np.zeros_like(q), np.zeros_like(q))[:, 0]
 
 
 def _turned(arm: ArmFacts, axes: str) -> list[Chain]:

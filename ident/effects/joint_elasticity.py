@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed
+from ident.effects.effect import ArmFacts, Array, Coefficient, Freedom, Hypothesis, Observed
 from ident.simulation.arm import SimulatedArm
 
 
@@ -20,7 +20,7 @@ class JointElasticity:
     contains = ()
     experiment = "a chirp up to 50 Hz; an encoder on the joint's side"
     compares = False
-    exact = False
+    freedom = Freedom.ANY
     smooth = True
     uses = ("model",)
     settings = ()

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed
+from ident.effects.effect import ArmFacts, Array, Coefficient, Freedom, Hypothesis, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
 
@@ -25,7 +25,7 @@ class JointSpring:
     contains = ("torque_offset",)
     experiment = "move the joint alone over more than 2 rad, slowly, in several poses of the others"
     compares = False
-    exact = False
+    freedom = Freedom.POSITION
     smooth = True
     uses = ()
     settings = ()

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed
+from ident.effects.effect import ArmFacts, Array, Coefficient, Freedom, Hypothesis, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
 _FORMS = ("whole load", "gravity load", "driving load", "braking load")
@@ -30,7 +30,7 @@ class LoadDependentFriction:
     contains = ()
     experiment = "the same speed in poses of very different load, with and without a payload"
     compares = False
-    exact = False
+    freedom = Freedom.ANY
     smooth = False
     uses = ("direction", "model")
     settings = ()

@@ -4,8 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed, Setting
+from ident.effects.effect import (
+    ArmFacts,
+    Array,
+    Coefficient,
+    Freedom,
+    Hypothesis,
+    Observed,
+    Setting,
+)
 from ident.simulation.arm import SimulatedArm, Term, term
+
+_NEGATIVE = 0.05  # of the drag at 1 rad/s: so much is no error of a small viscous part
 
 
 @term
@@ -29,7 +39,7 @@ class NonlinearViscous:
     contains = ()
     experiment = "constant speeds up to the joint's limit, evenly spread"
     compares = False
-    exact = False
+    freedom = Freedom.SPEED
     smooth = True
     uses = ()
     settings = (Setting("power", "1", (0.5, 1.5, 2.0, 3.0), 0.3, 4.0),)
@@ -40,10 +50,20 @@ class NonlinearViscous:
         A sub-linear drag with a negative coefficient would be Stribeck friction by another name.
         """
         return [
-            Hypothesis(self.id, (j,), (j,), (_coefficient(p),), {"power": p})
+            Hypothesis(self.id, (j,), (j,), self.coefficients({"power": p}), {"power": p})
             for j in arm.moving_joints
             for p in self.settings[0].grid
         ]
+
+    def coefficients(self, settings: dict[str, float]) -> tuple[Coefficient, ...]:
+        """The drag at 1 rad/s."""
+        power = settings["power"]
+        lower = 0.0 if power < 1.0 else -np.inf
+        return (Coefficient("drag", f"N m (s/rad)^{power:g}", lower=lower),)
+
+    def falls(self, values: Array, viscous: float) -> bool:
+        """Whether the viscous part is clearly negative: that, too, would be Stribeck friction."""
+        return viscous < -_NEGATIVE * abs(float(values[0]))
 
     def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
         """A power of the speed, with its sign."""
@@ -55,11 +75,6 @@ class NonlinearViscous:
         """A drag; sub-linear ones act on the Coulomb level: their slope at rest is infinite."""
         settings = (values[0], hypothesis.settings["power"])
         return replace(arm, terms=(*arm.terms, Term(_drag, hypothesis.joints[0], settings)))
-
-
-def _coefficient(power: float) -> Coefficient:
-    unit = f"N m (s/rad)^{power:g}"
-    return Coefficient("drag", unit, lower=0.0 if power < 1.0 else -np.inf)
 
 
 EFFECT = NonlinearViscous()

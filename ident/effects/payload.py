@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed
+from ident.effects.effect import ArmFacts, Array, Coefficient, Freedom, Hypothesis, Observed
 from ident.simulation.arm import SimulatedArm
 from ident.simulation.regressor import regressor
 
@@ -21,7 +21,7 @@ class Payload:
     contains = ()
     experiment = "the same motion with and without the load"
     compares = True
-    exact = True
+    freedom = Freedom.NONE
     smooth = True
     uses = ()
     settings = ()

@@ -5,7 +5,15 @@ from dataclasses import replace
 import numpy as np
 from numba import njit
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed, Setting
+from ident.effects.effect import (
+    ArmFacts,
+    Array,
+    Coefficient,
+    Freedom,
+    Hypothesis,
+    Observed,
+    Setting,
+)
 from ident.simulation.arm import SimulatedArm
 
 _FORMS = ("dahl", "slip")
@@ -43,7 +51,7 @@ class Presliding:
     contains = ()
     experiment = "slow reversals with several amplitudes, from 1 to 50 mrad"
     compares = False
-    exact = False
+    freedom = Freedom.ANY
     smooth = False
     uses = ()
     settings = (Setting("distance", "rad", (0.0016, 0.003, 0.006, 0.012, 0.025), 1e-3, 0.06),)

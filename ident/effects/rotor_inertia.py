@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed
+from ident.effects.effect import ArmFacts, Array, Coefficient, Freedom, Hypothesis, Observed
 from ident.simulation.arm import SimulatedArm
 
 
@@ -18,7 +18,7 @@ class RotorInertia:
     contains = ()
     experiment = "accelerate the joint alone, in poses where the links' inertia differs much"
     compares = False
-    exact = True
+    freedom = Freedom.NONE
     smooth = True
     uses = ()
     settings = ()

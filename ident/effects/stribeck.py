@@ -4,7 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed, Setting
+from ident.effects.effect import (
+    ArmFacts,
+    Array,
+    Coefficient,
+    Freedom,
+    Hypothesis,
+    Observed,
+    Setting,
+)
 from ident.simulation.arm import SimulatedArm, Term, term
 
 
@@ -26,7 +34,7 @@ class Stribeck:
     contains = ()
     experiment = "cross many constant speeds from a third of the Stribeck speed to five times it"
     compares = False
-    exact = False
+    freedom = Freedom.SPEED
     smooth = False
     uses = ("direction",)
     settings = (

@@ -4,7 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed, Setting
+from ident.effects.effect import (
+    ArmFacts,
+    Array,
+    Coefficient,
+    Freedom,
+    Hypothesis,
+    Observed,
+    Setting,
+)
 from ident.simulation.arm import SimulatedArm
 
 _LEAST_S = 0.0008  # less is within what holding and differentiating leave
@@ -24,7 +32,7 @@ class TorqueDelay:
     contains = ()
     experiment = "fast torque changes: a chirp, or motion with many reversals"
     compares = False
-    exact = False
+    freedom = Freedom.ANY
     smooth = False
     uses = ("torque",)
     settings = (

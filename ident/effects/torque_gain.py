@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed, Value
+from ident.effects.effect import ArmFacts, Array, Coefficient, Freedom, Hypothesis, Observed, Value
 from ident.simulation.arm import SimulatedArm
 
 
@@ -18,7 +18,7 @@ class TorqueGain:
     contains = ()
     experiment = "the same motion with a known payload"
     compares = False
-    exact = True
+    freedom = Freedom.NONE
     smooth = True
     uses = ("model",)
     settings = ()

@@ -4,7 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed, Setting
+from ident.effects.effect import (
+    ArmFacts,
+    Array,
+    Coefficient,
+    Freedom,
+    Hypothesis,
+    Observed,
+    Setting,
+)
 from ident.simulation.arm import SimulatedArm, Term, term
 
 
@@ -30,7 +38,7 @@ class TorqueRipple:
     contains = ()
     experiment = "turn the joint slowly, at constant speed, over several motor revolutions"
     compares = False
-    exact = False
+    freedom = Freedom.ANY
     smooth = False
     uses = ()
     settings = (Setting("order", "1", tuple(float(k) for k in range(1, 25)), 1.0, 64.0, True),)

@@ -4,7 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Hypothesis, Observed, Setting, Value
+from ident.effects.effect import (
+    ArmFacts,
+    Array,
+    Coefficient,
+    Freedom,
+    Hypothesis,
+    Observed,
+    Setting,
+    Value,
+)
 from ident.simulation.arm import SimulatedArm
 
 _MOST = 0.3  # share of the samples: what is clipped more often is the joint's usual torque
@@ -26,7 +35,7 @@ class TorqueSaturation:
     contains = ()
     experiment = "motion that stays below half of the torque at which the residual begins"
     compares = False
-    exact = False
+    freedom = Freedom.ANY
     smooth = False
     uses = ("torque",)
     settings = (Setting("limit_share", "1", _SHARES, 0.05, 0.999),)

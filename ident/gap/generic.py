@@ -4,12 +4,14 @@ They take no part in naming. What they still explain when the catalogue is exhau
 without a name, and what they depend on says where to look.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.effects.effect import Observed
+from ident.effects.effect import Freedom, Observed
+from ident.gap.table import Nominal, PresentModel, body_step, observed
 
 Array = NDArray[np.floating]
 
@@ -52,22 +54,63 @@ GROUPS = (
 """The last group has six columns for each other joint."""
 
 
-def group_columns(
-    seen: Observed, joint: int, span: tuple[Array, Array], end_s: float
-) -> list[Array]:
-    """Columns of each group, each of shape (S, size).
+@dataclass(frozen=True)
+class Range:
+    """What free curves span.
 
-    Args:
-        seen: the samples.
-        joint: from 0.
-        span: lowest and highest position of each joint in all recordings [rad], each of shape (n,).
+    Attributes:
+        low, high: positions of each joint in all recordings [rad], each of shape (n,).
         end_s: length of the longest recording [s].
     """
+
+    low: Array
+    high: Array
+    end_s: float
+
+
+Curves = Callable[[Observed, Range], list[Array]]
+
+
+def windowed(rows: Nominal, model: PresentModel, curves: Curves) -> list[Array]:
+    """Free columns of all rows, each of shape (R, size); `curves` forms them of a stretch."""
+    whole = np.concatenate([s.q for s in rows.stretches])
+    last = max(float(s.t[-1]) for s in rows.stretches)
+    extent = Range(whole.min(axis=0), whole.max(axis=0), last)
+    every = body_step(rows.windows)
+    wide = rows.windows.coarser(every)
+    formed = [curves(observed(s, model, every)[1], extent) for s in rows.stretches]
+    return [
+        np.concatenate([wide.mean(b)[: len(y)] for b, y in zip(group, rows.torque, strict=True)])
+        for group in zip(*formed, strict=True)
+    ]
+
+
+def form_columns(seen: Observed, extent: Range, joint: int, freedom: Freedom) -> list[Array]:
+    """What the form of an effect on a joint may get wrong, shape (S, size); nothing: no column."""
+    place, fast, late = _over(seen, extent, joint)
+    qd, way = seen.qd[:, [joint]], seen.direction[:, [joint]]
+    columns = {
+        Freedom.SPEED: fast * way,
+        Freedom.POSITION: place,
+        Freedom.TIME: np.column_stack([late * way, late * qd]),
+    }
+    return [columns.get(freedom, np.zeros((len(qd), 0)))]
+
+
+def _over(seen: Observed, extent: Range, joint: int) -> tuple[Array, Array, Array]:
+    """Hats over a joint's position, its speed, and time, each of shape (S, _KNOTS)."""
+    low, high = extent.low[joint], extent.high[joint]
+    return (
+        _tents((seen.q[:, joint] - low) / max(high - low, 1e-9)),
+        _tents(np.sqrt(np.minimum(np.abs(seen.qd[:, joint]) / 1.5, 1.0))),
+        _tents(seen.t / extent.end_s),
+    )
+
+
+def group_columns(seen: Observed, extent: Range, joint: int) -> list[Array]:
+    """Columns of each group on a joint, each of shape (S, size)."""
     q, qd, way = seen.q[:, joint], seen.qd[:, joint], seen.direction[:, joint]
-    low, high = span[0][joint], span[1][joint]
-    place = _tents((q - low) / max(high - low, 1e-9))
-    fast = _tents(np.sqrt(np.minimum(np.abs(qd) / 1.5, 1.0)))
-    late = _tents(seen.t / end_s)
+    place, fast, late = _over(seen, extent, joint)
     waves = np.linspace(*_WAVE_NUMBERS, _WAVES)
     others = [k for k in range(seen.arm.dof) if k != joint and seen.arm.moving[k]]
     cross = [

@@ -1,25 +1,25 @@
 """How much structure the model so far leaves, and on what it depends."""
 
+import functools
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.gap.fit import Fit, Places, mean_squares, places, predicted_rms, solve
-from ident.gap.generic import BEAT, GROUPS, beat_columns, group_columns
+from ident.gap.fit import Fit, mean_squares, predicted_rms
+from ident.gap.generic import BEAT, GROUPS, beat_columns, group_columns, windowed
+from ident.gap.projection import joint_rows, projected
 from ident.gap.region import Region
 from ident.gap.residual import Residual, memory_of, residuals
 from ident.gap.search import HELD_OUT, SEARCHED, Present
-from ident.gap.table import APART, Nominal, PresentModel, Table, body_step, observed, tabulate
+from ident.gap.table import APART, Nominal, PresentModel, Table, tabulate
 
 Array = NDArray[np.floating]
 
-_RIDGE = 1e-6
 _FREE = 1e-4  # of the largest direction of all free curves: the rest is left to the noise
 _LEAST_FREEDOM = 0.1
 _DISAGREE = 0.7  # nats: twice the residual where no fit has looked
-_SEEN = 1e-5  # of the columns' own squares: what is left of a direction after projection
 
 
 @dataclass(frozen=True)
@@ -92,37 +92,8 @@ def noise(rows: Nominal, present: Present) -> list[Residual]:
 
 def _groups(rows: Nominal, model: PresentModel) -> Iterator[tuple[int, list[Array]]]:
     """Windowed columns of each group, for each moving joint."""
-    whole = np.concatenate([s.q for s in rows.stretches])
-    span = whole.min(axis=0), whole.max(axis=0)
-    end = max(float(s.t[-1]) for s in rows.stretches)
-    every = body_step(rows.windows)
-    wide = rows.windows.coarser(every)
-    seen = [observed(s, model, every)[1] for s in rows.stretches]
     for j in model.facts.moving_joints:
-        blocks = [group_columns(s, j, span, end) for s in seen]
-        yield (
-            j,
-            [
-                np.concatenate(
-                    [wide.mean(b[g])[: len(y)] for b, y in zip(blocks, rows.torque, strict=True)]
-                )
-                for g in range(len(GROUPS))
-            ],
-        )
-
-
-@dataclass(frozen=True)
-class _Rows:
-    """Residuals and model columns of some rows of a joint, in units of their noise."""
-
-    chosen: NDArray[np.bool_]
-    sigma: Array
-    nominal: Array
-    error: Array
-
-    def scaled(self, columns: Array) -> Array:
-        """Other columns in the same rows and units."""
-        return columns[self.chosen] / self.sigma[:, None]
+        yield j, windowed(rows, model, functools.partial(group_columns, joint=j))
 
 
 def _joint(
@@ -134,8 +105,7 @@ def _joint(
     residual: Array,
 ) -> list[Leftover]:
     """Structure of one joint; `rows` are those to search, and those to test it on."""
-    pl = places(table.grams, now.choice)[joint]
-    searched, unseen = (_rows(table, now, joint, pl, chosen, residual) for chosen in rows)
+    searched, unseen = (joint_rows(table, now, joint, chosen, residual) for chosen in rows)
     e = searched.error
     square = float(e @ e)
     tried = []
@@ -145,14 +115,10 @@ def _joint(
             columns, choices = beat_columns(table.t, searched.chosen, e / searched.sigma)
         if columns.shape[1] == 0:
             continue
-        scaled = searched.scaled(columns)
-        across = np.zeros((len(now.normal), scaled.shape[1]))
-        across[pl.unknown] = searched.nominal.T @ scaled
-        projected = solve(now.normal, across)
-        products = scaled.T @ scaled - across.T @ projected
-        fitted = _fitted(products, scaled.T @ e, scaled, group.single)
-        explained = (scaled - searched.nominal @ projected[pl.unknown]) @ fitted.values
-        there = unseen.scaled(columns) - unseen.nominal @ projected[pl.unknown]
+        curves = projected(now, searched, columns)
+        fitted = curves.fitted(e, group.single)
+        explained = (curves.scaled - searched.nominal @ curves.absorbed) @ fitted.values
+        there = unseen.scaled(columns) - unseen.nominal @ curves.absorbed
         beyond = unseen.error - there @ fitted.values
         many = np.log(choices) + 1 if group.single else len(fitted.values) / 2
         tried.append((group, fitted, e - explained, beyond, many))
@@ -170,50 +136,9 @@ def _joint(
     return found
 
 
-def _rows(
-    table: Table,
-    now: Fit,
-    joint: int,
-    pl: Places,
-    chosen: NDArray[np.bool_],
-    residual: Array,
-) -> _Rows:
-    sigma = now.sigma[joint][table.region[chosen, joint]]
-    nominal = pl.of(table.columns[joint][chosen]) / sigma[:, None]
-    return _Rows(chosen, sigma, nominal, residual[chosen] / sigma)
-
-
 def _log_ratio(before: Array, after: Array) -> float:
     """Nats per sample by which a residual is smaller."""
     if len(before) == 0:
         return np.inf
     squares = [max(float(np.mean(e**2)), 1e-12) for e in (before, after)]
     return 0.5 * float(np.log(squares[0] / squares[1]))
-
-
-@dataclass(frozen=True)
-class _Fitted:
-    """Coefficients of a group, half the drop of the squares, and the best pair's place."""
-
-    values: Array
-    gain: float
-    place: int
-
-
-def _fitted(products: Array, right: Array, scaled: Array, single: bool) -> _Fitted:
-    scale = np.sqrt(np.maximum((scaled**2).sum(axis=0), 1e-300))
-    products = products / scale[:, None] / scale + _RIDGE * np.eye(len(scale))
-    right = right / scale
-    if not single:
-        lengths, axes = np.linalg.eigh(products)
-        seen = axes[:, lengths > _SEEN]  # the rest is in the model already
-        values = seen @ ((seen.T @ right) / lengths[lengths > _SEEN])
-        return _Fitted(values / scale, float(right @ values) / 2, 0)
-    blocks = np.stack([products[i : i + 2, i : i + 2] for i in range(0, len(scale), 2)])
-    rights = right.reshape(-1, 2)
-    values = np.linalg.solve(blocks, rights[..., None])[..., 0]
-    gains = np.einsum("wi,wi->w", rights, values) / 2
-    best = int(gains.argmax())
-    chosen = np.zeros(len(scale))
-    chosen[2 * best : 2 * best + 2] = values[best]
-    return _Fitted(chosen / scale, float(gains[best]), best)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Hypothesis
 from ident.gap.fit import Fit, fit, mean_log_ratio, mean_squares, predicted_rms
+from ident.gap.form import may_be_form, stands_beside
 from ident.gap.null import Threshold
 from ident.gap.region import Region
 from ident.gap.residual import memory_of, residuals
@@ -20,9 +21,9 @@ Array = NDArray[np.floating]
 
 _SEAT = 0.2  # of the gain: a joint with this much of it is where the effect sits
 _NEAR = 0.93  # of the leader's gain: whoever reaches it cannot be told apart
+_ALIKE = 0.02  # nats per sample: effects that look alike may differ so much by reversals alone
 _WORTH_TUNING = 0.75
 _SURE = 4.0  # units of log-likelihood between leader and rival
-_FORM = 0.12  # of what an effect of uncertain form explained: less may be its form's error
 _SAME_SHARE = 0.3
 _IDLE = 0.1  # of an effect's squared torque: a fold with less of it cannot speak of it
 _LOUD = 2.0  # times the noise of repeats: clearly more
@@ -100,10 +101,7 @@ def next_effects(
             continue
         if (
             _believable(score, before, asked.threshold, found)
-            and (
-                _more_than_form(score, before, seat, found)
-                or _all_that_is_missing(rows, present, score, seat, asked.noise)
-            )
+            and _more_than_form(rows, present, table, score, found, asked.noise)
             and _holds(table, score, before)
         ):
             leader = _found(rows, present, table, score, scores)
@@ -123,19 +121,22 @@ def _believable(score: Score, before: Fit, threshold: Threshold, found: Sequence
 
 
 def _more_than_form(
-    score: Score, before: Fit, seat: tuple[int, ...], found: Sequence[Found]
+    rows: Nominal,
+    present: Present,
+    table: Table,
+    score: Score,
+    found: Sequence[Found],
+    noise: Array | None,
 ) -> bool:
     """Whether it explains more than the earlier effects' form may get wrong."""
-    drop = (mean_squares(before) - mean_squares(score.fit))[list(seat)]
-    for earlier in found:
-        effect = earlier.hypothesis.effect
-        if catalogue()[effect].exact or score.hypothesis.effect == effect:
-            continue
-        if set(earlier.seat) & set(seat) and (
-            drop.sum() < _FORM * earlier.explained[list(seat)].sum()
-        ):
-            return False
-    return True
+    seat = seat_of(score, present.fit)
+    earlier = [(f.hypothesis, f.seat, f.explained) for f in found]
+    suspects = may_be_form(score, present.fit, seat, earlier)
+    return (
+        not suspects
+        or stands_beside(rows, present, table, score, suspects)
+        or _all_that_is_missing(rows, present, score, seat, noise)
+    )
 
 
 def _all_that_is_missing(
@@ -264,6 +265,9 @@ def _cannot_be_told(leader: Score, rival: Score, before: Fit, rows_each: Array) 
     nested = names[1] in effects[names[0]].contains or names[0] in effects[names[1]].contains
     if nested:
         return False
+    alike = names[1] in effects[names[0]].rivals or names[0] in effects[names[1]].rivals
+    if alike and leader.gain - rival.gain < _ALIKE:
+        return True
     return not sure or rival.gain > _NEAR * leader.gain
 
 
@@ -294,7 +298,7 @@ def _alike(
             continue
         if (
             _believable(score, present.fit, threshold, found)
-            and _more_than_form(score, present.fit, seat, found)
+            and _more_than_form(rows, present, table, score, found, None)
             and _holds(table, score, present.fit)
         ):
             taken.add(score.hypothesis.joints)

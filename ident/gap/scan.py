@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.effects.effect import Hypothesis
+from ident.effects.catalogue import catalogue
+from ident.effects.effect import Hypothesis, Steepens
 from ident.gap.fit import Choice, Fit, Slot, fit, places, solve
 from ident.gap.grams import Grams
 from ident.gap.table import Table
@@ -40,7 +41,7 @@ class Score:
     @property
     def merit(self) -> float:
         """The gain less a cost for each coefficient beyond the first."""
-        return self.gain - _COST * (np.count_nonzero(self.values) - 1)
+        return self.gain - _COST * (len(self.values) - 1)
 
     @property
     def values(self) -> Array:
@@ -178,10 +179,17 @@ def _plausible(values: Array, hypothesis: Hypothesis) -> bool:
     return all(c.lower <= v <= c.upper for v, c in pairs)
 
 
+def _falls(found: Fit, grams: Grams, hypothesis: Hypothesis) -> bool:
+    effect = catalogue()[hypothesis.effect]
+    if not isinstance(effect, Steepens):
+        return False
+    return effect.falls(found.effects[-1], float(found.x[grams.base + hypothesis.joints[0]]))
+
+
 def _score(table: Table, present: Fit, index: int, choice: Choice) -> Score | None:
     hypothesis = table.hypotheses[index]
     found = fit(table.grams, choice, present.sigma)
-    if not _plausible(found.effects[-1], hypothesis):
+    if not _plausible(found.effects[-1], hypothesis) or _falls(found, table.grams, hypothesis):
         return None
     return Score(index, hypothesis, found, found.gain_over(present))
 

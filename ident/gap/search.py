@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import ArmFacts, Effect, Hypothesis
+from ident.effects.effect import ArmFacts, Effect, Hypothesis, Reshapes
 from ident.gap.fit import Choice, Fit, fit
 from ident.gap.region import SLOW, slow_speed
 from ident.gap.scan import EXACT_PER_PLACE, Score, choose_shapes, scan
@@ -176,6 +176,13 @@ def _neighbours(effect: Effect, hypothesis: Hypothesis, finer: int) -> list[Hypo
     if not choices and not (forms and late):
         return []
     return [
-        replace(hypothesis, settings={**hypothesis.settings, **dict(changed)})
-        for changed in itertools.product(*choices, *forms)
+        _with(effect, hypothesis, dict(changed)) for changed in itertools.product(*choices, *forms)
     ]
+
+
+def _with(effect: Effect, hypothesis: Hypothesis, changed: dict[str, float]) -> Hypothesis:
+    settings = {**hypothesis.settings, **changed}
+    shaped = replace(hypothesis, settings=settings)
+    if isinstance(effect, Reshapes):
+        shaped = replace(shaped, coefficients=effect.coefficients(settings))
+    return shaped

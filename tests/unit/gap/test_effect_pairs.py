@@ -1,0 +1,97 @@
+"""Two effects, one of which the other's form, or the arm's fit, could hide."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from closed_loop import recorded, source_of, sticking, wam
+
+from ident.effects.catalogue import catalogue
+from ident.effects.effect import ArmFacts, Hypothesis, Observed
+from ident.gap.fit import Choice, fit
+from ident.gap.search import SEARCHED, refined
+from ident.gap.table import tabulate
+from ident.gap.workflow import Options, search
+from ident.simulation.arm import Term, term
+from ident.simulation.chain import torques
+
+
+@term
+def one_way(t, q, qd, load, joint, settings, resistance, level):
+    """Drag that is larger in one direction."""
+    resistance[joint] += settings[0] * abs(qd[joint])
+
+
+def named(*terms: Term, tilt: tuple[float, float] = (0.0, 0.0)) -> tuple[str, list[str]]:
+    arm = wam(*terms)
+    gravity = arm.chain.gravity + np.cross([*tilt, 0.0], arm.chain.gravity)
+    arm = replace(arm, chain=arm.chain._replace(gravity=gravity))
+    verdict = search(source_of(recorded(arm)), Options(null_runs=1), lambda _: None).verdict
+    return str(verdict.kind), sorted(f.hypothesis.effect for f in verdict.found)
+
+
+def test_drag_in_one_direction_is_no_error_of_a_form_that_follows_the_direction():
+    kind, names = named(Term(sticking, 1, (0.47, 0.05)), Term(one_way, 1, (0.046,)))
+    assert (kind, names) == ("named", ["asymmetric_viscous", "stribeck"])
+
+
+def test_a_sticking_first_joint_on_a_tilted_base():
+    kind, names = named(Term(sticking, 0, (0.78, 0.12)), tilt=(-0.0184, 0.0069))
+    assert (kind, names) == ("named", ["gravity_tilt", "stribeck"])
+
+
+@pytest.fixture
+def tilt(nothing_hidden) -> tuple[ArmFacts, Hypothesis]:
+    facts = nothing_hidden.start.model.facts
+    (hypothesis,) = catalogue()["gravity_tilt"].hypotheses(facts)
+    return facts, replace(hypothesis, settings={"first_link": 1.0})
+
+
+def test_a_tilt_is_the_same_for_arms_that_a_level_base_cannot_tell_apart(tilt):
+    """The first link's own first moments are felt on a tilted base only: any value may stand."""
+    facts, hypothesis = tilt
+    q = np.random.default_rng(0).uniform(-2.0, 2.0, (20, 7))
+    rest = np.zeros_like(q)
+    values = np.array([0.02, -0.01, 0.3, -0.2])
+    heavy = np.zeros(70)
+    heavy[6:8] = 1.3, -0.4
+    columns, whole = [], []
+    for delta in (facts.delta, facts.delta + heavy):
+        other = replace(facts, delta=delta)
+        seen = Observed(other, 500.0, q[:, 0], q, rest, rest, rest, rest, rest, rest, rest, np.sign)
+        columns.append(catalogue()["gravity_tilt"].columns(seen, hypothesis) @ values)
+        arm = replace(wam(), delta=delta)
+        level = torques(arm.chain, delta, q, rest, rest)
+        arm = catalogue()["gravity_tilt"].simulated(arm, hypothesis, values)
+        cosine, sine = arm.terms[0].settings
+        total = torques(arm.chain, delta, q, rest, rest) - level
+        total[:, 0] += cosine * np.cos(q[:, 0]) + sine * np.sin(q[:, 0])
+        whole.append(total)
+    assert columns[0] == pytest.approx(columns[1], abs=1e-9)
+    assert whole[0] == pytest.approx(whole[1], abs=1e-9)
+    assert whole[0] == pytest.approx(columns[0], abs=0.01)  # the columns are of first order
+    assert np.ptp(whole[0][:, 0]) > 0.3
+
+
+def test_regions_and_reversal_curves_agree_once_settled(nothing_hidden):
+    start = nothing_hidden.start
+    table = tabulate(nothing_hidden.rows, start.model, ())
+    again = fit(table.grams.of(SEARCHED), Choice(start.model.shapes), start.fit.sigma)
+    ratio = np.log(again.sigma / start.fit.sigma)[again.counts > 0]
+    assert np.abs(ratio).max() < 0.01
+
+
+def test_a_tuned_drag_never_turns_into_friction_that_falls_with_speed(nothing_hidden):
+    rows, start = nothing_hidden.rows, nothing_hidden.start
+    drags = [s for s in nothing_hidden.first_scores if s.hypothesis.effect == "nonlinear_viscous"]
+    tried = [t for s in drags[:2] for t in refined(rows, start, s)]
+    for score in tried:
+        (drag,) = score.hypothesis.coefficients
+        power = score.hypothesis.settings["power"]
+        assert drag.unit == f"N m (s/rad)^{power:g}"
+        assert (drag.lower == 0.0) == (power < 1.0)
+        assert score.values[0] >= drag.lower
+    effect = catalogue()["nonlinear_viscous"]
+    assert effect.falls(np.array([0.2]), -0.1)
+    assert not effect.falls(np.array([0.2]), -0.001)
+    assert not effect.falls(np.array([-0.2]), 0.3)
