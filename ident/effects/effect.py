@@ -285,6 +285,15 @@ class Extrapolates(Protocol):
 
 
 @runtime_checkable
+class Bends(Protocol):
+    """An effect whose form is the first term of a series: the next one tells what it is worth."""
+
+    def bent(self, hypothesis: Hypothesis, values: Array) -> Hypothesis:
+        """The same with the next term after its coefficients, which have values of shape (k,)."""
+        ...
+
+
+@runtime_checkable
 class Restates(Protocol):
     """An effect that people know by other numbers than those that its columns are made with."""
 

@@ -7,6 +7,8 @@ import numpy as np
 from ident.effects.effect import ArmFacts, Array, Coefficient, Freedom, Hypothesis, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
+_SOFT = 1e-9  # N m/rad
+
 
 @term
 def _spring(t, q, qd, load, joint, settings, resistance, level):
@@ -41,7 +43,20 @@ class JointSpring:
     def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
         """The joint's angle, and ones."""
         q = seen.q[:, hypothesis.joints[0]]
-        return np.stack([q, np.ones_like(q)], axis=-1)[:, None, :]
+        columns = [q, np.ones_like(q)]
+        if "rest" in hypothesis.settings:
+            columns.append((q - hypothesis.settings["rest"]) ** 3)
+        return np.stack(columns, axis=-1)[:, None, :]
+
+    def bent(self, hypothesis: Hypothesis, values: Array) -> Hypothesis:
+        """A spring that hardens or softens with the distance from where it rests."""
+        harder = Coefficient("hardening", "N m/rad^3")
+        rest = -float(values[1]) / max(float(values[0]), _SOFT)
+        return replace(
+            hypothesis,
+            coefficients=(*hypothesis.coefficients, harder),
+            settings={"rest": float(np.clip(rest, -np.pi, np.pi))},
+        )
 
     def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
         """A spring."""

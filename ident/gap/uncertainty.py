@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Extrapolates, Hypothesis, Restates, Value
+from ident.effects.effect import Bends, Extrapolates, Hypothesis, Restates, Value
 from ident.gap.fit import Fit, fit, places, solve
 from ident.gap.naming import Found
 from ident.gap.scan import Score
@@ -101,8 +101,9 @@ def finished(rows: Nominal, end: Present, found: Sequence[Found] = ()) -> Final:
     x, covariance = _solution(rows, table, now, slopes)
     sd = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     named = _named(stepped, tunable, now, sd)
-    for h, values, item in zip(stepped, named, found, strict=False):
-        for name, part in _form_errors(h, item, end.model.slow).items():
+    for i, (h, values, item) in enumerate(zip(stepped, named, found, strict=False)):
+        parts = _form_errors(h, item, end.model.slow) | _bend_errors(rows, end, now, stepped, i)
+        for name, part in parts.items():
             if name in values and values[name].sd > 0.0:
                 sd = float(np.hypot(values[name].sd, part * values[name].value))
                 values[name] = replace(values[name], sd=sd)
@@ -121,6 +122,25 @@ def _form_errors(h: Hypothesis, item: Found, slow: Array) -> dict[str, float]:
         unseen = effect.unseen(h, float(slow[h.joints[0]]))
         parts |= {c.name: float(np.hypot(parts[c.name], unseen)) for c in h.coefficients}
     return parts
+
+
+def _bend_errors(
+    rows: Nominal, end: Present, now: Fit, hypotheses: Sequence[Hypothesis], index: int
+) -> dict[str, float]:
+    """Relative change of an effect's coefficients with the next term of its form."""
+    h, values = hypotheses[index], now.effects[index]
+    effect = catalogue()[h.effect]
+    if not isinstance(effect, Bends):
+        return {}
+    more = [effect.bent(h, values) if i == index else other for i, other in enumerate(hypotheses)]
+    table = tabulate(rows, end.model, more)
+    choice = replace(now.choice, slots=tuple(table.slots[i] for i in range(len(more))))
+    bent = fit(table.grams.of(range(FOLDS)), choice, now.sigma).effects[index]
+    return {
+        c.name: abs(float(new / old - 1))
+        for c, old, new in zip(h.coefficients, values, bent, strict=False)
+        if old
+    }
 
 
 def _sizes(score: Score) -> dict[str, float]:

@@ -11,6 +11,7 @@ from ident.effects.effect import ArmFacts, Hypothesis, Observed
 from ident.gap.fit import Choice, fit
 from ident.gap.search import SEARCHED, refined
 from ident.gap.table import tabulate
+from ident.gap.uncertainty import finished
 from ident.gap.workflow import Options, search
 from ident.simulation.arm import Term, term
 from ident.simulation.chain import torques
@@ -31,13 +32,29 @@ def named(*terms: Term, tilt: tuple[float, float] = (0.0, 0.0)) -> tuple[str, li
 
 
 def test_drag_in_one_direction_is_no_error_of_a_form_that_follows_the_direction():
-    kind, names = named(Term(sticking, 1, (0.47, 0.05)), Term(one_way, 1, (0.046,)))
+    kind, names = named(Term(sticking, 1, (0.8, 0.05)), Term(one_way, 1, (0.03,)))
     assert (kind, names) == ("named", ["asymmetric_viscous", "stribeck"])
 
 
 def test_a_sticking_first_joint_on_a_tilted_base():
     kind, names = named(Term(sticking, 0, (0.78, 0.12)), tilt=(-0.0184, 0.0069))
     assert (kind, names) == ("named", ["gravity_tilt", "stribeck"])
+
+
+@term
+def harness(t, q, qd, load, joint, settings, resistance, level):
+    """A spring that hardens with the distance from where it rests."""
+    far = q[joint] - settings[1]
+    resistance[joint] += settings[0] * far * (1.0 + settings[2] * far * far)
+
+
+def test_the_stiffness_of_a_spring_that_hardens_is_as_uncertain_as_its_form():
+    arm = wam(Term(harness, 3, (0.6, 1.2, 0.03)))
+    found = search(source_of(recorded(arm)), Options(null_runs=1), lambda _: None)
+    (values,) = finished(found.rows, found.end, found.verdict.found).parameters
+    stiffness = values["stiffness"]
+    assert 1.0 < stiffness.value / 0.6 < 1.1
+    assert abs(stiffness.value - 0.6) < 1.6 * stiffness.sd < 0.15 * 0.6
 
 
 @pytest.fixture
