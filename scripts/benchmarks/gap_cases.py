@@ -50,7 +50,14 @@ RARE = {
     "joint_elasticity": (0.02, "si"),  # wind-up under it [rad]
     "backlash": (0.005, "si"),
     "coupled_inertia": (0.02, "coulomb"),
+    "payload": (1.0, "si"),
 }
+CHANGES = (
+    *("payload", "gravity_tilt", "encoder_offset", "torque_gain", "torque_offset"),
+    *("joint_spring", "stribeck", "contact"),
+)
+"""What may have become of an arm since its model was made."""
+
 STRANGE = {
     "one_sided_stop": (3.0, "coulomb"),
     "position_dependent_friction": (0.5, "coulomb"),
@@ -60,7 +67,7 @@ STRANGE = {
     "hard_cubic_spring": (0.6, "coulomb"),
 }
 _NAMES = {"unequal_friction": "torque_offset"}  # exact equivalents have one name
-_WHOLE = ("gravity_tilt", "torque_delay", "contact")  # felt on more joints than one
+_WHOLE = ("gravity_tilt", "torque_delay", "contact", "payload")  # felt on more joints than one
 
 
 @dataclass(frozen=True)
@@ -198,5 +205,6 @@ def truth_of(case: Case) -> dict[str, float]:
         "encoder_offset": "offset",
         "torque_delay": "delay",
         "rotor_inertia": "inertia",
+        "payload": "mass",
     }.get(case.family)
     return {name: case.size} if name else {}

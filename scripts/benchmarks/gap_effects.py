@@ -120,6 +120,16 @@ def _warming(joints, size, rng, motor, seen):
     return Hidden(torques=((warming, (joints[0], way * size, way * share * size, length, form)),))
 
 
+def _load(joints, size, rng, motor, seen):
+    """A ball of steel somewhere near the tool."""
+    centre = rng.uniform((-0.05, -0.05, 0.02), (0.05, 0.05, 0.2))
+    radius = np.cbrt(size / 7850.0 / (4.0 / 3.0 * np.pi))
+    tensor = size * (centre @ centre * np.eye(3) - np.outer(centre, centre))
+    tensor += 0.4 * size * radius**2 * np.eye(3)
+    xx, xy, xz, yy, yz, zz = tensor[np.triu_indices(3)]
+    return Hidden(payload=np.array([xx, xy, xz, yy, yz, zz, *(size * centre), size]))
+
+
 def _rotor(joints, size, rng, motor, seen):
     j = joints[0]
     return Hidden(rotor=size * np.outer(_at(j, 1.0), _at(j, 1.0)))
@@ -264,6 +274,7 @@ _MAKERS = {
     "load_dependent_friction": _loaded,
     "coupled_friction": _shared,
     "thermal_drift": _warming,
+    "payload": _load,
     "rotor_inertia": _rotor,
     "coupled_inertia": _coupled_rotor,
     "gravity_tilt": _tilt,

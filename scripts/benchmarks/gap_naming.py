@@ -1,8 +1,11 @@
 """Blind benchmark of `ident gap`: arms and effects in forms that the tool does not know.
 
 Run: .venv/bin/python scripts/benchmarks/gap_naming.py [--runs N] [--seed S] [--hidden 0|1|2]
-     [--out FILE]
+     [--trusted] [--out FILE]
      .venv/bin/python scripts/benchmarks/gap_naming.py --table FILE..
+
+With `--trusted`, the arm is identified without the effect first, as `ident run` does, and what has
+changed since is asked.
 
 Each run perturbs the arm's links and friction, draws for each joint how it turns round (stick,
 Dahl, LuGre, slip, three sign shapes), hides effects, records two periods in closed loop, and
@@ -11,21 +14,25 @@ searches. `--out` appends a line of JSON for each run, from which `--table` make
 
 import argparse
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from gap_cases import KNOWN, MOTION, STRANGE, Run, run, truth_of
+from gap_cases import CHANGES, KNOWN, MOTION, STRANGE, Run, run, truth_of
 from gap_tables import Told, append, print_tables, read
 
-from ident.gap.experiment import base_columns, experiment, facts_of
+from ident.gap.experiment import Experiment, base_columns, experiment, facts_of
 from ident.gap.fit import Fit, predicted_rms
 from ident.gap.region import Region
 from ident.gap.search import Present, begin
 from ident.gap.stretch import stretches
 from ident.gap.table import FOLDS, Nominal, nominal, tabulate
+from ident.gap.trusted import known_torque
 from ident.gap.uncertainty import finished
 from ident.gap.verdict import Kind
 from ident.gap.workflow import Options, Search, search
+from ident.identification import identify, model_of
+from ident.model import Model
 from wamctl.arm.recording import Recording
 
 
@@ -48,11 +55,23 @@ def fitted(model: Fit) -> np.ndarray:
 
 def nominal_of(log: Recording, like: Search) -> tuple[Nominal, Present]:
     """The nominal model of another recording of the same arm."""
-    source = experiment([log], ["log"])
+    source = source_of(log, like.source.trusted)
     windows = like.rows.windows
     facts = facts_of(source)
-    rows = nominal(stretches(source.datasets, windows), windows, facts, base_columns(source))
+    parts = stretches(source.datasets, windows)
+    rows = nominal(parts, windows, facts, base_columns(source), known_torque(source))
     return rows, begin(rows, facts)
+
+
+def source_of(log: Recording, trusted: Model | None) -> Experiment:
+    """A recording, beside a model that is trusted."""
+    return replace(experiment([log], ["log"]), trusted=trusted)
+
+
+def identified(log: Recording) -> Model:
+    """What `ident run` makes of a recording."""
+    source = experiment([log], ["log"])
+    return model_of(identify(source.datasets, source.arm))
 
 
 def levels(present: Present, free: Present) -> np.ndarray:
@@ -129,6 +148,7 @@ def main() -> None:
     options.add_argument("--seed", type=int, default=0)
     options.add_argument("--hidden", type=int, choices=(0, 1, 2), default=1)
     options.add_argument("--family", action="append", help="hide one of these only")
+    options.add_argument("--trusted", action="store_true", help="ask what has changed since")
     options.add_argument("--null-runs", type=int, default=Options().null_runs)
     options.add_argument("--scale", type=float, default=1.0)
     options.add_argument("--motion", default=MOTION, help="the trajectory's file")
@@ -139,6 +159,8 @@ def main() -> None:
         print_tables(read(chosen.table))
         return
     families = chosen.family or [*KNOWN, *(STRANGE if chosen.hidden < 2 else ())]
+    if chosen.trusted and not chosen.family:
+        families = list(CHANGES)
     runs = []
     for seed in range(chosen.seed, chosen.seed + chosen.runs):
         try:
@@ -147,8 +169,10 @@ def main() -> None:
             print(f"{seed:5d} not recorded: {error}")
             continue
         began = time.perf_counter()
-        source = experiment([recorded.log], ["log"])
-        found = search(source, Options(null_runs=chosen.null_runs), lambda _: None)
+        model = identified(recorded.free) if chosen.trusted else None
+        found = search(
+            source_of(recorded.log, model), Options(null_runs=chosen.null_runs), lambda _: None
+        )
         runs.append(told(recorded, found, seed, time.perf_counter() - began))
         print(runs[-1].line, flush=True)
         if chosen.out:

@@ -85,7 +85,7 @@ class Hidden:
         clip: joint torque that the drives give at most [N m], shape (n,).
         soft: share of the clip over which it bends; 0 is sharp.
         spring: transmission that gives, with the motor's inertia [kg m^2].
-        push: added last link parameters (payload), shape (10,).
+        payload: added last link parameters (payload), shape (10,).
     """
 
     torques: tuple[tuple[Callable[..., None], tuple[float, ...]], ...] = ()
