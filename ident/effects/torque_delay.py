@@ -16,6 +16,8 @@ from ident.effects.effect import (
 from ident.simulation.arm import SimulatedArm
 
 _LEAST_S = 0.0008  # less is within what holding and differentiating leave
+_SHORT_S = 0.004  # the columns of shorter delays are alike
+_FAR = 1.6  # times: what the columns about one delay still describe
 
 
 class TorqueDelay:
@@ -43,13 +45,22 @@ class TorqueDelay:
 
     def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
         """All joints alike, and each joint alone, about several delays."""
-        delay = (Coefficient("delay", "s", -0.05, 0.05, least=_LEAST_S),)
         places = [arm.moving_joints, *((j,) for j in arm.moving_joints)]
         return [
-            Hypothesis(self.id, joints, joints, delay, {"about": d})
+            Hypothesis(self.id, joints, joints, self.coefficients({"about": d}), {"about": d})
             for joints in dict.fromkeys(places)
             for d in self.settings[0].grid
         ]
+
+    def coefficients(self, settings: dict[str, float]) -> tuple[Coefficient, ...]:
+        """The delay, of the size about which the columns are formed: else they smooth the torque.
+
+        A smoothed torque imitates inertia where friction is most of it.
+        """
+        about = settings["about"]
+        least = 0.0 if abs(about) <= _SHORT_S else about / _FAR
+        lower, upper = sorted((least, _FAR * about))
+        return (Coefficient("delay", "s", lower, upper, least=_LEAST_S),)
 
     def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
         """(tau(t) - tau(t - d)) / d: exact when the coefficient comes out as d."""

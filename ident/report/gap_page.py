@@ -35,6 +35,7 @@ from ident.report.words import (
     plus_minus,
     share,
     unit_text,
+    with_unit,
 )
 
 Array = NDArray[np.floating]
@@ -160,7 +161,7 @@ def verdict_sentences(report: GapReport) -> list[str]:
     if len(effects) > _MOST_IN_A_SENTENCE and content["verdict"] != "data_fault":
         more.append(f"In full: {'; '.join(effects)}.")
     if partly or content["verdict"] in ("named", "ambiguous"):
-        more.append(_closed(content["held_out"]))
+        more.append(_closed(report))
     more += [_what_is_left(report, u) for u in content.get("unexplained", [])]
     if content["verdict"] == "ambiguous":
         more += [_experiment(report, e) for e in content["effects"] if e["separating_experiment"]]
@@ -192,13 +193,22 @@ def _experiment(report: GapReport, effect: Content) -> str:
     )
 
 
-def _closed(held_out: Content) -> str:
-    before, after = (held_out[k]["relative_error_percent"] for k in ("before", "after"))
-    if not known(before) or not known(after):
+def _closed(report: GapReport) -> str:
+    held_out = report.content["held_out"]
+    sides = [held_out[k] for k in ("before", "after")]
+    before, after = (percent(side["relative_error_percent"]) for side in sides)
+    if not all(known(side["relative_error_percent"]) for side in sides):
         return ""
+    where = ""
+    if before == after:  # a light joint, which the whole arm's error does not show
+        pairs = list(zip(*(side["rms_by_joint"] for side in sides), strict=True))
+        ratios = [old / new if known(old) and new else 0.0 for old, new in pairs]
+        best = int(np.argmax(ratios))
+        where = f" of {report.of([best + 1])}"
+        before, after = (with_unit(x, "N m") for x in pairs[best])
     return (
-        f"With it the error on recordings that were not used falls from {percent(before)} to"
-        f" {percent(after)}: {share(held_out['closed_fraction'], 2)} of what could be closed."
+        f"With it the error{where} on recordings that were not used falls from {before} to"
+        f" {after}: {share(held_out['closed_fraction'], 2)} of what could be closed."
     )
 
 

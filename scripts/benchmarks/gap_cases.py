@@ -89,6 +89,12 @@ class Case:
         """What the tool ought to say."""
         return "unknown" if self.family in STRANGE else _NAMES.get(self.family, self.family)
 
+    @property
+    def felt(self) -> tuple[int, ...]:
+        """The joints whose torque shows it, from 0."""
+        everywhere = (*_WHOLE, "encoder_offset", "torque_ripple", "other_period", "cross_talk")
+        return tuple(range(7)) if self.family in everywhere else self.joints
+
     def at(self, joints: set[int]) -> bool:
         """Whether these are its joints."""
         return self.family in _WHOLE or bool(joints & set(self.joints))

@@ -75,7 +75,10 @@ def identified(log: Recording) -> Model:
 
 
 def levels(present: Present, free: Present) -> np.ndarray:
-    """Visible part of the residual beside that of the effect-free arm, shape (7,)."""
+    """Visible part of the residual beside that of the effect-free arm, shape (7,).
+
+    An effect's level is the largest at the joints that feel it: at others it is chance.
+    """
     return np.sqrt(np.maximum(fitted(present.fit) / fitted(free.fit) - 1.0, 0.0))
 
 
@@ -84,7 +87,10 @@ def told(recorded: Run, found: Search, seed: int, seconds: float) -> Told:
     verdict = found.verdict
     free_rows, free = nominal_of(recorded.free, found)
     level = levels(found.start, free)
-    each = [levels(nominal_of(log, found)[1], free).max() for log in recorded.alone]
+    each = [
+        levels(nominal_of(log, found)[1], free)[list(case.felt)].max()
+        for case, log in zip(recorded.cases, recorded.alone, strict=True)
+    ]
     before, after = (squares(found.rows, p) for p in (found.start, found.end))
     seat = int(level.argmax())
     gap = before[seat] - squares(free_rows, free)[seat]

@@ -1,5 +1,6 @@
 """Two effects, one of which the other's form, or the arm's fit, could hide."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -112,3 +113,24 @@ def test_a_tuned_drag_never_turns_into_friction_that_falls_with_speed(nothing_hi
     assert effect.falls(np.array([0.2]), -0.1)
     assert not effect.falls(np.array([0.2]), -0.001)
     assert not effect.falls(np.array([-0.2]), 0.3)
+
+
+def test_a_small_rotor_of_the_wrist_is_no_delay_of_its_friction():
+    """Torque that is smoothed, as a delay of another size would be, imitates inertia there."""
+    arm = wam()
+    arm = replace(arm, armature=np.diag([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 6e-4]))
+    verdict = search(source_of(recorded(arm)), Options(null_runs=1), lambda _: None).verdict
+    assert str(verdict.kind) == "named"
+    assert [(f.hypothesis.effect, f.hypothesis.joints) for f in verdict.found] == [
+        ("rotor_inertia", (6,))
+    ]
+
+
+def test_a_delay_is_of_the_size_that_its_columns_are_made_for():
+    effect = catalogue()["torque_delay"]
+    for about in effect.settings[0].grid:
+        (delay,) = effect.coefficients({"about": about})
+        assert delay.lower < about < delay.upper
+    bounds = [effect.coefficients({"about": d})[0] for d in effect.settings[0].grid]
+    pairs = [(a, b) for a, b in itertools.pairwise(bounds)]
+    assert all(a.upper >= b.lower for a, b in pairs)  # any delay is within reach of a column

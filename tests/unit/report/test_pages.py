@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from ident.report.design_page import DesignReport, design_page, used_share
-from ident.report.gap_page import GapReport, gap_page
+from ident.report.gap_page import GapReport, gap_page, verdict_sentences
 from ident.report.page import render
 from ident.report.run_page import RunReport, run_page
 from ident.report.traces import Trace
@@ -332,3 +332,17 @@ def test_long_recordings_do_not_make_long_pages(run_report: RunReport, trace: Tr
     page = render(run_page(replace(run_report, traces=(long,) * 6)))
     assert len(page) < 1_500_000
     assert "2 more recordings are in the tables only." in page
+
+
+def test_an_effect_of_a_light_joint_is_told_at_that_joint(gap_report, gap_content) -> None:
+    held_out = {
+        "before": {"relative_error_percent": 0.05088, "rms_by_joint": [0.3, 1.57e-4, None]},
+        "after": {"relative_error_percent": 0.05087, "rms_by_joint": [0.3, 5.8e-6, None]},
+        "noise_floor": {"relative_error_percent": 0.05, "rms_by_joint": [0.3, 5e-6, None]},
+        "closed_fraction": 0.997,
+    }
+    content = gap_content | {"verdict": "named", "held_out": held_out}
+    sentences = " ".join(verdict_sentences(replace(gap_report, content=content)))
+    assert "from 0.000157\u202fN·m to 5.80·10⁻⁶\u202fN·m" in sentences
+    assert gap_report.labels[1] in sentences
+    assert "0.0509" not in sentences
