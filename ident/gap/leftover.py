@@ -19,6 +19,9 @@ Array = NDArray[np.floating]
 
 _FREE = 1e-4  # of the largest direction of all free curves: the rest is left to the noise
 _LEAST_FREEDOM = 0.1
+OF_TRUSTED = 2.0
+"""Times the error of its own fit: so much of another recording a trusted model may get wrong."""
+
 _DISAGREE = 0.7  # nats: twice the residual where no fit has looked
 
 
@@ -108,6 +111,7 @@ def _joint(
     searched, unseen = (joint_rows(table, now, joint, chosen, residual) for chosen in rows)
     e = searched.error
     square = float(e @ e)
+    most = max(square, len(e) * _allowed(table, now, joint))
     tried = []
     for group, formed in zip(GROUPS, groups, strict=True):
         columns, choices = formed, max(formed.shape[1] // 2, 1)
@@ -128,12 +132,20 @@ def _joint(
     effective = len(e) / memory_of(least, table.stretch[searched.chosen])
     found = []
     for group, fitted, rest, beyond, many in tried:
-        share = float(np.clip((square - float(rest @ rest)) / max(square, len(e)), 0.0, 1 - 1e-9))
+        share = float(np.clip((square - float(rest @ rest)) / most, 0.0, 1 - 1e-9))
         nats = -0.5 * np.log(1 - share) - many / effective
         held = _log_ratio(unseen.error, beyond)
         name = group.name.format(j=joint + 1)
         found.append(Leftover(joint, name, float(min(nats, held)), share, fitted.place))
     return found
+
+
+def _allowed(table: Table, now: Fit, joint: int) -> float:
+    """Mean square of a residual, in units of its noise, that says nothing."""
+    if table.grams.least is None:
+        return 1.0
+    known = OF_TRUSTED * float(table.grams.least[joint])
+    return max(1.0, (known / float(now.sigma[joint, Region.SLIDING])) ** 2)
 
 
 def _log_ratio(before: Array, after: Array) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.gap.experiment import Experiment
-from ident.gap.leftover import Leftover
+from ident.gap.leftover import OF_TRUSTED, Leftover
 from ident.gap.naming import Found
 from ident.gap.region import Region
 from ident.gap.repeats import noise_floor
@@ -28,11 +28,15 @@ _STRUCTURE = 3.0  # times the noise: a gap, even if no curve follows it; less ma
 def noise_of(source: Experiment, rows: Nominal, present: Present) -> Array | None:
     """Rms noise of each joint while it slides [N m], shape (n,); None without repeats.
 
-    Not-a-number for joints of which no repeat tells.
+    Not-a-number for joints of which no repeat tells. What a trusted model gets wrong counts as
+    noise too: it comes again, but nothing has changed.
     """
     table = tabulate(rows, present.model, present.accepted)
     floor = noise_floor(source, rows, table, residuals(table, present.fit))
-    return None if floor is None else floor[:, Region.SLIDING]
+    if floor is None:
+        return None
+    quiet = floor[:, Region.SLIDING]
+    return quiet if rows.least is None else np.fmax(quiet, OF_TRUSTED * rows.least)
 
 
 def remaining(noise: Array | None, start: Present, end: Present, found: Sequence[Found]) -> float:

@@ -14,8 +14,11 @@ from ident.gap.search import SEARCHED, refined
 from ident.gap.table import tabulate
 from ident.gap.uncertainty import finished
 from ident.gap.workflow import Options, search
+from ident.identification import identify, model_of
 from ident.simulation.arm import Term, term
 from ident.simulation.chain import torques
+
+OPTIONS = Options(null_runs=1)
 
 
 @term
@@ -28,7 +31,7 @@ def named(*terms: Term, tilt: tuple[float, float] = (0.0, 0.0)) -> tuple[str, li
     arm = wam(*terms)
     gravity = arm.chain.gravity + np.cross([*tilt, 0.0], arm.chain.gravity)
     arm = replace(arm, chain=arm.chain._replace(gravity=gravity))
-    verdict = search(source_of(recorded(arm)), Options(null_runs=1), lambda _: None).verdict
+    verdict = search(source_of(recorded(arm)), OPTIONS, lambda _: None).verdict
     return str(verdict.kind), sorted(f.hypothesis.effect for f in verdict.found)
 
 
@@ -51,7 +54,7 @@ def harness(t, q, qd, load, joint, settings, resistance, level):
 
 def test_the_stiffness_of_a_spring_that_hardens_is_as_uncertain_as_its_form():
     arm = wam(Term(harness, 3, (0.6, 1.2, 0.03)))
-    found = search(source_of(recorded(arm)), Options(null_runs=1), lambda _: None)
+    found = search(source_of(recorded(arm)), OPTIONS, lambda _: None)
     (values,) = finished(found.rows, found.end, found.verdict.found).parameters
     stiffness = values["stiffness"]
     assert 1.0 < stiffness.value / 0.6 < 1.1
@@ -119,7 +122,7 @@ def test_a_small_rotor_of_the_wrist_is_no_delay_of_its_friction():
     """Torque that is smoothed, as a delay of another size would be, imitates inertia there."""
     arm = wam()
     arm = replace(arm, armature=np.diag([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 6e-4]))
-    verdict = search(source_of(recorded(arm)), Options(null_runs=1), lambda _: None).verdict
+    verdict = search(source_of(recorded(arm)), OPTIONS, lambda _: None).verdict
     assert str(verdict.kind) == "named"
     assert [(f.hypothesis.effect, f.hypothesis.joints) for f in verdict.found] == [
         ("rotor_inertia", (6,))
@@ -134,3 +137,30 @@ def test_a_delay_is_of_the_size_that_its_columns_are_made_for():
     bounds = [effect.coefficients({"about": d})[0] for d in effect.settings[0].grid]
     pairs = [(a, b) for a, b in itertools.pairwise(bounds)]
     assert all(a.upper >= b.lower for a, b in pairs)  # any delay is within reach of a column
+
+
+@term
+def bent(t, q, qd, load, joint, settings, resistance, level):
+    """Something that the model made before has never described, nor changed since."""
+    resistance[joint] += settings[0] * np.sin(3.0 * q[joint])
+
+
+def test_what_a_trusted_model_always_got_wrong_is_no_change():
+    odd = Term(bent, 4, (0.004,))
+    before = source_of(recorded(wam(odd)))
+    known = model_of(identify(before.datasets, before.arm))
+    same, moved = (
+        search(replace(source_of(recorded(wam(*terms), 1)), trusted=known), OPTIONS, lambda _: None)
+        for terms in ((odd,), (odd, Term(constant, 3, (0.3,))))
+    )
+    assert str(same.verdict.kind) == "no_gap"
+    assert [(f.hypothesis.effect, f.hypothesis.joints) for f in moved.verdict.found] == [
+        ("torque_offset", (3,))
+    ]
+    assert str(moved.verdict.kind) == "named"
+
+
+@term
+def constant(t, q, qd, load, joint, settings, resistance, level):
+    """A torque that is always there."""
+    resistance[joint] += settings[0]
