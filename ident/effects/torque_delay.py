@@ -63,12 +63,16 @@ class TorqueDelay:
         return (Coefficient("delay", "s", lower, upper, least=_LEAST_S),)
 
     def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
-        """(tau(t) - tau(t - d)) / d: exact when the coefficient comes out as d."""
+        """(tau(t) - tau(t - d)) / d: exact when the coefficient comes out as d.
+
+        Of the model's torque, where it was measured: (model(t + d) - model(t)) / d.
+        """
         d = hypothesis.settings["about"]
+        step = -d if seen.arm.commanded else d
         columns = []
         for j in hypothesis.joints:
             tau = seen.tau[:, j]
-            columns.append((tau - np.interp(seen.t - d, seen.t, tau)) / d)
+            columns.append((np.interp(seen.t + step, seen.t, tau) - tau) / step)
         return np.stack(columns, axis=-1)[:, :, None]
 
     def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
