@@ -13,6 +13,7 @@ Array = NDArray[np.floating]
 
 _ROUNDS = 6
 _SETTLED = 1e-4  # change of log sigma
+_DOUBT = 30.0  # times: what a joint holds at rest tells little; believed at first, it may win
 _RIDGE = 1e-11  # of a column's own length: fixes what the data do not
 _TRUST = 1e-4  # of a joint's rms torque: smaller errors are rounding, not knowledge
 
@@ -183,7 +184,9 @@ def fit(grams: Grams, choice: Choice, start: Array | None = None) -> Fit:
     squares = np.array([p[0][:, -1, -1] for p in grams.products])
     least = trusted(grams)[:, None]
     rows = np.maximum(counts, 1)
-    sigma = np.maximum(np.sqrt(squares / rows), least) if start is None else start
+    sigma = np.maximum(np.sqrt(squares / rows), least)
+    sigma[:, Region.TURNING] *= _DOUBT
+    sigma = sigma if start is None else start
     size = 1 + max(int(pl.unknown.max()) for pl in chosen)
     x, normal = np.zeros(size), np.zeros((size, size))
     for _ in range(_ROUNDS):

@@ -54,13 +54,16 @@ def wam(*terms: Term) -> SimulatedArm:
     return replace(simulated_arm(chain_of(robot), heavier, viscous, coulomb), terms=terms)
 
 
-def recorded(arm: SimulatedArm, periods: int = PERIODS) -> Recording:
-    """The arm on the shipped excitation, logged as the driver does."""
+def recorded(arm: SimulatedArm, periods: int = PERIODS, alone: int | None = None) -> Recording:
+    """The arm, or one joint (from 0), on the shipped excitation, logged as the driver does."""
     file = load_arm_file("wam7.yaml")
     robot = arm_from_file(Path("wam7.yaml"), ()).robot
-    shipped = read_trajectory("wam7-excitation.yaml")
-    trajectory = Trajectory(shipped.series, periods, {}, {})
-    motion = reference(shipped.series, periods, file.excitation.ramp_s, file.bus.period_s)
+    series = read_trajectory("wam7-excitation.yaml").series
+    if alone is not None:
+        moves = (np.arange(len(arm.coulomb)) == alone)[:, None]
+        series = replace(series, a=series.a * moves, b=series.b * moves)
+    trajectory = Trajectory(series, periods, {}, {})
+    motion = reference(series, periods, file.excitation.ramp_s, file.bus.period_s)
     wanted = motion.q, motion.qd, motion.qdd
     rng = np.random.default_rng(1)
     noise = 2e-3 * np.array(file.simulation.coulomb_nm) * rng.normal(size=motion.q.shape)

@@ -4,14 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from closed_loop import source_of
+from closed_loop import recorded, source_of, wam
 
 from ident.gap.comparison import held_out, sides, where
 from ident.gap.detectable import visibility
-from ident.gap.experiment import base_columns, facts_of
+from ident.gap.experiment import base_columns, experiment, facts_of
 from ident.gap.faults import faults
 from ident.gap.feasible import possible
 from ident.gap.fit import places
+from ident.gap.region import Region
 from ident.gap.repeats import pairs
 from ident.gap.search import SEARCHED, all_hypotheses, begin
 from ident.gap.steps import steps
@@ -178,3 +179,16 @@ def test_torque_in_another_unit_is_a_fault_of_the_data(plain):
     found = faults(source_of(replace(plain, command=command)))
     assert [f.name for f in found] == ["torque_gain"]
     assert found[0].count == pytest.approx(1050.0, rel=0.1)
+
+
+def test_a_recording_in_which_joints_are_held_does_not_spoil_another(source):
+    """What holds them may be any torque up to their dry friction, for thousands of rows."""
+    both = experiment([*source.recordings, recorded(wam(), alone=6)], ["log.mcap", "other.mcap"])
+    noise = []
+    for logs in (source, both):
+        windows = windows_for(logs.datasets[0].rate_hz, 10.0)
+        parts = stretches(logs.datasets, windows)
+        rows = nominal(parts, windows, facts_of(logs), base_columns(logs))
+        noise.append(begin(rows, facts_of(logs)).fit.sigma[:, Region.SLIDING])
+    held = [0, 1, 2, 3, 5]  # the fifth is dragged along by the last one, in jerks
+    assert (noise[1] < 1.2 * noise[0])[held].all()
