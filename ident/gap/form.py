@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Freedom, Hypothesis
 from ident.gap.fit import Fit, mean_squares
-from ident.gap.generic import form_columns, windowed
+from ident.gap.generic import Views, form_columns
 from ident.gap.projection import joint_rows, projected
 from ident.gap.region import Region
 from ident.gap.residual import residuals
@@ -20,9 +20,7 @@ from ident.gap.table import Nominal, Table
 Array = NDArray[np.floating]
 
 _SMALL = 0.12  # of what an effect of uncertain form explained: less may be its form's error
-_BESIDE = (
-    0.5  # of its gain: what an effect must bring beside free curves for the earlier one's form
-)
+_BESIDE = 0.5  # of its gain: what it must bring beside free curves for the earlier one's form
 
 
 def may_be_form(
@@ -78,7 +76,7 @@ def _beside(
     if freedom is Freedom.ANY or joint not in score.hypothesis.rows:
         return False
     form = functools.partial(form_columns, joint=joint, freedom=freedom)
-    curves = windowed(rows, present.model, form)[0]
+    curves = Views(rows, present.model).windowed(form)[0]
     slot = table.slots[score.index]
     start = slot.starts[slot.joints.index(joint)] + table.grams.layouts[joint].first_extra
     own = table.columns[joint][:, start : start + slot.width]

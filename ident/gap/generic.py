@@ -68,21 +68,27 @@ class Range:
     end_s: float
 
 
-Curves = Callable[[Observed, Range], list[Array]]
+class Views:
+    """All stretches, as often as the links move, to form free columns of."""
 
+    def __init__(self, rows: Nominal, model: PresentModel) -> None:
+        whole = np.concatenate([s.q for s in rows.stretches])
+        last = max(float(s.t[-1]) for s in rows.stretches)
+        every = body_step(rows.windows)
+        self._extent = Range(whole.min(axis=0), whole.max(axis=0), last)
+        self._windows = rows.windows.coarser(every)
+        self._seen = [observed(s, model, every)[1] for s in rows.stretches]
+        self._counts = [len(y) for y in rows.torque]
 
-def windowed(rows: Nominal, model: PresentModel, curves: Curves) -> list[Array]:
-    """Free columns of all rows, each of shape (R, size); `curves` forms them of a stretch."""
-    whole = np.concatenate([s.q for s in rows.stretches])
-    last = max(float(s.t[-1]) for s in rows.stretches)
-    extent = Range(whole.min(axis=0), whole.max(axis=0), last)
-    every = body_step(rows.windows)
-    wide = rows.windows.coarser(every)
-    formed = [curves(observed(s, model, every)[1], extent) for s in rows.stretches]
-    return [
-        np.concatenate([wide.mean(b)[: len(y)] for b, y in zip(group, rows.torque, strict=True)])
-        for group in zip(*formed, strict=True)
-    ]
+    def windowed(self, curves: Callable[[Observed, Range], list[Array]]) -> list[Array]:
+        """Columns of all rows, each of shape (R, size), of those of each stretch."""
+        formed = [curves(seen, self._extent) for seen in self._seen]
+        return [
+            np.concatenate(
+                [self._windows.mean(b)[:n] for b, n in zip(group, self._counts, strict=True)]
+            )
+            for group in zip(*formed, strict=True)
+        ]
 
 
 def form_columns(seen: Observed, extent: Range, joint: int, freedom: Freedom) -> list[Array]:

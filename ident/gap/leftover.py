@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.gap.fit import Fit, mean_squares, predicted_rms
-from ident.gap.generic import BEAT, GROUPS, beat_columns, group_columns, windowed
+from ident.gap.generic import BEAT, GROUPS, Views, beat_columns, group_columns
 from ident.gap.projection import joint_rows, projected
 from ident.gap.region import Region
 from ident.gap.residual import Residual, memory_of, residuals
@@ -95,8 +95,9 @@ def noise(rows: Nominal, present: Present) -> list[Residual]:
 
 def _groups(rows: Nominal, model: PresentModel) -> Iterator[tuple[int, list[Array]]]:
     """Windowed columns of each group, for each moving joint."""
+    views = Views(rows, model)
     for j in model.facts.moving_joints:
-        yield j, windowed(rows, model, functools.partial(group_columns, joint=j))
+        yield j, views.windowed(functools.partial(group_columns, joint=j))
 
 
 def _joint(
