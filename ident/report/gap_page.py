@@ -39,6 +39,8 @@ from ident.report.words import (
 )
 
 Array = NDArray[np.floating]
+
+_HARDLY = 0.9  # of the whole arm's error: what is left then says nothing of the effect
 Content = Mapping[str, Any]
 
 _WORDS: dict[str, tuple[Status, str]] = {
@@ -196,19 +198,19 @@ def _experiment(report: GapReport, effect: Content) -> str:
 def _closed(report: GapReport) -> str:
     held_out = report.content["held_out"]
     sides = [held_out[k] for k in ("before", "after")]
-    before, after = (percent(side["relative_error_percent"]) for side in sides)
-    if not all(known(side["relative_error_percent"]) for side in sides):
+    before, after = (side["relative_error_percent"] for side in sides)
+    if not known(before) or not known(after):
         return ""
-    where = ""
-    if before == after:  # a light joint, which the whole arm's error does not show
+    where, texts = "", [percent(before), percent(after)]
+    if after > _HARDLY * before:  # a light joint, which the whole arm's error does not show
         pairs = list(zip(*(side["rms_by_joint"] for side in sides), strict=True))
         ratios = [old / new if known(old) and new else 0.0 for old, new in pairs]
         best = int(np.argmax(ratios))
         where = f" of {report.of([best + 1])}"
-        before, after = (with_unit(x, "N m") for x in pairs[best])
+        texts = [with_unit(x, "N m") for x in pairs[best]]
     return (
-        f"With it the error{where} on recordings that were not used falls from {before} to"
-        f" {after}: {share(held_out['closed_fraction'], 2)} of what could be closed."
+        f"With it the error{where} on recordings that were not used falls from {texts[0]} to"
+        f" {texts[1]}: {share(held_out['closed_fraction'], 2)} of what could be closed."
     )
 
 
