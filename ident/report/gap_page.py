@@ -25,6 +25,7 @@ from ident.report.row_figures import bars, dumbbell
 from ident.report.svg import Drawing
 from ident.report.words import (
     DASH,
+    closed_text,
     effect_text,
     joint_labels,
     joints_text,
@@ -35,12 +36,9 @@ from ident.report.words import (
     plus_minus,
     share,
     unit_text,
-    with_unit,
 )
 
 Array = NDArray[np.floating]
-
-_HARDLY = 0.9  # of the whole arm's error: what is left then says nothing of the effect
 Content = Mapping[str, Any]
 
 _WORDS: dict[str, tuple[Status, str]] = {
@@ -163,7 +161,7 @@ def verdict_sentences(report: GapReport) -> list[str]:
     if len(effects) > _MOST_IN_A_SENTENCE and content["verdict"] != "data_fault":
         more.append(f"In full: {'; '.join(effects)}.")
     if partly or content["verdict"] in ("named", "ambiguous"):
-        more.append(_closed(report))
+        more.append(closed_text(content["held_out"], report.of))
     more += [_what_is_left(report, u) for u in content.get("unexplained", [])]
     if content["verdict"] == "ambiguous":
         more += [_experiment(report, e) for e in content["effects"] if e["separating_experiment"]]
@@ -192,25 +190,6 @@ def _experiment(report: GapReport, effect: Content) -> str:
         f"It may also be {listed(rivals)}."
         + (f" To tell them apart, {motion}:" if motion else " To tell them apart:")
         + f" ident design --for {effect['separating_experiment']}."
-    )
-
-
-def _closed(report: GapReport) -> str:
-    held_out = report.content["held_out"]
-    sides = [held_out[k] for k in ("before", "after")]
-    before, after = (side["relative_error_percent"] for side in sides)
-    if not known(before) or not known(after):
-        return ""
-    where, texts = "", [percent(before), percent(after)]
-    if after > _HARDLY * before:  # a light joint, which the whole arm's error does not show
-        pairs = list(zip(*(side["rms_by_joint"] for side in sides), strict=True))
-        ratios = [old / new if known(old) and new else 0.0 for old, new in pairs]
-        best = int(np.argmax(ratios))
-        where = f" of {report.of([best + 1])}"
-        texts = [with_unit(x, "N m") for x in pairs[best]]
-    return (
-        f"With it the error{where} on recordings that were not used falls from {texts[0]} to"
-        f" {texts[1]}: {share(held_out['closed_fraction'], 2)} of what could be closed."
     )
 
 

@@ -1,11 +1,14 @@
 """Numbers, units, and names as a page prints them."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import takewhile
+from typing import Any
 
 DASH = "–"
 """What stands where there is no number."""
+
+_HARDLY = 0.9  # of the whole arm's error: what is left then says nothing of the effect
 
 _UNITS = {
     "kg m^2": "kg·m²",
@@ -156,3 +159,27 @@ def _numbers(joints: Sequence[int]) -> str:
     if whole and len(joints) > 2:
         return f"{joints[0]}\u2013{joints[-1]}"
     return listed([str(j) for j in joints])
+
+
+def closed_text(held_out: Mapping[str, Any], of: Callable[[Sequence[int]], str]) -> str:
+    """What effects do to the error on held-out data; nothing where it is not known.
+
+    Args:
+        held_out: of `gap.json`.
+        of: joints, from 1, in a sentence.
+    """
+    sides = [held_out[k] for k in ("before", "after")]
+    before, after = (side["relative_error_percent"] for side in sides)
+    if not known(before) or not known(after):
+        return ""
+    where, texts = "", [percent(before), percent(after)]
+    if after > _HARDLY * before:  # a light joint, which the whole arm's error does not show
+        pairs = list(zip(*(side["rms_by_joint"] for side in sides), strict=True))
+        ratios = [old / new if known(old) and new else 0.0 for old, new in pairs]
+        best = ratios.index(max(ratios))
+        where = f" of {of([best + 1])}"
+        texts = [with_unit(x, "N m") for x in pairs[best]]
+    return (
+        f"With it the error{where} on recordings that were not used falls from {texts[0]} to"
+        f" {texts[1]}: {share(held_out['closed_fraction'], 2)} of what could be closed."
+    )
