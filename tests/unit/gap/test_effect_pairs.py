@@ -106,6 +106,7 @@ def test_a_tuned_drag_never_turns_into_friction_that_falls_with_speed(nothing_hi
     rows, start = nothing_hidden.rows, nothing_hidden.start
     drags = [s for s in nothing_hidden.first_scores if s.hypothesis.effect == "nonlinear_viscous"]
     tried = [t for s in drags[:2] for t in refined(rows, start, s)]
+    assert tried
     for score in tried:
         (drag,) = score.hypothesis.coefficients
         power = score.hypothesis.settings["power"]
