@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.gap.fit import Fit, mean_squares, predicted_rms
+from ident.gap.fit import Fit, trusted
 from ident.gap.generic import BEAT, GROUPS, Views, beat_columns, group_columns
 from ident.gap.projection import joint_rows, projected
 from ident.gap.region import Region
@@ -23,6 +23,7 @@ OF_TRUSTED = 2.0
 """Times the error of its own fit: so much of another recording a trusted model may get wrong."""
 
 _DISAGREE = 0.7  # nats: twice the residual where no fit has looked
+_USUAL = 0.95  # of the rows: what only fewer show is a moment, not a part of the recordings
 
 
 @dataclass(frozen=True)
@@ -61,21 +62,38 @@ def leftovers(rows: Nominal, model: PresentModel, table: Table, now: Fit) -> lis
         sliding = table.region[:, j] != Region.TURNING
         here = [sliding & np.isin(table.fold, SEARCHED), sliding & (table.fold == HELD_OUT)]
         found += _joint(table, now, j, groups, here, left[j].values)
-    found += _elsewhere(table, now)
+    found += elsewhere(left, table.fold, trusted(table.grams))
     return sorted(found, key=lambda x: -x.gain)
 
 
-def _elsewhere(table: Table, now: Fit) -> list[Leftover]:
-    """Joints at which the model fails on the held-out data alone: the recordings disagree."""
-    there = table.grams.of([HELD_OUT])
-    ahead = replace(now, sigma=predicted_rms(there, now), counts=there.counts[:, 0])
-    here, beyond = mean_squares(now), mean_squares(ahead)
+def elsewhere(left: list[Residual], fold: NDArray[np.int64], least: Array) -> list[Leftover]:
+    """Joints at which the model fails on the held-out data alone: the recordings disagree.
+
+    A moment, as when a joint that is held slips, is no such failure.
+
+    Args:
+        left: of each joint.
+        fold: of each row, shape (R,).
+        least: rms residual of each joint that is believed [N m], shape (n,).
+    """
     found = []
-    for j in np.flatnonzero(beyond > here * np.exp(2 * _DISAGREE)):
-        gain = 0.5 * float(np.log(beyond[j] / here[j]))
-        name = "which part of the recordings it is"
-        found.append(Leftover(int(j), name, gain, float(1 - here[j] / beyond[j])))
+    for j, r in enumerate(left):
+        sliding = np.flatnonzero(r.region != Region.TURNING)
+        looked = np.isin(fold[sliding], SEARCHED)
+        here = _usual_square(r.values[sliding[looked]])
+        beyond = _usual_square(r.values[sliding[fold[sliding] == HELD_OUT]])
+        floor = float(least[j]) ** 2
+        gain = 0.5 * float(np.log(max(beyond, floor) / max(here, floor)))
+        if gain > _DISAGREE:
+            name = "which part of the recordings it is"
+            found.append(Leftover(j, name, gain, float(1 - np.exp(-2 * gain))))
     return found
+
+
+def _usual_square(values: Array) -> float:
+    """Mean square without the largest values; of none, zero."""
+    squares = np.sort(values**2)[: int(np.ceil(_USUAL * len(values)))]
+    return float(squares.mean()) if len(squares) else 0.0
 
 
 def noise(rows: Nominal, present: Present) -> list[Residual]:

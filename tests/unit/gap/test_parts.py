@@ -11,7 +11,7 @@ from ident.excitation.purpose import MOTIONS, REPEATED
 from ident.gap.contact import Burst
 from ident.gap.faults import Fault
 from ident.gap.fit import Choice, Fit
-from ident.gap.leftover import Leftover
+from ident.gap.leftover import Leftover, elsewhere
 from ident.gap.naming import Found
 from ident.gap.null import least_threshold, raised, redrawn
 from ident.gap.region import SLOW, Region, regions, slow_speed
@@ -127,6 +127,26 @@ def test_structure_is_measured_against_what_the_effects_explained():
     (only,) = nameless(left, [found(explained=3.0)], np.array([1.0, 2.0]), threshold)
     assert only.leftover is left[0]
     assert only.unexplained == pytest.approx(1.0 / (1.0 + 3.0))
+
+
+def test_recordings_disagree_where_the_model_fails_in_more_than_a_moment():
+    fold = np.repeat([0, 1, 2], 100)
+    rng = np.random.default_rng(3)
+    calm = rng.normal(size=300)
+    sliding, none = np.full(300, Region.SLIDING), np.zeros(300, dtype=bool)
+
+    def left(last: np.ndarray) -> Residual:
+        values = calm.copy()
+        values[300 - len(last) :] = last
+        return Residual(values, sliding, np.zeros(300, dtype=int), none)
+
+    least = np.full(3, 1e-6)
+    slips, fails = left(np.full(4, 40.0)), left(3 * rng.normal(size=80))
+    (only,) = elsewhere([left(np.zeros(0)), slips, fails], fold, least)
+    assert only.joint == 2
+    assert only.share == pytest.approx(1 - np.exp(-2 * only.gain))
+    assert only.gain == pytest.approx(np.log(np.sqrt(0.8 * 9 + 0.2)), abs=0.25)
+    assert elsewhere([fails], fold, np.array([10.0])) == []
 
 
 def test_thresholds_are_twice_what_nothing_reaches_and_never_fall():
