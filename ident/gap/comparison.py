@@ -73,7 +73,7 @@ class Share:
     Attributes:
         joint: from 0.
         region: in words.
-        share: of the whole squared gap.
+        share: of the whole squared gap, in units of the fit's noise.
     """
 
     joint: int
@@ -160,7 +160,7 @@ def _closed(found: Search, both: Sides, kept: NDArray[np.bool_], seats: Sequence
 
 
 def where(found: Search, both: Sides) -> list[Share]:
-    """Joints and regions of the gap, the largest first.
+    """Joints and regions of the gap, in units of the fit's noise there, the largest first.
 
     With effects found it is what they remove; else what is left above the noise.
     """
@@ -177,7 +177,8 @@ def where(found: Search, both: Sides) -> list[Share]:
             here = new.region == region
             reference = new.values[here] ** 2 if named else noise[region]
             size = float((old.values[here] ** 2 - reference).sum())
-            sizes.append((j, region, max(size, 0.0)))
+            loudness = size / found.end.fit.sigma[j, region] ** 2
+            sizes.append((j, region, max(loudness, 0.0)))
     total = sum(size for _, _, size in sizes)
     shares = [
         Share(j, _words(found, j, region), size / total)

@@ -242,7 +242,8 @@ def _where(report: GapReport) -> list[Block]:
         rows = [f"{report.labels[w['joint'] - 1]}, {w['region']}" for w in where]
         shares = [100 * w["share_of_gap"] if known(w["share_of_gap"]) else np.nan for w in where]
         title, quantity = "Share of the gap by joint and region", "share of the gap [%]"
-        blocks.append(Gallery([bars(title, quantity, rows, shares)], f"{title}."))
+        caption = f"{title}, in units of the noise there."
+        blocks.append(Gallery([bars(title, quantity, rows, shares)], caption))
     if report.maps:
         most = max([float(np.nanmax(m.before, initial=0.0)) for m in report.maps]) or 1.0
         drawings: list[Drawing] = []

@@ -44,6 +44,12 @@ def bump(t, q, qd, load, joint, settings, resistance, level):
     resistance[joint] += settings[0] * np.exp(-(((q[joint] - settings[1]) / settings[2]) ** 2))
 
 
+@term
+def cord(t, q, qd, load, joint, settings, resistance, level):
+    """A cord that pulls back ever harder."""
+    resistance[joint] += settings[0] * np.sinh(q[joint])
+
+
 def wam(*terms: Term) -> SimulatedArm:
     """The shipped arm, a little heavier than its CAD, with friction and further torques."""
     file = load_arm_file("wam7.yaml")

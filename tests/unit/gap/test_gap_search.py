@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from closed_loop import recorded, source_of, wam
+from closed_loop import cord, recorded, source_of, wam
 
 from ident.gap.comparison import held_out, sides, where
 from ident.gap.detectable import visibility
@@ -21,6 +21,7 @@ from ident.gap.table import nominal, tabulate
 from ident.gap.verdict import Kind
 from ident.gap.windows import windows_for
 from ident.gap.workflow import Options, search
+from ident.simulation.arm import Term
 
 
 def brute_force(table, choice, sigma, rounds=40):
@@ -80,6 +81,18 @@ def test_a_torque_at_one_place_gets_no_wrong_name(bumpy):
     found = search(source_of(bumpy), Options(null_runs=1), lambda _: None)
     assert found.verdict.kind == Kind.UNKNOWN
     assert {n.leftover.joint for n in found.verdict.nameless} >= {3}
+
+
+def test_a_gap_at_a_light_joint_is_not_lost_beside_the_heavy_ones():
+    log = recorded(wam(Term(cord, 6, (0.0005,))))
+    found = search(source_of(log), Options(null_runs=0), lambda _: None)
+    (effect,) = found.verdict.found
+    assert (effect.hypothesis.effect, effect.seat) == ("joint_spring", (6,))
+    count = len(found.rows.kept)
+    before, after = (possible(found.source, p.fit, count).x for p in (found.start, found.end))
+    first = where(found, sides(found, before, after))[0]
+    assert (first.joint, first.region[:6]) == (6, "|qd| >")
+    assert first.share > 0.9
 
 
 def test_errors_and_gap_of_an_effect_free_arm(nothing_hidden):
