@@ -24,6 +24,7 @@ OF_TRUSTED = 2.0
 
 _DISAGREE = 0.7  # nats: twice the residual where no fit has looked
 _USUAL = 0.95  # of the rows: what only fewer show is a moment, not a part of the recordings
+_APART = 2  # rows: windows that overlap by half share no sample then
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,8 @@ def leftovers(rows: Nominal, model: PresentModel, table: Table, now: Fit) -> lis
 def elsewhere(left: list[Residual], fold: NDArray[np.int64], least: Array) -> list[Leftover]:
     """Joints at which the model fails on the held-out data alone: the recordings disagree.
 
-    A moment, as when a joint that is held slips, is no such failure.
+    A moment, as when a joint that is held slips, is no such failure, and neither is louder noise:
+    what does not last from one window to the next that shares no sample with it.
 
     Args:
         left: of each joint.
@@ -78,10 +80,10 @@ def elsewhere(left: list[Residual], fold: NDArray[np.int64], least: Array) -> li
     """
     found = []
     for j, r in enumerate(left):
-        sliding = np.flatnonzero(r.region != Region.TURNING)
-        looked = np.isin(fold[sliding], SEARCHED)
-        here = _usual_square(r.values[sliding[looked]])
-        beyond = _usual_square(r.values[sliding[fold[sliding] == HELD_OUT]])
+        sliding = r.region != Region.TURNING
+        folds = fold[: len(sliding)]
+        here = _usual_square(r, sliding & np.isin(folds, SEARCHED), 0)
+        beyond = _usual_square(r, sliding & (folds == HELD_OUT), _APART)
         floor = float(least[j]) ** 2
         gain = 0.5 * float(np.log(max(beyond, floor) / max(here, floor)))
         if gain > _DISAGREE:
@@ -90,10 +92,16 @@ def elsewhere(left: list[Residual], fold: NDArray[np.int64], least: Array) -> li
     return found
 
 
-def _usual_square(values: Array) -> float:
-    """Mean square without the largest values; of none, zero."""
-    squares = np.sort(values**2)[: int(np.ceil(_USUAL * len(values)))]
-    return float(squares.mean()) if len(squares) else 0.0
+def _usual_square(left: Residual, chosen: NDArray[np.bool_], lag: int) -> float:
+    """Mean product of rows so far apart, the largest values cut; of none, zero."""
+    values = np.where(chosen, left.values, 0.0)
+    if chosen.any():
+        most = np.quantile(np.abs(values[chosen]), _USUAL)
+        values = np.clip(values, -most, most)
+    ahead = slice(lag, None)
+    back = slice(0, len(values) - lag)
+    both = chosen[ahead] & chosen[back] & (left.stretch[ahead] == left.stretch[back])
+    return float(values[ahead] @ (values[back] * both)) / max(int(both.sum()), 1)
 
 
 def noise(rows: Nominal, present: Present) -> list[Residual]:

@@ -8,16 +8,18 @@ scikit-learn get the same candidates: for each effect and place the settings tha
 themselves, with all that the nominal model explains projected off, in units of the noise, each
 column of length one. Their penalties are set on effect-free arms of other seeds, so that one in
 twenty of those has a name. What they name is the effect whose columns explain most. An effect
-outside the catalogue is right only when nothing is named.
+outside the catalogue is right only when nothing is named. The last line is `ident gap` on the same
+recordings.
 """
 
 import argparse
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from gap_cases import KNOWN, STRANGE, Run, run
+from gap_naming import judged
 from numpy.typing import NDArray
 from pysindy.optimizers import STLSQ
 from sklearn.linear_model import ARDRegression, OrthogonalMatchingPursuit
@@ -29,7 +31,7 @@ from ident.gap.search import SEARCHED, all_hypotheses, begin
 from ident.gap.stretch import stretches
 from ident.gap.table import Table, nominal, tabulate
 from ident.gap.windows import windows_for
-from ident.gap.workflow import CUTOFF_HZ
+from ident.gap.workflow import CUTOFF_HZ, Options, search
 
 Array = NDArray[np.floating]
 
@@ -153,6 +155,15 @@ def right(recorded: Run, named: Hypothesis | None) -> bool:
     return named.effect == case.answer and case.at(set(named.joints))
 
 
+def searched(recorded: Run, log: str) -> bool:
+    """Whether `ident gap` is right on one of the recordings."""
+    told = search(experiment([getattr(recorded, log)], [log]), Options(), lambda _: None).verdict
+    named = [(f.hypothesis.effect, f.hypothesis.joints) for f in told.found]
+    named += [] if told.burst is None else [("contact", told.burst.joints)]
+    truth = recorded if log == "log" else replace(recorded, cases=())
+    return judged(truth, told.kind, named)[0]
+
+
 def _recorded(seeds: range, families: list[str]) -> list[Run]:
     found = []
     for seed in seeds:
@@ -173,26 +184,32 @@ def main() -> None:
     warnings.simplefilter("ignore")  # STLSQ warns where it keeps nothing, which is an answer here
     seeds = range(chosen.seed, chosen.seed + chosen.runs)
     others = range(chosen.seed + 5000, chosen.seed + 5000 + 2 * chosen.nothing)
-    empty = [problem_of(r, "free") for r in _recorded(others, ["torque_offset"])]
-    nulls, tests = empty[::2], empty[1::2]
-    penalties = {name: penalty_for(method, nulls) for name, method in METHODS.items()}
-    inside = _recorded(seeds, list(KNOWN))
-    outside = _recorded(seeds, list(STRANGE))
-    problems = {id(r): problem_of(r, "log") for r in (*inside, *outside)}
+    empty = _recorded(others, ["torque_offset"])
+    nulls = [problem_of(r, "free") for r in empty[::2]]
+    inside, outside = (_recorded(seeds, list(families)) for families in (KNOWN, STRANGE))
+    sets = [(empty[1::2], "free"), (inside, "log"), (outside, "log")]
+    problems = [[problem_of(r, log) for r in runs] for runs, log in sets]
     for name, method in METHODS.items():
-        alarms = [name_of(p, method(p, penalties[name])) is not None for p in tests]
-        rates = []
-        for runs in (inside, outside):
-            said = [
-                name_of(problems[id(r)], method(problems[id(r)], penalties[name])) for r in runs
-            ]
-            rates.append(sum(right(r, s) for r, s in zip(runs, said, strict=True)))
-        print(
-            f"{name:6s} penalty {penalties[name]:.3f}: false alarms {sum(alarms)} of {len(tests)};"
-            f" right {rates[0]} of {len(inside)} of the catalogue,"
-            f" {rates[1]} of {len(outside)} outside it",
-            flush=True,
-        )
+        penalty = penalty_for(method, nulls)
+        said = [[name_of(p, method(p, penalty)) for p in group] for group in problems]
+        alarms = [s is not None for s in said[0]]
+        rights = [
+            [right(r, s) for r, s in zip(runs, names, strict=True)]
+            for (runs, _), names in zip(sets[1:], said[1:], strict=True)
+        ]
+        _print(f"{name} (penalty {penalty:.3f})", alarms, rights)
+    answers = [[searched(r, log) for r in runs] for runs, log in sets]
+    _print("ident gap", [not x for x in answers[0]], answers[1:])
+
+
+def _print(name: str, alarms: list[bool], rights: list[list[bool]]) -> None:
+    inside, outside = rights
+    print(
+        f"{name:24s} false alarms {sum(alarms)} of {len(alarms)};"
+        f" right {sum(inside)} of {len(inside)} of the catalogue,"
+        f" {sum(outside)} of {len(outside)} outside it",
+        flush=True,
+    )
 
 
 if __name__ == "__main__":

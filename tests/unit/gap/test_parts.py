@@ -140,12 +140,13 @@ def test_recordings_disagree_where_the_model_fails_in_more_than_a_moment():
         values[300 - len(last) :] = last
         return Residual(values, sliding, np.zeros(300, dtype=int), none)
 
-    least = np.full(3, 1e-6)
-    slips, fails = left(np.full(4, 40.0)), left(3 * rng.normal(size=80))
-    (only,) = elsewhere([left(np.zeros(0)), slips, fails], fold, least)
-    assert only.joint == 2
+    least = np.full(4, 1e-6)
+    slips, louder = left(np.full(4, 40.0)), left(4 * rng.normal(size=100))
+    fails = left(4 * np.sqrt(2) * np.sin(np.arange(100) / 8))
+    (only,) = elsewhere([left(np.zeros(0)), slips, louder, fails], fold, least)
+    assert only.joint == 3
     assert only.share == pytest.approx(1 - np.exp(-2 * only.gain))
-    assert only.gain == pytest.approx(np.log(np.sqrt(0.8 * 9 + 0.2)), abs=0.25)
+    assert only.gain == pytest.approx(np.log(4), abs=0.15)
     assert elsewhere([fails], fold, np.array([10.0])) == []
 
 
