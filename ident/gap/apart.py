@@ -1,6 +1,8 @@
-"""A burst of torque that no other effect explains: set apart before effects are named."""
+"""Bursts of torque that no other effect explains: set apart before effects are named."""
 
 from dataclasses import replace
+
+import numpy as np
 
 from ident.gap.contact import Burst, find_burst
 from ident.gap.experiment import Experiment
@@ -10,38 +12,53 @@ from ident.gap.table import Nominal, tabulate
 from ident.gap.way import Way
 
 _BESIDE = 0.25  # of an effect's gain: what a burst beside it must bring
+_MOST = 12
+_NEAR_S = 0.5  # what begins so soon after a burst is its end
 
 
 def cut_out(source: Experiment, way: Way, larger: Present, best: float) -> bool:
-    """Set a burst apart that stands out from the model with the next effects; whether it was done.
+    """Set bursts apart that stand out from the model with the next effects; whether it was done.
 
-    Without such effects it must explain more than any other; with them a good part of theirs: what
+    Without such effects one must explain more than any other; with them a good part of theirs: what
     they leave in a few places because their form is another one is no burst. Nor is what comes
     again with the motion.
     """
-    if not way.may_cut or way.burst is not None:
+    if not way.may_cut:
         return False
-    burst = _loud(way.rows, larger)
-    beside = larger is not way.present
-    least = max(_BESIDE * best if beside else best, way.threshold.of("contact"))
-    if burst is None or burst.gain < least:
-        return False
-    table = tabulate(way.rows, larger.model, ())
-    if burst.recurs(pairs(source, way.rows, table)):
-        return False
-    way.burst = burst
-    way.rows = replace(way.rows, apart=burst.rows)
-    way.present = extend(way.rows, way.present, ())
-    return True
+    alone, cut = larger is way.present, False
+    least = max(best if alone else _BESIDE * best, way.threshold.of("contact"))
+    while len(way.bursts) < _MOST:
+        burst = _loud(way.rows, larger)
+        if burst is None or burst.gain < least:
+            break
+        if burst.recurs(pairs(source, way.rows, tabulate(way.rows, larger.model, ()))):
+            break
+        way.bursts = _joined(way.bursts, burst)
+        way.rows = replace(way.rows, apart=np.any([b.rows for b in way.bursts], axis=0))
+        way.present = extend(way.rows, way.present, ())
+        larger = way.present if alone else extend(way.rows, larger, ())
+        cut = True
+    return cut
+
+
+def _joined(bursts: list[Burst], burst: Burst) -> list[Burst]:
+    """The bursts with one more, which may be an end of one of them, in order of time."""
+    for i, b in enumerate(bursts):
+        gap = max(burst.start_s - b.end_s, b.start_s - burst.end_s)
+        if b.log == burst.log and gap < _NEAR_S:
+            start, end = min(b.start_s, burst.start_s), max(b.end_s, burst.end_s)
+            whole = replace(b, start_s=start, end_s=end, rows=b.rows | burst.rows)
+            return [*bursts[:i], whole, *bursts[i + 1 :]]
+    return sorted([*bursts, burst], key=lambda b: (b.log, b.start_s))
 
 
 def stays(way: Way) -> bool:
-    """Whether the burst still stands out from the model with all effects."""
-    if way.burst is None:
+    """Whether bursts still stand out from the model with all effects."""
+    if way.rows.apart is None:
         return False
     burst = _loud(replace(way.rows, apart=None), way.present)
     least = way.threshold.of("contact")
-    return burst is not None and burst.gain >= least and bool((burst.rows & way.burst.rows).any())
+    return burst is not None and burst.gain >= least and bool((burst.rows & way.rows.apart).any())
 
 
 def _loud(rows: Nominal, present: Present) -> Burst | None:

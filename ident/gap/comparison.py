@@ -108,8 +108,7 @@ def held_out(found: Search, both: Sides) -> HeldOut:
     before, after = (_errors(table, side, kept) for side in (both.before, both.after))
     floor = None if both.floor is None else _floor(both, kept)
     seats = sorted({j for f in found.verdict.found for j in f.seat})
-    if found.verdict.burst is not None:
-        seats = sorted({*seats, *found.verdict.burst.joints})
+    seats = sorted({*seats, *(j for b in found.verdict.bursts for j in b.joints)})
     return HeldOut(before, after, floor, _closed(found, both, kept, seats))
 
 
@@ -164,7 +163,7 @@ def where(found: Search, both: Sides) -> list[Share]:
 
     With effects found it is what they remove; else what is left above the noise.
     """
-    named = bool(found.verdict.found) or found.verdict.burst is not None
+    named = bool(found.verdict.found or found.verdict.bursts)
     sizes: list[tuple[int, Region, float]] = []
     if not named and not found.verdict.nameless:
         return []

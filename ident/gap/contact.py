@@ -1,5 +1,6 @@
 """A burst in the residual: a stretch of time in which the model fails, and never else."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,14 +9,15 @@ from numpy.typing import NDArray
 from ident.gap.fit import Choice, Fit, fit
 from ident.gap.grams import joint_products
 from ident.gap.region import Region
-from ident.gap.residual import residuals
-from ident.gap.table import FOLDS, Nominal, Table
+from ident.gap.residual import Residual, residuals
+from ident.gap.search import Present
+from ident.gap.table import APART, FOLDS, Nominal, Table, tabulate
 
 Array = NDArray[np.floating]
 
 _LENGTHS_S = tuple(np.geomspace(0.2, 4.0, 16))
 _ROUNDS = 2
-_AGAIN = 0.1  # of a burst's mean square, in another period: it comes with the motion
+_AGAIN = 0.1  # of a burst's square above the usual, in another period: it comes with the motion
 _SHARP = 9.0  # a joint takes part where its mean square in the burst is so many times the usual
 
 
@@ -54,12 +56,16 @@ class Burst:
         known = self.rows[first] & ~self.rows[second]
         if not known.any():
             return False
-        here, again = self.loudness[first[known]], self.loudness[second[known]]
-        return bool(again.mean() > _AGAIN * here.mean())
+        usual = np.median(self.loudness[~self.rows])
+        here, again = (self.loudness[rows[known]].mean() - usual for rows in (first, second))
+        return bool(again > _AGAIN * here)
 
 
 def find_burst(rows: Nominal, table: Table, now: Fit, choice: Choice) -> Burst | None:
-    """The stretch whose removal makes the residual of the rest smallest, if any stands out."""
+    """The stretch whose removal makes the residual of the rest smallest, if any stands out.
+
+    Rows that stand apart already are not looked at.
+    """
     log = np.array([s.log for s in rows.stretches])[table.stretch]
     usual = now
     chosen = None
@@ -75,9 +81,7 @@ def find_burst(rows: Nominal, table: Table, now: Fit, choice: Choice) -> Burst |
         return None
     squares, count = _power(table, usual)
     left = residuals(table, usual)
-    calm = usual.sigma[:, int(Region.SLIDING)]
-    loud = [float(np.mean(r.values[chosen] ** 2)) if len(r.values) else 0.0 for r in left]
-    joints = tuple(j for j, x in enumerate(loud) if x > _SHARP * calm[j] ** 2)
+    joints, torque = _felt(left, usual, chosen)
     if not joints:
         return None
     before = fit(table.grams.of(range(FOLDS)), choice, now.sigma)
@@ -87,11 +91,31 @@ def find_burst(rows: Nominal, table: Table, now: Fit, choice: Choice) -> Burst |
         float(t.min()),
         float(t.max()),
         joints,
-        np.array([left[j].values[chosen].mean() for j in joints]),
+        torque,
         _gain(before, usual, left, chosen),
         chosen,
         squares / np.maximum(count, 1.0),
     )
+
+
+def felt(rows: Nominal, bursts: Sequence[Burst], now: Present) -> list[Burst]:
+    """The bursts with the joints that feel them, and their torque, beside the model so far."""
+    left = residuals(tabulate(rows, now.model, now.accepted), now.fit)
+    found = []
+    for b in bursts:
+        joints, torque = _felt(left, now.fit, b.rows)
+        found.append(replace(b, joints=joints, torque=torque) if joints else b)
+    return found
+
+
+def _felt(
+    left: Sequence[Residual], now: Fit, chosen: NDArray[np.bool_]
+) -> tuple[tuple[int, ...], Array]:
+    """The joints whose residual is loud in some rows, and its mean on each of them [N m]."""
+    calm = now.sigma[:, int(Region.SLIDING)]
+    loud = [float(np.mean(r.values[chosen] ** 2)) if len(r.values) else 0.0 for r in left]
+    joints = tuple(j for j, x in enumerate(loud) if x > _SHARP * calm[j] ** 2)
+    return joints, np.array([left[j].values[chosen].mean() for j in joints])
 
 
 def _power(table: Table, usual: Fit) -> tuple[Array, Array]:
@@ -99,7 +123,7 @@ def _power(table: Table, usual: Fit) -> tuple[Array, Array]:
     total, joints = np.zeros(len(table.t)), np.zeros(len(table.t))
     for j, r in enumerate(residuals(table, usual)):
         if len(r.values):
-            sliding = r.region != Region.TURNING
+            sliding = (r.region != Region.TURNING) & ~r.apart
             total += np.where(sliding, (r.values / usual.sigma[j][r.region]) ** 2, 0.0)
             joints += sliding
     return total, joints
@@ -147,10 +171,10 @@ def _whole(
 
 
 def without(table: Table, rows: NDArray[np.bool_]) -> Table:
-    """The table without some rows."""
+    """The table without some rows, and those that stand apart."""
     products, counts = [], []
     for j, columns in enumerate(table.columns):
-        keep = ~rows if len(columns) else np.zeros(0, dtype=bool)
+        keep = ~rows & (table.fold != APART) if len(columns) else np.zeros(0, dtype=bool)
         size = len(columns)
         product, count = joint_products(
             columns[keep],

@@ -43,7 +43,7 @@ def effects_content(found: Search, final: Final | None) -> list[Content]:
     entries = [
         _found(found, f, values) for f, values in zip(verdict.found, parameters, strict=True)
     ]
-    return entries if verdict.burst is None else [*entries, _contact(found, verdict.burst)]
+    return [*entries, *(_contact(found, b) for b in verdict.bursts)]
 
 
 def _found(found: Search, item: Found, values: Mapping[str, Value]) -> Content:

@@ -24,6 +24,7 @@ _NEAR = 0.93  # of the leader's gain: whoever reaches it cannot be told apart
 _ALIKE = 0.02  # nats per sample: effects that look alike may differ so much by reversals alone
 _WORTH_TUNING = 0.75
 _SURE = 4.0  # units of log-likelihood between leader and rival
+_FORM = 0.05  # nats per sample: so much less may be the error of the better form
 _SAME_SHARE = 0.3
 _IDLE = 0.1  # of an effect's squared torque: a fold with less of it cannot speak of it
 _LOUD = 2.0  # times the noise of repeats: clearly more
@@ -42,7 +43,7 @@ class Found:
         explained: squared residual that it removed per joint [N^2 m^2], shape (n,).
         held_out: predicted gain on each fold, fitted on the others.
         rivals: scores that cannot be told from it.
-        forms: its other forms that the data cannot tell from it, tuned.
+        forms: its other forms that explain nearly as much, tuned.
         next_best: best other family at the same joints, or None.
         certainty: log-likelihood by which it beats that one.
     """
@@ -232,7 +233,18 @@ def _found(
         rivals,
         best,
         float(certainty),
-        tuple(s for s in forms if _difference(tuned, s, before, rows_each) < _SURE),
+        _as_good(tuned, forms, before, rows_each),
+    )
+
+
+def _as_good(
+    tuned: Score, forms: Sequence[Score], before: Fit, rows_each: Array
+) -> tuple[Score, ...]:
+    """Forms that explain nearly as much: where the true one is none of them, it may lie between."""
+    return tuple(
+        s
+        for s in forms
+        if _difference(tuned, s, before, rows_each) < _SURE or tuned.gain - s.gain < _FORM
     )
 
 
@@ -307,8 +319,8 @@ def _alike(
             drop = np.maximum(mean_squares(present.fit) - mean_squares(tuned.fit), 0.0)
             held = held_out_gains(table, score, present.fit)
             each = _effective_rows(table, score)
-            near = (s for s in forms if _difference(tuned, s, present.fit, each) < _SURE)
-            alike.append(Found(tuned, seat, gains, drop, held, (), None, np.inf, tuple(near)))
+            near = _as_good(tuned, forms, present.fit, each)
+            alike.append(Found(tuned, seat, gains, drop, held, (), None, np.inf, near))
     return alike
 
 

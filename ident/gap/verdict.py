@@ -48,14 +48,14 @@ class Verdict:
     Attributes:
         kind: in one word.
         found: effects taken in, in order.
-        burst: a contact, or None.
+        bursts: contacts, in order of time.
         nameless: structure that is left.
         faults: of the data.
     """
 
     kind: Kind
     found: tuple[Found, ...]
-    burst: Burst | None
+    bursts: tuple[Burst, ...]
     nameless: tuple[Nameless, ...]
     faults: tuple[Fault, ...]
 
@@ -87,7 +87,7 @@ def nameless(
 def decide(
     faults: Sequence[Fault],
     found: Sequence[Found],
-    burst: Burst | None,
+    bursts: Sequence[Burst],
     left: Sequence[Nameless],
     remaining: float = 0.0,
 ) -> Verdict:
@@ -96,11 +96,11 @@ def decide(
     Args:
         faults: of the data.
         found: effects taken in.
-        burst: a contact, or None.
+        bursts: contacts, in order of time.
         left: structure without a name.
         remaining: part of the gap at the effects' joints that they do not close.
     """
-    parts = (tuple(found), burst, tuple(left), tuple(faults))
+    parts = (tuple(found), tuple(bursts), tuple(left), tuple(faults))
     if faults:
         return Verdict(Kind.DATA_FAULT, *parts)
     if remaining > _REMAINING or any(
@@ -110,6 +110,6 @@ def decide(
         return Verdict(Kind.UNKNOWN, *parts)
     if any(f.rivals for f in found):
         return Verdict(Kind.AMBIGUOUS, *parts)
-    if found or burst is not None:
+    if found or bursts:
         return Verdict(Kind.NAMED, *parts)
     return Verdict(Kind.NO_GAP, *parts)

@@ -23,13 +23,13 @@ class Way:
     """How far the search has come.
 
     Attributes:
-        rows: the recordings' rows, but for those of a burst.
+        rows: the recordings' rows, but for those of bursts.
         present: the model with what was taken in.
         threshold: what an effect has to gain.
         noise: of the repeats, shape (n,), where motion is repeated.
         found: effects taken in.
-        burst: a contact that was set apart.
-        may_cut: whether one may be.
+        bursts: contacts that were set apart, in order of time.
+        may_cut: whether any may be.
         unsure: effects and joints that were let go, and are not asked for again.
         scores: of all hypotheses, round by round.
         calibrations: how often the threshold was calibrated.
@@ -40,7 +40,7 @@ class Way:
     threshold: Threshold
     noise: Array | None
     found: list[Found] = field(default_factory=list)
-    burst: Burst | None = None
+    bursts: list[Burst] = field(default_factory=list)
     may_cut: bool = True
     unsure: set[tuple[str, tuple[int, ...]]] = field(default_factory=set)
     scores: list[list[Score]] = field(default_factory=list)

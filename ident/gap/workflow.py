@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from ident.gap.apart import cut_out, stays
 from ident.gap.calibration import calibrated
+from ident.gap.contact import felt
 from ident.gap.experiment import Experiment, base_columns, facts_of
 from ident.gap.faults import faults
 from ident.gap.fit import mean_squares
@@ -101,11 +102,11 @@ def search(source: Experiment, options: Options, tell: Tell) -> Search:
         plain = max(_PLAIN, least_threshold(source.trusted is not None).leftover)
         way.threshold = replace(way.threshold, leftover=min(way.threshold.leftover, plain))
     rest = _nameless(way)
-    left = 0.0 if way.burst is not None else remaining(way.noise, start, end, way.found)
-    if not way.found and way.burst is None:
+    left = 0.0 if way.bursts else remaining(way.noise, start, end, way.found)
+    if not way.found and not way.bursts:
         rest += unnamed(way.noise, end, rest)
         rest = rest or _doubtful(way)
-    verdict = decide(wrong, way.found, way.burst, rest, left)
+    verdict = decide(wrong, way.found, felt(way.rows, way.bursts, end), rest, left)
     first, last = tuple(way.scores[0]), tuple(way.scores[-1])
     return Search(source, way.rows, start, end, first, last, way.threshold, verdict)
 
@@ -136,8 +137,8 @@ def _sequence(
     noise = noise_of(source, rows, start)
     way = Way(rows, start, least_threshold(source.trusted is not None), noise)
     _go(source, way, options, tell)
-    if way.burst is not None and not stays(way):
-        way = replace(way, rows=rows, present=start, found=[], burst=None, may_cut=False)
+    if way.bursts and not stays(way):
+        way = replace(way, rows=rows, present=start, found=[], bursts=[], may_cut=False)
         _go(source, way, options, tell)
     tell("confirming on held-out data")
     confirm(way)

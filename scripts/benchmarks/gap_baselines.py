@@ -159,7 +159,7 @@ def searched(recorded: Run, log: str) -> bool:
     """Whether `ident gap` is right on one of the recordings."""
     told = search(experiment([getattr(recorded, log)], [log]), Options(), lambda _: None).verdict
     named = [(f.hypothesis.effect, f.hypothesis.joints) for f in told.found]
-    named += [] if told.burst is None else [("contact", told.burst.joints)]
+    named += [("contact", b.joints) for b in told.bursts]
     truth = recorded if log == "log" else replace(recorded, cases=())
     return judged(truth, told.kind, named)[0]
 

@@ -95,8 +95,7 @@ def told(recorded: Run, found: Search, seed: int, seconds: float) -> Told:
     seat = int(level.argmax())
     gap = before[seat] - squares(free_rows, free)[seat]
     named = [(f.hypothesis.effect, f.hypothesis.joints) for f in verdict.found]
-    if verdict.burst is not None:
-        named.append(("contact", verdict.burst.joints))
+    named += [("contact", b.joints) for b in verdict.bursts]
     right, wrong = judged(recorded, verdict.kind, named)
     return Told(
         seed,

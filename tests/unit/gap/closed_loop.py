@@ -50,6 +50,12 @@ def cord(t, q, qd, load, joint, settings, resistance, level):
     resistance[joint] += settings[0] * np.sinh(q[joint])
 
 
+@term
+def loosening(t, q, qd, load, joint, settings, resistance, level):
+    """Viscous friction that falls in proportion to time."""
+    resistance[joint] -= settings[0] * t / settings[1] * qd[joint]
+
+
 def wam(*terms: Term) -> SimulatedArm:
     """The shipped arm, a little heavier than its CAD, with friction and further torques."""
     file = load_arm_file("wam7.yaml")

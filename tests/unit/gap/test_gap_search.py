@@ -74,7 +74,7 @@ def test_scores_agree_with_refitting_everything_from_the_rows(nothing_hidden):
 def test_nothing_is_named_where_nothing_is_hidden(nothing_hidden):
     verdict = nothing_hidden.verdict
     assert verdict.kind == Kind.NO_GAP
-    assert (verdict.found, verdict.burst, verdict.faults) == ((), None, ())
+    assert (verdict.found, verdict.bursts, verdict.faults) == ((), (), ())
 
 
 def test_a_torque_at_one_place_gets_no_wrong_name(bumpy):

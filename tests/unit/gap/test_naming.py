@@ -4,8 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from closed_loop import push, recorded, source_of, sticking, wam
+from closed_loop import loosening, push, recorded, source_of, sticking, wam
 
+from ident.gap.comparison import held_out, sides
+from ident.gap.feasible import possible
 from ident.gap.uncertainty import finished
 from ident.gap.verdict import Kind
 from ident.gap.workflow import Options, Search, search
@@ -33,8 +35,7 @@ def both() -> Search:
 def test_a_push_beside_another_effect_hides_neither(both):
     assert both.verdict.kind == Kind.NAMED
     assert named(both) == [("stribeck", (3,))]
-    burst = both.verdict.burst
-    assert burst is not None
+    (burst,) = both.verdict.bursts
     assert burst.start_s == pytest.approx(30.0, abs=0.2)
     assert burst.end_s == pytest.approx(30.6, abs=0.2)
     assert {0, 1, 2} <= set(burst.joints)
@@ -45,6 +46,29 @@ def test_the_size_is_within_its_interval_whatever_the_form(both):
     extra = values["extra_friction"]
     assert extra.value == pytest.approx(0.8, abs=3 * extra.sd)
     assert extra.value == pytest.approx(0.8, rel=0.15)
+
+
+def test_each_of_several_pushes_is_told():
+    pushes = [Term(push, j, (2.0, start, 0.6)) for start in (9.0, 24.0, 37.5) for j in (0, 1)]
+    found = searched(wam(*pushes))
+    assert found.verdict.kind == Kind.NAMED
+    assert named(found) == []
+    starts = [b.start_s for b in found.verdict.bursts]
+    assert starts == pytest.approx([9.0, 24.0, 37.5], abs=0.2)
+    assert all({0, 1} <= set(b.joints) for b in found.verdict.bursts)
+
+
+def test_friction_that_nearly_vanishes_during_the_run_leaves_a_possible_arm():
+    drag = 0.95 * wam().viscous[0]
+    found = searched(wam(Term(loosening, 0, (drag, 73.0))))
+    assert found.verdict.kind == Kind.NAMED
+    assert named(found) == [("thermal_drift", (0,))]
+    (values,) = finished(found.rows, found.end, found.verdict.found).parameters
+    end_s = found.source.datasets[0].samples / found.source.datasets[0].rate_hz
+    assert values["viscous_change"].value == pytest.approx(-drag * end_s / 73.0, rel=0.02)
+    count = len(found.rows.kept)
+    before, after = (possible(found.source, p.fit, count).x for p in (found.start, found.end))
+    assert held_out(found, sides(found, before, after)).closed > 0.95
 
 
 def test_a_tilted_base_is_no_spring_at_the_first_joint():

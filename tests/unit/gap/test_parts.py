@@ -45,27 +45,27 @@ SMALL = Nameless(Leftover(1, "the position of joint 2", 0.2, 0.3), 0.1)
 
 
 @pytest.mark.parametrize(
-    ("faults", "effects", "burst", "left", "kind"),
+    ("faults", "effects", "bursts", "left", "kind"),
     [
-        ([], [], None, [], Kind.NO_GAP),
-        ([], [found()], None, [], Kind.NAMED),
-        ([], [], BURST, [], Kind.NAMED),
-        ([], [found()], None, [SMALL], Kind.NAMED),
-        ([], [found(rivals=(score_of("nonlinear_viscous"),))], None, [], Kind.AMBIGUOUS),
-        ([], [found()], None, [LARGE], Kind.UNKNOWN),
-        ([], [], None, [LARGE], Kind.UNKNOWN),
-        ([], [found()], None, [CLEAR], Kind.UNKNOWN),
-        ([], [found()], None, [CLEAR_BUT_TINY], Kind.NAMED),
-        ([FAULT], [found()], BURST, [LARGE], Kind.DATA_FAULT),
+        ([], [], [], [], Kind.NO_GAP),
+        ([], [found()], [], [], Kind.NAMED),
+        ([], [], [BURST], [], Kind.NAMED),
+        ([], [found()], [], [SMALL], Kind.NAMED),
+        ([], [found(rivals=(score_of("nonlinear_viscous"),))], [], [], Kind.AMBIGUOUS),
+        ([], [found()], [], [LARGE], Kind.UNKNOWN),
+        ([], [], [], [LARGE], Kind.UNKNOWN),
+        ([], [found()], [], [CLEAR], Kind.UNKNOWN),
+        ([], [found()], [], [CLEAR_BUT_TINY], Kind.NAMED),
+        ([FAULT], [found()], [BURST], [LARGE], Kind.DATA_FAULT),
     ],
 )
-def test_verdict(faults, effects, burst, left, kind):
-    assert decide(faults, effects, burst, left).kind == kind
+def test_verdict(faults, effects, bursts, left, kind):
+    assert decide(faults, effects, bursts, left).kind == kind
 
 
 def test_an_effect_that_leaves_most_of_its_joints_gap_is_not_the_effect():
-    assert decide([], [found()], None, [], remaining=0.3).kind == Kind.UNKNOWN
-    assert decide([], [found()], None, [], remaining=0.05).kind == Kind.NAMED
+    assert decide([], [found()], [], [], remaining=0.3).kind == Kind.UNKNOWN
+    assert decide([], [found()], [], [], remaining=0.05).kind == Kind.NAMED
 
 
 def residual_of(sigma: float) -> Present:
@@ -82,7 +82,7 @@ def test_what_is_left_above_the_noise_of_repeats_is_a_gap():
     (only,) = unnamed(noise, residual_of(5.0), [])
     assert only.leftover.joint == 1
     assert only.leftover.share == pytest.approx(1 - 1 / 25)
-    assert decide([], [], None, [only]).kind == Kind.UNKNOWN
+    assert decide([], [], [], [only]).kind == Kind.UNKNOWN
     assert unnamed(noise, residual_of(5.0), [only]) == ()
     assert unnamed(noise, residual_of(2.0), []) == ()
     assert unnamed(np.array([1.0, np.nan]), residual_of(5.0), []) == ()
