@@ -13,6 +13,7 @@ from ident.gap.way import Way
 
 _BESIDE = 0.25  # of an effect's gain: what a burst beside it must bring
 _MOST = 12
+_SETTLED = 10.0  # bristle's distances: after so long a way nothing is left of where it began
 _NEAR_S = 0.5  # what begins so soon after a burst is its end
 
 
@@ -31,7 +32,8 @@ def cut_out(source: Experiment, way: Way, larger: Present, best: float) -> bool:
         burst = _loud(way.rows, larger)
         if burst is None or burst.gain < least:
             break
-        if burst.recurs(pairs(source, way.rows, tabulate(way.rows, larger.model, ()))):
+        table = tabulate(way.rows, larger.model, ())
+        if burst.recurs(pairs(source, way.rows, table)) or unsettled(way.rows, larger, burst):
             break
         way.bursts = _joined(way.bursts, burst)
         way.rows = replace(way.rows, apart=np.any([b.rows for b in way.bursts], axis=0))
@@ -39,6 +41,27 @@ def cut_out(source: Experiment, way: Way, larger: Present, best: float) -> bool:
         larger = way.present if alone else extend(way.rows, larger, ())
         cut = True
     return cut
+
+
+def unsettled(rows: Nominal, present: Present, burst: Burst) -> bool:
+    """Whether a joint that gives way like a bristle has hardly moved yet: its state is not known.
+
+    Every stretch begins somewhere between the bristle's ends.
+    """
+    distances = {
+        h.joints[0]: h.settings["distance"]
+        for h in present.accepted
+        if h.effect == "presliding" and h.joints[0] in burst.joints
+    }
+    for s in rows.stretches:
+        inside = (s.t >= burst.start_s) & (s.t <= burst.end_s)
+        if s.log != burst.log or not inside.any():
+            continue
+        end = int(np.flatnonzero(inside)[-1])
+        path = np.abs(np.diff(s.q[: end + 1], axis=0)).sum(axis=0)
+        if any(path[j] < _SETTLED * distance for j, distance in distances.items()):
+            return True
+    return False
 
 
 def _joined(bursts: list[Burst], burst: Burst) -> list[Burst]:

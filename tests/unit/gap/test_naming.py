@@ -71,6 +71,24 @@ def test_friction_that_nearly_vanishes_during_the_run_leaves_a_possible_arm():
     assert held_out(found, sides(found, before, after)).closed > 0.95
 
 
+def test_a_torque_constant_that_repeats_with_the_motors_angle_is_ripple():
+    log = recorded(wam())
+    effort = log.command.effort.copy()
+    effort[:, 3] /= 1 + 0.15 * np.sin(2 * 18.0 * log.q[:, 3] + 0.4)  # the drive gives so much more
+    log = replace(log, command=replace(log.command, effort=effort))
+    found = search(source_of(log), OPTIONS, lambda _: None)
+    assert found.verdict.kind == Kind.NAMED
+    assert {(f.hypothesis.effect, f.hypothesis.joints) for f in found.verdict.found} == {
+        ("torque_ripple", (3,))
+    }
+    values = finished(found.rows, found.end, found.verdict.found).parameters[0]
+    assert values["order"].value == 2.0
+    assert values["sine"].unit == "1"
+    # the motor turns backwards with this joint: sin(36 q + 0.4) = sin(0.4 - 2 theta)
+    assert values["sine"].value == pytest.approx(-0.15 * np.cos(0.4), rel=0.03)
+    assert values["cosine"].value == pytest.approx(0.15 * np.sin(0.4), rel=0.1)
+
+
 def test_a_tilted_base_is_no_spring_at_the_first_joint():
     arm = wam()
     tilt = np.array([0.012, -0.009, 0.0])

@@ -1,6 +1,7 @@
 """Parts of the search that stand alone: windows, regions, thresholds, verdicts."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Coefficient, Hypothesis, Value
 from ident.excitation.purpose import MOTIONS, REPEATED
+from ident.gap.apart import unsettled
 from ident.gap.contact import Burst
 from ident.gap.faults import Fault
 from ident.gap.fit import Choice, Fit
@@ -127,6 +129,20 @@ def test_structure_is_measured_against_what_the_effects_explained():
     (only,) = nameless(left, [found(explained=3.0)], np.array([1.0, 2.0]), threshold)
     assert only.leftover is left[0]
     assert only.unexplained == pytest.approx(1.0 / (1.0 + 3.0))
+
+
+def test_a_bristle_that_has_hardly_stretched_is_no_contact():
+    t = np.arange(0.0, 6.0, 0.01)
+    q = np.column_stack([0.1 * t, np.zeros_like(t)])
+    rows = SimpleNamespace(stretches=(SimpleNamespace(log=0, t=t, q=q),))
+    bristle = Hypothesis("presliding", (0,), (0,), (), {"distance": 0.01})
+    now, none = SimpleNamespace(accepted=(bristle,)), SimpleNamespace(accepted=())
+    early = replace(BURST, joints=(0,), start_s=0.2, end_s=0.8)
+    assert unsettled(rows, now, early)
+    assert not unsettled(rows, now, replace(early, end_s=1.5))
+    assert not unsettled(rows, now, replace(early, joints=(1,)))
+    assert not unsettled(rows, now, replace(early, log=1))
+    assert not unsettled(rows, none, early)
 
 
 def test_recordings_disagree_where_the_model_fails_in_more_than_a_moment():
