@@ -75,14 +75,15 @@ class TorqueRipple:
         return found
 
     def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
-        """Sine and cosine of a multiple of the motor's angle, through its lever arms."""
+        """Sine and cosine of a multiple of the motor's angle, through its levers, or of torque."""
         joints, settings = list(hypothesis.joints), hypothesis.settings
         turns = np.array([settings[f"turn_{s}"] for s, _ in zip("ab", joints, strict=False)])
-        levers = np.array([settings[f"lever_{s}"] for s, _ in zip("ab", joints, strict=False)])
         wave = _wave(seen, joints, turns, round(settings["order"]))
+        parts = np.stack([wave.imag, wave.real], axis=-1)[:, None, :]
         if hypothesis.variant == "share":
-            wave = wave * seen.tau[:, joints[0]]
-        return np.stack([wave.imag, wave.real], axis=-1)[:, None, :] * levers[:, None]
+            return parts * seen.tau[:, joints, None]
+        levers = np.array([settings[f"lever_{s}"] for s, _ in zip("ab", joints, strict=False)])
+        return parts * levers[:, None]
 
     def restated(self, hypothesis: Hypothesis, values: dict[str, Value]) -> dict[str, Value]:
         """What the drive gives more, where it is a share, not what it was asked for more."""
