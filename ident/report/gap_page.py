@@ -29,6 +29,7 @@ from ident.report.words import (
     effect_text,
     joint_labels,
     joints_text,
+    kinds_text,
     known,
     listed,
     number,
@@ -146,7 +147,7 @@ def _verdict(report: GapReport) -> Verdict:
 def verdict_sentences(report: GapReport) -> list[str]:
     """The answer, and what to know beside it."""
     content = report.content
-    effects = [f"{report.title(e['name'])} at {report.of(e['joints'])}" for e in content["effects"]]
+    effects = kinds_text(content["effects"], report.title, report.of)
     partly = content["verdict"] == "unknown" and bool(effects)
     sentence = {
         "no_gap": "The model explains these recordings down to their noise.",

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from itertools import takewhile
+from itertools import chain, takewhile
 from typing import Any
 
 DASH = "–"
@@ -151,6 +151,29 @@ def effect_text(effect: str, joints: Sequence[int]) -> str:
     """An effect and its joints in a figure, where room is scarce."""
     where = "all joints" if not joints else f"joint{'s' * (len(joints) > 1)} {_numbers(joints)}"
     return f"{effect.replace('_', ' ')}, {where}"
+
+
+def kinds_text(
+    effects: Sequence[Mapping[str, Any]],
+    title: Callable[[str], str],
+    of: Callable[[Sequence[int]], str],
+) -> list[str]:
+    """Effects with their joints; ripples of several orders, and all contacts, told once.
+
+    Args:
+        effects: of `gap.json`.
+        title: of an effect's name.
+        of: joints, from 1, in a sentence.
+    """
+    kinds: dict[tuple[str, tuple[int, ...]], list[Sequence[int]]] = {}
+    for e in effects:
+        place = () if e["name"] == "contact" else tuple(e["joints"])
+        kinds.setdefault((e["name"], place), []).append(e["joints"])
+    return [
+        f"{title(name)} at {of(sorted(set(chain.from_iterable(joints))))}"
+        + (f" ({len(joints)} of this kind)" if len(joints) > 1 else "")
+        for (name, _), joints in kinds.items()
+    ]
 
 
 def _numbers(joints: Sequence[int]) -> str:

@@ -234,12 +234,13 @@ def test_gap_without_a_named_effect(
 
 
 def test_many_effects_are_counted_first(gap_report: GapReport, gap_content: dict[str, Any]) -> None:
-    effects = 4 * [gap_content["effects"][0]]
+    places = ([1, 2], [1], [2], [3])
+    effects = [gap_content["effects"][0] | {"joints": joints} for joints in places]
     content = gap_content | {"verdict": "named", "effects": effects}
     verdict = gap_page(replace(gap_report, content=content)).verdict
-    one = "friction on the motors of a shared drive at joints 1 base and 2 lift"
-    assert verdict.sentence == f"The model misses 4 effects, {one} first."
-    assert verdict.more[0] == f"In full: {one}; {one}; {one}; {one}."
+    one = "friction on the motors of a shared drive at joint"
+    assert verdict.sentence == f"The model misses 4 effects, {one}s 1 base and 2 lift first."
+    assert verdict.more[0].startswith(f"In full: {one}s 1 base and 2 lift; {one} 1 base; {one} 2")
 
 
 def test_an_unknown_gap_says_what_part_of_it_looks_like(
@@ -346,3 +347,14 @@ def test_an_effect_of_a_light_joint_is_told_at_that_joint(gap_report, gap_conten
     assert "from 0.000157\u202fN·m to 5.80·10⁻⁶\u202fN·m" in sentences
     assert gap_report.labels[1] in sentences
     assert "0.0509" not in sentences
+
+
+def test_effects_of_one_kind_are_told_once(gap_report, gap_content) -> None:
+    (first, *_) = gap_content["effects"]
+    ripples = [first | {"name": "torque_ripple", "joints": [2]} for _ in range(3)]
+    pushes = [first | {"name": "contact", "joints": joints} for joints in ([1, 2], [1])]
+    content = gap_content | {"verdict": "named", "effects": [*ripples, *pushes]}
+    sentence = verdict_sentences(replace(gap_report, content=content))[0]
+    assert sentence.count("torque_ripple") + sentence.count("torque ripple") == 1
+    assert "(3 of this kind)" in sentence
+    assert sentence.count("(2 of this kind)") == 1
