@@ -24,7 +24,7 @@ OF_TRUSTED = 2.0
 
 _DISAGREE = 0.7  # nats: twice the residual where no fit has looked
 _USUAL = 0.95  # of the rows: what only fewer show is a moment, not a part of the recordings
-_APART = 2  # rows: windows that overlap by half share no sample then
+_APART = 6  # rows: noise has forgotten itself by then, the motion has not
 
 
 @dataclass(frozen=True)
@@ -37,6 +37,7 @@ class Leftover:
         gain: nats per sample, less what chance would give, and on held-out data, whichever is less.
         share: part of the squared residual that it explains.
         detail: which wave of a periodic group.
+        ahead: whether only the held-out data show it.
     """
 
     joint: int
@@ -44,6 +45,7 @@ class Leftover:
     gain: float
     share: float
     detail: int = 0
+    ahead: bool = False
 
 
 def leftovers(rows: Nominal, model: PresentModel, table: Table, now: Fit) -> list[Leftover]:
@@ -71,7 +73,7 @@ def elsewhere(left: list[Residual], fold: NDArray[np.int64], least: Array) -> li
     """Joints at which the model fails on the held-out data alone: the recordings disagree.
 
     A moment, as when a joint that is held slips, is no such failure, and neither is louder noise:
-    what does not last from one window to the next that shares no sample with it.
+    what does not last from one window to another that is some tenths of a second away.
 
     Args:
         left: of each joint.
@@ -88,7 +90,7 @@ def elsewhere(left: list[Residual], fold: NDArray[np.int64], least: Array) -> li
         gain = 0.5 * float(np.log(max(beyond, floor) / max(here, floor)))
         if gain > _DISAGREE:
             name = "which part of the recordings it is"
-            found.append(Leftover(j, name, gain, float(1 - np.exp(-2 * gain))))
+            found.append(Leftover(j, name, gain, float(1 - np.exp(-2 * gain)), ahead=True))
     return found
 
 

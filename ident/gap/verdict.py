@@ -14,7 +14,7 @@ from ident.gap.null import Threshold
 
 _UNEXPLAINED = 0.2  # of a joint's gap: with more left, a name is only an analogy
 _REMAINING = 0.12  # of the gap at the joints of the effects: with more left, they are not all of it
-_ANALOGY = 0.3  # nats: so much structure beside an effect says that its form is another one,
+_ANALOGY = 0.3  # nats: so much structure where it was fitted says that its form is another one,
 _NEARLY = 0.03  # unless no more than this part of the joint's gap is left with it
 
 
@@ -84,6 +84,11 @@ def nameless(
     return tuple(kept)
 
 
+def _allowed(gain: float) -> float:
+    """Part of a joint's gap that structure of that gain may be beside an effect."""
+    return _NEARLY if gain > _ANALOGY else _UNEXPLAINED
+
+
 def decide(
     faults: Sequence[Fault],
     found: Sequence[Found],
@@ -104,7 +109,7 @@ def decide(
     if faults:
         return Verdict(Kind.DATA_FAULT, *parts)
     if remaining > _REMAINING or any(
-        x.unexplained > _UNEXPLAINED or (x.leftover.gain > _ANALOGY and x.unexplained > _NEARLY)
+        x.unexplained > (_UNEXPLAINED if x.leftover.ahead else _allowed(x.leftover.gain))
         for x in left
     ):
         return Verdict(Kind.UNKNOWN, *parts)
