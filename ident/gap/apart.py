@@ -76,8 +76,11 @@ def _joined(bursts: list[Burst], burst: Burst) -> list[Burst]:
 
 
 def stays(way: Way) -> bool:
-    """Whether bursts still stand out from the model with all effects."""
-    if way.rows.apart is None:
+    """Whether bursts still stand out from the model with all effects.
+
+    Where there seems to be no end to them they are no events.
+    """
+    if way.rows.apart is None or len(way.bursts) >= _MOST:
         return False
     burst = _loud(replace(way.rows, apart=None), way.present)
     least = way.threshold.of("contact")

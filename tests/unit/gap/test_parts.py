@@ -9,7 +9,7 @@ import pytest
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Coefficient, Hypothesis, Value
 from ident.excitation.purpose import MOTIONS, REPEATED
-from ident.gap.apart import unsettled
+from ident.gap.apart import stays, unsettled
 from ident.gap.contact import Burst
 from ident.gap.faults import Fault
 from ident.gap.fit import Choice, Fit
@@ -147,6 +147,11 @@ def test_a_bristle_that_has_hardly_stretched_is_no_contact():
     assert not unsettled(rows, now, replace(early, joints=(1,)))
     assert not unsettled(rows, now, replace(early, log=1))
     assert not unsettled(rows, none, early)
+
+
+def test_what_fails_everywhere_is_no_row_of_contacts():
+    way = SimpleNamespace(rows=SimpleNamespace(apart=BURST.rows), bursts=12 * [BURST])
+    assert not stays(way)
 
 
 def test_recordings_disagree_where_the_model_fails_in_more_than_a_moment():
