@@ -13,6 +13,7 @@ from ident.gap.way import Way
 
 _BESIDE = 0.25  # of an effect's gain: what a burst beside it must bring
 _MOST = 12
+_MUCH = 0.2  # of the data: an event takes less
 _SETTLED = 10.0  # bristle's distances: after so long a way nothing is left of where it began
 _NEAR_S = 0.5  # what begins so soon after a burst is its end
 
@@ -28,7 +29,7 @@ def cut_out(source: Experiment, way: Way, larger: Present, best: float) -> bool:
         return False
     alone, cut = larger is way.present, False
     least = max(best if alone else _BESIDE * best, way.threshold.of("contact"))
-    while len(way.bursts) < _MOST:
+    for _ in range(_MOST - len(way.bursts)):
         burst = _loud(way.rows, larger)
         if burst is None or burst.gain < least:
             break
@@ -80,11 +81,12 @@ def stays(way: Way) -> bool:
 
     Where there seems to be no end to them they are no events.
     """
-    if way.rows.apart is None or len(way.bursts) >= _MOST:
+    apart = way.rows.apart
+    if apart is None or len(way.bursts) >= _MOST or apart.mean() > _MUCH:
         return False
     burst = _loud(replace(way.rows, apart=None), way.present)
     least = way.threshold.of("contact")
-    return burst is not None and burst.gain >= least and bool((burst.rows & way.rows.apart).any())
+    return burst is not None and burst.gain >= least and bool((burst.rows & apart).any())
 
 
 def _loud(rows: Nominal, present: Present) -> Burst | None:

@@ -152,6 +152,8 @@ def test_a_bristle_that_has_hardly_stretched_is_no_contact():
 def test_what_fails_everywhere_is_no_row_of_contacts():
     way = SimpleNamespace(rows=SimpleNamespace(apart=BURST.rows), bursts=12 * [BURST])
     assert not stays(way)
+    most = SimpleNamespace(apart=np.ones(4, dtype=bool))
+    assert not stays(SimpleNamespace(rows=most, bursts=[BURST]))
 
 
 def test_recordings_disagree_where_the_model_fails_in_more_than_a_moment():
