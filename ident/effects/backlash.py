@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+from numba import njit
 
 from ident.effects.effect import (
     ArmFacts,
@@ -14,50 +15,121 @@ from ident.effects.effect import (
     Setting,
 )
 from ident.simulation.arm import SimulatedArm
+from ident.simulation.chain import inverse_dynamics, mass_matrix, workspace
+
+_FORMS = ("friction on the motor", "friction on the link")
+_SUBSTEPS = 5
+_LIGHT = 1e-6  # kg m^2: no link is lighter
+_MOTOR_SHARE = 0.1
+
+
+@njit(cache=True)
+def loose(q, qd, pull, drag, start, half_play, period):
+    """Position of a link beside its motor's, shape (S,), within a play of +- half_play [rad].
+
+    Between its stops the link moves freely; at a stop it is carried, without rebound, for as long
+    as that pushes.
+
+    Args:
+        q: position of the motor on the joint's side, shape (S,).
+        qd: its velocity, shape (S,).
+        pull: acceleration of the link where nothing touches it, but for its friction, shape (S,).
+        drag: deceleration by its dry friction, and per speed by its viscous one, shape (2, S).
+        start: of the link beside the motor [rad].
+        half_play: [rad].
+        period: between samples [s].
+    """
+    beside = np.empty(q.size)
+    h = period / _SUBSTEPS
+    speed = qd[0]
+    link = q[0] + start
+    beside[0] = start
+    for k in range(1, q.size):
+        for step in range(1, _SUBSTEPS + 1):
+            u = step / _SUBSTEPS
+            motor = (1.0 + 2.0 * u) * (1.0 - u) ** 2 * q[k - 1] + u * u * (3.0 - 2.0 * u) * q[k]
+            motor += period * (u * (1.0 - u) ** 2 * qd[k - 1] - u * u * (1.0 - u) * qd[k])
+            speed += h * ((1.0 - u) * pull[k - 1] + u * pull[k])
+            rub = h * drag[0, k]
+            speed = max(speed - rub, 0.0) if speed > 0.0 else min(speed + rub, 0.0)
+            speed /= 1.0 + h * drag[1, k]
+            ahead = min(max(link + h * speed, motor - half_play), motor + half_play)
+            speed = (ahead - link) / h
+            link = ahead
+        beside[k] = link - q[k]
+    return beside
 
 
 class Backlash:
-    """q_link = q_motor - b sgn(load)."""
+    """q_link = q_motor + y, |y| <= b, free in between."""
 
     id = "backlash"
     title = "play in the transmission"
-    equation = "q_link,j = q_j - b sgn(tau_rigid,j), crossed at a finite rate"
-    source = "Nordin, Gutman 2002, section 2: the dead zone's two contact sides"
-    signature = "steps where the transmitted torque, not the speed, changes its sign"
+    equation = "q_link,j = q_j + y, |y| <= b; tau_link,j = 0 for |y| < b, else it pushes"
+    source = "Nordin, Gutman 2002, section 2: dead zone, rigid contact on both sides, no rebound"
+    signature = (
+        "no torque while the link crosses the play, a blow at its end, where the transmitted "
+        "torque, not the speed, changes its sign"
+    )
     rivals = ("presliding", "encoder_offset")
     contains = ()
     experiment = "torque that changes sign without a change of speed, as through a gravity crossing"
     compares = False
     freedom = Freedom.ANY
     smooth = True
-    uses = ("model",)
-    settings = (Setting("crossing_share", "1", (0.02, 0.06, 0.2), 0.005, 0.5, reported=False),)
+    uses = ("model", "friction", "torque")
+    settings = (Setting("play", "rad", (5e-4, 1e-3, 2e-3, 4e-3, 8e-3), 2e-4, 0.03, reported=False),)
 
     def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
-        """One for each joint and width of the crossing; every joint's torque changes."""
+        """One for each joint, half play and side of the friction; every joint's torque changes."""
         rows = tuple(range(arm.dof))
         half = (Coefficient("half_play", "rad", lower=0.0),)
         return [
-            Hypothesis(self.id, (j,), rows, half, {"crossing_share": s})
+            Hypothesis(self.id, (j,), rows, half, {"play": play}, form)
             for j in arm.moving_joints
-            for s in self.settings[0].grid
+            for form in _FORMS
+            for play in self.settings[0].grid
         ]
 
     def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
-        """Change of the torque with the side that carries the load."""
-        j = hypothesis.joints[0]
-        load = seen.load[:, j]
-        width = hypothesis.settings["crossing_share"] * max(float(np.abs(load).max()), 1e-9)
-        side = np.tanh(load / width)
-        rate = np.gradient(side, 1.0 / seen.rate_hz)
+        """Change of the torque with the link's motion in the play, per half play."""
+        j, half_play = hypothesis.joints[0], hypothesis.settings["play"]
+        slopes = seen.slopes(j)
+        inertia = np.maximum(slopes.acceleration[:, j], _LIGHT)
+        pull = seen.qdd[:, j] - seen.load[:, j] / inertia
+        friction, carried = np.zeros((2, 1)), seen.load
+        if hypothesis.variant == _FORMS[1]:
+            friction = np.maximum([[seen.coulomb[j]], [seen.viscous[j]]], 0.0)
+            carried = seen.tau
+        motion = (np.ascontiguousarray(a[:, j]) for a in (seen.q, seen.qd))
+        start = -np.copysign(half_play, carried[0, j])
+        period = 1.0 / seen.rate_hz
+        beside = loose(*motion, pull, friction / inertia, start, half_play, period)
+        rate = np.gradient(beside, 1.0 / seen.rate_hz)
         change = np.gradient(rate, 1.0 / seen.rate_hz)
-        return -seen.slopes(j).times(side, rate, change)[:, :, None]
+        return slopes.times(beside, rate, change)[:, :, None] / half_play
 
     def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
-        """An encoder that reads the side that carries the load too."""
-        slack = arm.slack.copy()
-        slack[hypothesis.joints[0]] += values[0]
-        return replace(arm, slack=slack)
+        """A motor of its own, with encoder and friction, that carries the joint within the play.
+
+        Which part of the joint's inertia is the motor's is not known, and shows little: it is taken
+        to be a tenth.
+        """
+        j = hypothesis.joints[0]
+        slack, motor, armature = arm.slack.copy(), arm.motor.copy(), arm.armature.copy()
+        slack[j] += values[0]
+        motor[j] = _MOTOR_SHARE * _least_inertia(arm, j)
+        armature[j, j] -= motor[j]
+        return replace(arm, slack=slack, motor=motor, armature=armature)
+
+
+def _least_inertia(arm: SimulatedArm, joint: int) -> float:
+    """Inertia that a joint feels while the others are free, with the arm in its zero pose."""
+    n = len(arm.slack)
+    rest, w, mass = np.zeros(n), workspace(n), np.empty((n, n))
+    inverse_dynamics(arm.chain, arm.delta, rest, rest, rest, w, np.empty(n))
+    mass_matrix(arm.chain, arm.delta, w, mass)
+    return float(1.0 / np.linalg.inv(mass + arm.armature)[joint, joint])
 
 
 EFFECT = Backlash()

@@ -94,6 +94,7 @@ class Observed:
         direction: smoothed sign of each joint's velocity, shape (S, n).
         load: rigid-body torque of the present model [N m], shape (S, n).
         gravity: the part of it that the arm at rest would need [N m], shape (S, n).
+        viscous, coulomb: joint friction of the present model [N m s/rad, N m], each of shape (n,).
         along: smoothed sign of any speed, with the width of a given joint.
         memo: what an effect has formed for one hypothesis and needs for the next.
     """
@@ -109,6 +110,8 @@ class Observed:
     direction: Array
     load: Array
     gravity: Array
+    viscous: Array
+    coulomb: Array
     along: Direction
     memo: dict[str, Array] = field(default_factory=dict, repr=False, compare=False)
     _slopes: dict[int, Slopes] = field(default_factory=dict, repr=False, compare=False)
@@ -226,7 +229,8 @@ class Effect(Protocol):
         compares: whether it shows only against a model that was trusted before.
         freedom: of its form; what is left of an effect that is found may be its form's error.
         smooth: whether its columns vary no faster than the links move, so that a lower rate does.
-        uses: what its columns depend on: `direction` of friction, `model` torque, whole `torque`.
+        uses: what its columns depend on: `direction` of friction, `model` torque, the model's
+            `friction`, whole `torque`.
         settings: what shapes its columns.
     """
 

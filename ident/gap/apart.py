@@ -3,18 +3,26 @@
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ident.effects.catalogue import catalogue
+from ident.effects.effect import Freedom
 from ident.gap.contact import Burst, find_burst
 from ident.gap.experiment import Experiment
 from ident.gap.repeats import pairs
+from ident.gap.residual import residuals
 from ident.gap.search import Present, extend
 from ident.gap.table import Nominal, tabulate
 from ident.gap.way import Way
+
+Array = NDArray[np.floating]
 
 _BESIDE = 0.25  # of an effect's gain: what a burst beside it must bring
 _MOST = 12
 _MUCH = 0.2  # of the data: an event takes less
 _SETTLED = 10.0  # bristle's distances: after so long a way nothing is left of where it began
+_STRIKES = 4.0  # times its usual mean square: an effect that acts in blows
+_HALF = 0.25  # of the residual's mean square: half of its size
 _NEAR_S = 0.5  # what begins so soon after a burst is its end
 
 
@@ -35,6 +43,8 @@ def cut_out(source: Experiment, way: Way, larger: Present, best: float) -> bool:
             break
         table = tabulate(way.rows, larger.model, ())
         if burst.recurs(pairs(source, way.rows, table)) or unsettled(way.rows, larger, burst):
+            break
+        if struck(way.rows, larger, burst):
             break
         way.bursts = _joined(way.bursts, burst)
         way.rows = replace(way.rows, apart=np.any([b.rows for b in way.bursts], axis=0))
@@ -63,6 +73,29 @@ def unsettled(rows: Nominal, present: Present, burst: Burst) -> bool:
         if any(path[j] < _SETTLED * distance for j, distance in distances.items()):
             return True
     return False
+
+
+def struck(rows: Nominal, present: Present, burst: Burst) -> bool:
+    """Whether an effect of uncertain form acts in a burst as never else: what it leaves is its own.
+
+    A link that meets the end of its play gives a blow of nearly, but not quite, the right form.
+    """
+    table = tabulate(rows, present.model, present.accepted)
+    left = residuals(table, present.fit)
+    for i, (h, values) in enumerate(zip(present.accepted, present.fit.effects, strict=True)):
+        joint, slot = h.joints[0], table.slots[i]
+        if catalogue()[h.effect].freedom is not Freedom.ANY or joint not in burst.joints:
+            continue
+        first = table.grams.layouts[joint].first_extra + slot.starts[slot.joints.index(joint)]
+        torque = table.columns[joint][:, first : first + slot.width] @ values
+        here, usual = _mean_square(torque[burst.rows]), _mean_square(torque[~burst.rows])
+        if here > max(_STRIKES * usual, _HALF * _mean_square(left[joint].values[burst.rows])):
+            return True
+    return False
+
+
+def _mean_square(values: Array) -> float:
+    return float(np.mean(values**2))
 
 
 def _joined(bursts: list[Burst], burst: Burst) -> list[Burst]:

@@ -188,7 +188,6 @@ def _seen(
     direction = [m(s.q[:, j], s.speeds[..., j])[samples] for j, m in enumerate(shapes)]
     speed = [s.speeds[m.cutoff, samples, j] for j, m in enumerate(shapes)]
     friction = model.viscous * s.qd[samples] + model.coulomb * np.stack(direction, axis=-1)
-    resisting = torque[0] + friction
     return Observed(
         arm=model.facts,
         rate_hz=s.rate_hz / every,
@@ -196,11 +195,13 @@ def _seen(
         q=s.q[samples],
         qd=s.qd[samples],
         qdd=s.qdd[samples],
-        tau=s.tau[samples] if model.facts.commanded else resisting,
+        tau=s.tau[samples] if model.facts.commanded else torque[0] + friction,
         speed=np.stack(speed, axis=-1),
         direction=np.stack(direction, axis=-1),
         load=torque[0],
         gravity=torque[1],
+        viscous=model.viscous,
+        coulomb=model.coulomb,
         along=lambda joint, other: shapes[joint].along(other),
     )
 
@@ -316,7 +317,7 @@ def _key(h: Hypothesis, model: PresentModel, stretch: int) -> tuple[object, ...]
     uses = catalogue()[h.effect].uses
     direction = model.shapes[list(h.joints)].tobytes() if "direction" in uses else b""
     parameters = model.facts.delta.tobytes() if "model" in uses else b""
-    if "torque" in uses and not model.facts.commanded:
+    if "friction" in uses or ("torque" in uses and not model.facts.commanded):
         whole = (model.facts.delta, model.viscous, model.coulomb, model.shapes)
         parameters = b"".join(x.tobytes() for x in whole)
     return (stretch, *h.key, direction, parameters)

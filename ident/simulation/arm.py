@@ -63,7 +63,10 @@ class SimulatedArm:
         delay_s: the command acts later by this much [s], shape (n,).
         zero: encoders read the joint's position less this [rad], shape (n,).
         give: encoders read this much more per torque that acts [rad/(N m)], shape (n,).
-        slack: half the play between encoder and joint [rad], shape (n,).
+        slack: half the play between motor, which carries encoder and friction, and joint [rad],
+            shape (n,).
+        motor: inertia of a motor that has play, on the joint's side; `armature` is without it
+            [kg m^2], shape (n,).
         terms: further torques.
     """
 
@@ -80,7 +83,30 @@ class SimulatedArm:
     zero: Array
     give: Array
     slack: Array
+    motor: Array
     terms: tuple[Term, ...] = field(default=())
+
+    @property
+    def loose(self) -> NDArray[np.int64]:
+        """The joints with play, from 0."""
+        return np.flatnonzero(self.slack > 0.0)
+
+    @property
+    def seats(self) -> NDArray[np.int64]:
+        """The coordinate of each joint's motor: with play one of its own, after the joints'."""
+        seats, loose = np.arange(len(self.slack)), self.loose
+        seats[loose] = len(seats) + np.arange(len(loose))
+        return seats
+
+    @property
+    def rows(self) -> Array:
+        """Speed of each friction element, then of each play, from all coordinates' speeds."""
+        (m, n), loose = self.friction_rows.shape, self.loose
+        plays = np.arange(m, m + len(loose))
+        rows = np.zeros((m + len(loose), n + len(loose)))
+        rows[:m, self.seats] = self.friction_rows
+        rows[plays, loose], rows[plays, self.seats[loose]] = 1.0, -1.0
+        return rows
 
 
 def simulated_arm(chain: Chain, delta: Array, viscous: Array, coulomb: Array) -> SimulatedArm:
@@ -101,6 +127,7 @@ def simulated_arm(chain: Chain, delta: Array, viscous: Array, coulomb: Array) ->
         zero=none,
         give=none,
         slack=none,
+        motor=none,
     )
 
 

@@ -14,6 +14,7 @@ from ident.simulation.chain import Chain, inverse_dynamics, mass_matrix, workspa
 Array = NDArray[np.floating]
 
 _SWEEPS = 12  # of Gauss-Seidel, from the last step's solution
+_SWEEPS_WITH_PLAY = 60  # a light motor between friction and a heavy link is slow to settle
 _STEPS_PER_CYCLE = 4
 
 
@@ -78,7 +79,9 @@ class _Arm(NamedTuple):
     delay: Array
     zero: Array
     give: Array
+    seat: NDArray[np.int64]
     slack: Array
+    motor: Array
     joints: NDArray[np.int64]
     settings: Array
 
@@ -102,7 +105,6 @@ class _State(NamedTuple):
     a: Array
     stretch: Array
     push: Array
-    slip: Array
 
 
 def run(
@@ -127,10 +129,11 @@ def run(
     for i, item in enumerate(arm.terms):
         settings[i, : len(item.settings)] = item.settings
     joints = np.array([t.joint for t in arm.terms] or [0])
+    loose = arm.loose
     plant = _Arm(
-        arm.chain, arm.delta, arm.armature, arm.viscous, arm.friction_rows, arm.coulomb,
-        arm.bristle, arm.gain, arm.limit, arm.delay_s, arm.zero, arm.give, arm.slack,
-        joints, settings,
+        arm.chain, arm.delta, arm.armature, arm.viscous, arm.rows, arm.coulomb, arm.bristle,
+        arm.gain, arm.limit, arm.delay_s, arm.zero, arm.give, arm.seats, arm.slack[loose],
+        arm.motor[loose], joints, settings,
     )  # fmt: skip
     smoothing = 1.0 - np.exp(-2 * np.pi * controller.velocity_cutoff_hz * wire.period_s)
     law = _Law(
@@ -150,11 +153,12 @@ def run(
 def _simulate(functions, arm, law, q_ref, qd_ref, qdd_ref, noise):
     samples, n = q_ref.shape
     q_log, tau_log = np.empty((samples, n)), np.empty((samples, n))
-    m = arm.coulomb.size
-    state = _State(np.empty(n), np.zeros(n), np.zeros(n), np.zeros(m), np.zeros(m), np.zeros(n))
+    m, (elements, size) = arm.coulomb.size, arm.rows.shape
+    state = _State(np.empty(size), np.zeros(size), np.zeros(n), np.zeros(m), np.zeros(elements))
     for i in range(n):
         state.q[i] = q_ref[0, i] + arm.zero[i]
-    w, law_w, tmp = workspace(n), workspace(n), _scratch(n, m)
+        state.q[arm.seat[i]] = state.q[i]
+    w, law_w, tmp = workspace(n), workspace(n), _scratch(n, size, m, elements)
     acting, torque = np.zeros(n), np.zeros(n)
     velocity, last, alpha = np.zeros(n), np.zeros(n), np.empty(n)
     for k in range(samples):
@@ -192,9 +196,7 @@ def _read(arm, law, state, acting, out):
     n = out.size
     seen = np.empty(n)
     for i in range(n):
-        # the play follows the torque through zero within a twentieth of the friction
-        side = np.tanh(acting[i] / (0.05 * arm.coulomb[i] + 1e-6))
-        seen[i] = state.q[i] - arm.zero[i] + arm.give[i] * acting[i] + arm.slack[i] * side
+        seen[i] = state.q[arm.seat[i]] - arm.zero[i] + arm.give[i] * acting[i]
     counts = np.empty(n)
     for i in range(n):
         angle = 0.0
@@ -235,38 +237,52 @@ def _drive(arm, law, tau_log, k, t, acting):
 @njit(cache=True)
 def _step(functions, arm, state, w, tmp, acting, t, h):
     """One semi-implicit step: friction and viscous drag act on the velocity at its end."""
-    n, m = state.q.size, arm.coulomb.size
-    inverse_dynamics(arm.chain, arm.delta, state.q, state.v, tmp.zero, w, tmp.bias)
-    mass_matrix(arm.chain, arm.delta, w, tmp.system)
+    n, (elements, size) = arm.seat.size, arm.rows.shape
+    q, v = state.q[:n], state.v[:n]
+    inverse_dynamics(arm.chain, arm.delta, q, v, tmp.zero, w, tmp.bias)
+    mass_matrix(arm.chain, arm.delta, w, tmp.inertia)
     for i in range(n):
         tmp.load[i], tmp.resistance[i] = tmp.bias[i], 0.0
         for j in range(n):
-            tmp.load[i] += tmp.system[i, j] * state.a[j]
+            tmp.load[i] += tmp.inertia[i, j] * state.a[j]
     _copy(arm.coulomb, tmp.level)
     for f in range(len(functions)):
-        functions[f](
-            t, state.q, state.v, tmp.load, arm.joints[f], arm.settings[f], tmp.resistance, tmp.level
-        )
-    for i in range(n):
-        tmp.momentum[i] = h * (acting[i] - tmp.bias[i] - tmp.resistance[i])
-        for j in range(n):
-            tmp.system[i, j] += arm.armature[i, j]
-            tmp.momentum[i] += tmp.system[i, j] * state.v[j]
-        tmp.system[i, i] += h * arm.viscous[i]
+        functions[f](t, q, v, tmp.load, arm.joints[f], arm.settings[f], tmp.resistance, tmp.level)
+    _momentum(arm, state, tmp, acting, h)
     _invert(tmp.system, tmp.inverse)
     _times(tmp.inverse, arm.rows, tmp.response)
-    for i in range(n):
+    for i in range(size):
         tmp.free[i] = 0.0
-        for j in range(n):
+        for j in range(size):
             tmp.free[i] += tmp.inverse[i, j] * tmp.momentum[j]
     _stick(arm, state, tmp, h)
+    for i in range(size):
+        after = tmp.free[i]
+        for e in range(elements):
+            after -= tmp.response[i, e] * state.push[e]
+        if i < n:
+            state.a[i] = (after - state.v[i]) / h
+        state.v[i] = after
+        state.q[i] += h * after
+
+
+@njit(cache=True)
+def _momentum(arm, state, tmp, acting, h):
+    """Inertia with viscous drag, and the momentum that it will have without dry friction."""
+    n, size = arm.seat.size, state.q.size
+    for i in range(size):
+        for j in range(size):
+            linked = i < n and j < n
+            tmp.system[i, j] = tmp.inertia[i, j] + arm.armature[i, j] if linked else 0.0
+    for k in range(size - n):
+        tmp.system[n + k, n + k] = arm.motor[k]
+    for i in range(size):
+        tmp.momentum[i] = -h * (tmp.bias[i] + tmp.resistance[i]) if i < n else 0.0
+        for j in range(size):
+            tmp.momentum[i] += tmp.system[i, j] * state.v[j]
     for i in range(n):
-        v = tmp.free[i]
-        for e in range(m):
-            v -= tmp.response[i, e] * state.push[e]
-        state.a[i] = (v - state.v[i]) / h
-        state.v[i] = v
-        state.q[i] += h * v
+        tmp.momentum[arm.seat[i]] += h * acting[i]
+        tmp.system[arm.seat[i], arm.seat[i]] += h * arm.viscous[i]
 
 
 @njit(cache=True)
@@ -301,16 +317,17 @@ def _invert(matrix, out):
 
 @njit(cache=True)
 def _stick(arm, state, tmp, h):
-    """Impulses [N m s] of the Coulomb elements, by projected Gauss-Seidel.
+    """Impulses [N m s] of the Coulomb elements and plays, by projected Gauss-Seidel.
 
-    Each element is a bristle that breaks at its level: impulse = h level stretch, and the stretch,
-    in parts of the breaking one, grows with distance over `bristle`, ever slower (Dahl); without a
-    bristle it holds until the level is reached.
+    Each friction element is a bristle that breaks at its level: impulse = h level stretch, and the
+    stretch, in parts of the breaking one, grows with distance over `bristle`, ever slower (Dahl);
+    without a bristle it holds until the level is reached. A play pushes where the link would go
+    beyond it.
     """
-    n, m = state.q.size, arm.coulomb.size
-    for e in range(m):
+    m, (elements, size) = arm.coulomb.size, arm.rows.shape
+    for e in range(elements):
         tmp.speed[e] = 0.0
-        for j in range(n):
+        for j in range(size):
             tmp.speed[e] += arm.rows[e, j] * tmp.free[j]
     _times(arm.rows, tmp.response.T, tmp.mobility)
     for e in range(m):
@@ -320,16 +337,30 @@ def _stick(arm, state, tmp, h):
         tmp.give[e] = distance / (h * most)
         tmp.speed[e] += tmp.give[e] * most * state.stretch[e]
         state.push[e] = min(max(state.push[e], -most), most)
-    for _ in range(_SWEEPS):
-        for e in range(m):
-            most = h * max(tmp.level[e], 1e-12)
+    for _ in range(_SWEEPS if elements == m else _SWEEPS_WITH_PLAY):
+        for e in range(elements):
             rest = tmp.speed[e]
-            for f in range(m):
+            for f in range(elements):
                 if f != e:
                     rest -= tmp.mobility[e, f] * state.push[f]
-            state.push[e] = min(max(rest / (tmp.give[e] + tmp.mobility[e, e]), -most), most)
+            if e < m:
+                most = h * max(tmp.level[e], 1e-12)
+                state.push[e] = min(max(rest / (tmp.give[e] + tmp.mobility[e, e]), -most), most)
+            else:
+                state.push[e] = _beyond(arm, state, e - m, h * rest) / (h * tmp.mobility[e, e])
     for e in range(m):
         state.stretch[e] = state.push[e] / (h * max(tmp.level[e], 1e-12))
+
+
+@njit(cache=True)
+def _beyond(arm, state, loose, moved):
+    """How far a link that moves so far beside its motor would leave the play [rad]."""
+    n = arm.seat.size
+    twist = moved - state.q[n + loose]
+    for i in range(n):
+        if arm.seat[i] == n + loose:
+            twist += state.q[i]
+    return twist - min(max(twist, -arm.slack[loose]), arm.slack[loose])
 
 
 class _Scratch(NamedTuple):
@@ -338,6 +369,7 @@ class _Scratch(NamedTuple):
     load: Array
     resistance: Array
     level: Array
+    inertia: Array
     momentum: Array
     free: Array
     system: Array
@@ -349,9 +381,9 @@ class _Scratch(NamedTuple):
 
 
 @njit(cache=True)
-def _scratch(n, m):
+def _scratch(n, size, m, elements):
     return _Scratch(
-        np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(m), np.zeros(n), np.zeros(n),
-        np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, m)), np.zeros((m, m)), np.zeros(m),
-        np.zeros(m),
+        np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(m), np.zeros((n, n)),
+        np.zeros(size), np.zeros(size), np.zeros((size, size)), np.zeros((size, size)),
+        np.zeros((size, elements)), np.zeros((elements, elements)), np.zeros(elements), np.zeros(m),
     )  # fmt: skip

@@ -1,0 +1,97 @@
+"""Play: the link's way through it, the simulated arm that has it, and its name."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from closed_loop import recorded, source_of, wam
+
+from ident.arm import arm_from_file
+from ident.effects.backlash import loose
+from ident.effects.catalogue import catalogue
+from ident.effects.effect import Coefficient, Hypothesis
+from ident.gap.verdict import Kind
+from ident.gap.workflow import Options, search
+from ident.simulation.configured import controller_for, wire_for
+from ident.simulation.loop import run
+from wamctl.arm.config import load_arm_file
+
+PERIOD = 0.01
+HALF = 2e-3
+
+
+def beside(q, pull, dry, start=-HALF):
+    """The link beside a motor on a given way, pulled and rubbed."""
+    t = PERIOD * np.arange(len(q))
+    drag = np.array([np.full(len(q), dry), np.zeros(len(q))])
+    return loose(q, np.gradient(q, t), np.full(len(q), pull), drag, start, HALF, PERIOD)
+
+
+def test_a_link_falls_through_its_play_and_stays_at_the_end():
+    pull = 0.2
+    y = beside(np.zeros(100), pull, 0.0)
+    fall = np.minimum(-HALF + pull * (PERIOD * np.arange(100)) ** 2 / 2, HALF)
+    assert y == pytest.approx(fall, abs=2e-4)
+    assert y[-1] == pytest.approx(HALF)
+
+
+def test_a_link_that_rubs_stays_until_the_motor_has_crossed_the_play():
+    q = 5e-3 * (1.0 - np.cos(np.linspace(0.0, np.pi, 200)))
+    y = beside(q, 0.2, 0.5, start=HALF)
+    free = q < 2 * HALF
+    assert y[free] == pytest.approx(HALF - q[free], abs=1e-5)
+    carried = ~free & (np.gradient(q) > 0.9 * np.gradient(q).max())
+    assert y[carried] == pytest.approx(-HALF, abs=1e-9)
+
+
+def test_a_link_moves_with_its_motor_where_it_is_pushed():
+    q = 0.3 * np.sin(np.linspace(0.0, 1.5, 200))
+    assert beside(q, -5.0, 0.0) == pytest.approx(np.full(200, -HALF), abs=1e-9)
+
+
+def with_play(joint, half):
+    """The simulated arm with play at a joint, as the effect adds it."""
+    everywhere = tuple(range(7))
+    play = Hypothesis(
+        "backlash", (joint,), everywhere, (Coefficient("half_play", "rad"),), {"play": half}
+    )
+    return catalogue()["backlash"].simulated(wam(), play, np.array([half]))
+
+
+def moved(arm):
+    """Positions on one second of sine waves."""
+    file = load_arm_file("wam7.yaml")
+    robot = arm_from_file("wam7.yaml", ()).robot
+    t = file.bus.period_s * np.arange(500)[:, None]
+    w = 2 * np.pi * np.array([0.5, 0.7, 0.6, 0.8, 1.0, 1.1, 0.9])
+    start = np.array([0.0, -0.6, 0.0, 1.6, 0.0, 0.0, 0.0])
+    q = start + 0.2 * (1.0 - np.cos(w * t))
+    wanted = (q, 0.2 * w * np.sin(w * t), 0.2 * w**2 * np.cos(w * t))
+    return run(arm, controller_for(file, robot), wire_for(file), wanted).q
+
+
+@pytest.mark.parametrize("joint", [1, 4])
+def test_an_arm_with_hardly_any_play_moves_as_one_without(joint):
+    assert moved(with_play(joint, 1e-7)) == pytest.approx(moved(wam()), abs=3e-4)
+
+
+def test_play_at_the_elbow_shows_in_its_encoder_by_about_its_width():
+    apart = moved(with_play(3, HALF)) - moved(wam())
+    assert 0.2 * HALF < np.abs(apart[:, 3]).max() < 4 * HALF
+
+
+def test_play_is_named_with_its_joint_and_size():
+    log = recorded(with_play(4, 1.5e-3))
+    found = search(source_of(log), Options(null_runs=1), lambda _: None)
+    (effect,) = found.verdict.found
+    assert (effect.hypothesis.effect, effect.hypothesis.joints) == ("backlash", (4,))
+    assert found.verdict.kind == Kind.NAMED
+    assert effect.score.values == pytest.approx([1.5e-3], rel=0.15)
+
+
+def test_a_motor_with_play_takes_its_inertia_from_the_arm():
+    arm, loosened = wam(), with_play(4, HALF)
+    assert loosened.motor[4] > 0.0
+    assert loosened.armature[4, 4] + loosened.motor[4] == pytest.approx(arm.armature[4, 4])
+    assert loosened.rows.shape == (8, 8)
+    assert replace(loosened, slack=arm.slack).rows.shape == (7, 7)
