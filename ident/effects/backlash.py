@@ -15,12 +15,11 @@ from ident.effects.effect import (
     Setting,
 )
 from ident.simulation.arm import SimulatedArm
-from ident.simulation.chain import inverse_dynamics, mass_matrix, workspace
+from ident.simulation.chain import Chain, inverse_dynamics, mass_matrix, workspace
 
 _FORMS = ("friction on the motor", "friction on the link")
 _SUBSTEPS = 5
 _LIGHT = 1e-6  # kg m^2: no link is lighter
-_MOTOR_SHARE = 0.1
 
 
 @njit(cache=True)
@@ -78,25 +77,30 @@ class Backlash:
     freedom = Freedom.ANY
     smooth = True
     uses = ("model", "friction", "torque")
-    settings = (Setting("play", "rad", (5e-4, 1e-3, 2e-3, 4e-3, 8e-3), 2e-4, 0.03, reported=False),)
+    settings = (
+        Setting("play", "rad", (5e-4, 1e-3, 2e-3, 4e-3, 8e-3), 2e-4, 0.03, reported=False),
+        Setting("motor_share", "1", (0.1, 0.5), 2e-3, 0.95, late=True, reported=False),
+    )
 
     def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
         """One for each joint, half play and side of the friction; every joint's torque changes."""
         rows = tuple(range(arm.dof))
         half = (Coefficient("half_play", "rad", lower=0.0),)
+        play, share = self.settings
         return [
-            Hypothesis(self.id, (j,), rows, half, {"play": play}, form)
+            Hypothesis(self.id, (j,), rows, half, {play.name: b, share.name: share.grid[0]}, form)
             for j in arm.moving_joints
             for form in _FORMS
-            for play in self.settings[0].grid
+            for b in play.grid
         ]
 
     def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
         """Change of the torque with the link's motion in the play, per half play."""
         j, half_play = hypothesis.joints[0], hypothesis.settings["play"]
-        slopes = seen.slopes(j)
-        inertia = np.maximum(slopes.acceleration[:, j], _LIGHT)
-        pull = seen.qdd[:, j] - seen.load[:, j] / inertia
+        slopes, whole = seen.slopes(j), seen.slopes(j).acceleration[:, j]
+        motor = _motor(seen.arm.chain, seen.arm.delta, hypothesis)
+        inertia = np.maximum(whole - motor, _LIGHT)
+        pull = seen.qdd[:, j] - (seen.load[:, j] - motor * seen.qdd[:, j]) / inertia
         friction, carried = np.zeros((2, 1)), seen.load
         if hypothesis.variant == _FORMS[1]:
             friction = np.maximum([[seen.coulomb[j]], [seen.viscous[j]]], 0.0)
@@ -105,31 +109,33 @@ class Backlash:
         start = -np.copysign(half_play, carried[0, j])
         period = 1.0 / seen.rate_hz
         beside = loose(*motion, pull, friction / inertia, start, half_play, period)
-        rate = np.gradient(beside, 1.0 / seen.rate_hz)
-        change = np.gradient(rate, 1.0 / seen.rate_hz)
-        return slopes.times(beside, rate, change)[:, :, None] / half_play
+        rate = np.gradient(beside, period)
+        change = np.gradient(rate, period)
+        torque = slopes.times(beside, rate, change)
+        torque[:, j] -= motor * change
+        return torque[:, :, None] / half_play
 
     def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
-        """A motor of its own, with encoder and friction, that carries the joint within the play.
-
-        Which part of the joint's inertia is the motor's is not known, and shows little: it is taken
-        to be a tenth.
-        """
+        """A motor of its own, with encoder and friction, that carries the joint within the play."""
         j = hypothesis.joints[0]
         slack, motor, armature = arm.slack.copy(), arm.motor.copy(), arm.armature.copy()
         slack[j] += values[0]
-        motor[j] = _MOTOR_SHARE * _least_inertia(arm, j)
+        motor[j] = _motor(arm.chain, arm.delta, hypothesis)
         armature[j, j] -= motor[j]
         return replace(arm, slack=slack, motor=motor, armature=armature)
 
 
-def _least_inertia(arm: SimulatedArm, joint: int) -> float:
-    """Inertia that a joint feels while the others are free, with the arm in its zero pose."""
-    n = len(arm.slack)
+def _motor(chain: Chain, delta: Array, hypothesis: Hypothesis) -> float:
+    """The motor's part of the joint's inertia, on the joint's side [kg m^2].
+
+    A share of what the joint feels while the others are free and the arm is in its zero pose.
+    """
+    n = len(delta) // 10
     rest, w, mass = np.zeros(n), workspace(n), np.empty((n, n))
-    inverse_dynamics(arm.chain, arm.delta, rest, rest, rest, w, np.empty(n))
-    mass_matrix(arm.chain, arm.delta, w, mass)
-    return float(1.0 / np.linalg.inv(mass + arm.armature)[joint, joint])
+    inverse_dynamics(chain, delta, rest, rest, rest, w, np.empty(n))
+    mass_matrix(chain, delta, w, mass)
+    joint = hypothesis.joints[0]
+    return hypothesis.settings["motor_share"] / float(np.linalg.inv(mass)[joint, joint])
 
 
 EFFECT = Backlash()
