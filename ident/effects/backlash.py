@@ -20,6 +20,7 @@ from ident.simulation.chain import Chain, inverse_dynamics, mass_matrix, workspa
 _FORMS = ("friction on the motor", "friction on the link")
 _SUBSTEPS = 5
 _LIGHT = 1e-6  # kg m^2: no link is lighter
+_MOST = 0.9  # of the inertia that a joint feels while the others are free: the link has some too
 
 
 @njit(cache=True)
@@ -79,7 +80,7 @@ class Backlash:
     uses = ("model", "friction", "torque")
     settings = (
         Setting("play", "rad", (5e-4, 1e-3, 2e-3, 4e-3, 8e-3), 2e-4, 0.03, reported=False),
-        Setting("motor_share", "1", (0.1, 0.5), 2e-3, 0.95, late=True, reported=False),
+        Setting("motor_share", "1", (0.1, 0.4), 2e-3, 0.7, late=True, reported=False),
     )
 
     def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
@@ -98,7 +99,7 @@ class Backlash:
         """Change of the torque with the link's motion in the play, per half play."""
         j, half_play = hypothesis.joints[0], hypothesis.settings["play"]
         slopes, whole = seen.slopes(j), seen.slopes(j).acceleration[:, j]
-        motor = _motor(seen.arm.chain, seen.arm.delta, hypothesis)
+        motor = _motor(_mass(seen.arm.chain, seen.arm.delta), hypothesis)
         inertia = np.maximum(whole - motor, _LIGHT)
         pull = seen.qdd[:, j] - (seen.load[:, j] - motor * seen.qdd[:, j]) / inertia
         friction, carried = np.zeros((2, 1)), seen.load
@@ -120,22 +121,26 @@ class Backlash:
         j = hypothesis.joints[0]
         slack, motor, armature = arm.slack.copy(), arm.motor.copy(), arm.armature.copy()
         slack[j] += values[0]
-        motor[j] = _motor(arm.chain, arm.delta, hypothesis)
+        mass = _mass(arm.chain, arm.delta)
+        without_others = float(1.0 / np.linalg.inv(mass)[j, j])
+        motor[j] = min(_motor(mass, hypothesis), _MOST * without_others)
         armature[j, j] -= motor[j]
         return replace(arm, slack=slack, motor=motor, armature=armature)
 
 
-def _motor(chain: Chain, delta: Array, hypothesis: Hypothesis) -> float:
-    """The motor's part of the joint's inertia, on the joint's side [kg m^2].
+def _motor(mass: Array, hypothesis: Hypothesis) -> float:
+    """The motor's part of the joint's inertia in the zero pose, on the joint's side [kg m^2]."""
+    joint = hypothesis.joints[0]
+    return hypothesis.settings["motor_share"] * float(mass[joint, joint])
 
-    A share of what the joint feels while the others are free and the arm is in its zero pose.
-    """
+
+def _mass(chain: Chain, delta: Array) -> Array:
+    """Mass matrix in the zero pose, shape (n, n)."""
     n = len(delta) // 10
     rest, w, mass = np.zeros(n), workspace(n), np.empty((n, n))
     inverse_dynamics(chain, delta, rest, rest, rest, w, np.empty(n))
     mass_matrix(chain, delta, w, mass)
-    joint = hypothesis.joints[0]
-    return hypothesis.settings["motor_share"] / float(np.linalg.inv(mass)[joint, joint])
+    return mass
 
 
 EFFECT = Backlash()

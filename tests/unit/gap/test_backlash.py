@@ -9,9 +9,11 @@ from closed_loop import recorded, source_of, wam
 from ident.arm import arm_from_file
 from ident.effects.backlash import loose
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Coefficient, Hypothesis
+from ident.effects.effect import Coefficient, Hypothesis, Observed
+from ident.gap.experiment import facts_of
 from ident.gap.verdict import Kind
 from ident.gap.workflow import Options, search
+from ident.simulation.chain import torques
 from ident.simulation.configured import controller_for, wire_for
 from ident.simulation.loop import run
 from wamctl.arm.config import load_arm_file
@@ -94,3 +96,18 @@ def test_a_motor_with_play_takes_its_inertia_from_the_arm():
     assert loosened.armature[4, 4] + loosened.motor[4] == pytest.approx(arm.armature[4, 4])
     assert loosened.rows.shape == (8, 8)
     assert replace(loosened, slack=arm.slack).rows.shape == (7, 7)
+
+
+def test_an_arm_of_which_two_joints_move_can_have_play(source):
+    """Of the others' links nothing is known: their inertia is none."""
+    facts, delta = facts_of(source), np.zeros(70)
+    delta[30:40] = wam().delta[30:40]
+    facts = replace(facts, delta=delta, moving=np.isin(np.arange(7), [1, 3]))
+    q = np.random.default_rng(0).uniform(-1.0, 1.0, (50, 7))
+    load = torques(facts.chain, delta, q, q, q)
+    seen = Observed(
+        facts, 100.0, q[:, 0], q, q, q, q, q, q, load, load, np.ones(7), np.ones(7), np.sign
+    )
+    effect = catalogue()["backlash"]
+    for hypothesis in effect.hypotheses(facts):
+        assert np.isfinite(effect.columns(seen, hypothesis)).all()
