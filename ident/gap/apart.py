@@ -22,7 +22,7 @@ _MOST = 12
 _MUCH = 0.2  # of the data: an event takes less
 _SETTLED = 10.0  # bristle's distances: after so long a way nothing is left of where it began
 _STRIKES = 4.0  # times its usual mean square: an effect that acts in blows
-_HALF = 0.25  # of the residual's mean square: half of its size
+_PART = 0.1  # of the residual's mean square: a third of its size
 _NEAR_S = 0.5  # what begins so soon after a burst is its end
 
 
@@ -89,7 +89,7 @@ def struck(rows: Nominal, present: Present, burst: Burst) -> bool:
         first = table.grams.layouts[joint].first_extra + slot.starts[slot.joints.index(joint)]
         torque = table.columns[joint][:, first : first + slot.width] @ values
         here, usual = _mean_square(torque[burst.rows]), _mean_square(torque[~burst.rows])
-        if here > max(_STRIKES * usual, _HALF * _mean_square(left[joint].values[burst.rows])):
+        if here > max(_STRIKES * usual, _PART * _mean_square(left[joint].values[burst.rows])):
             return True
     return False
 

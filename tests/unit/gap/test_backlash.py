@@ -10,7 +10,10 @@ from ident.arm import arm_from_file
 from ident.effects.backlash import loose
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Coefficient, Hypothesis, Observed
+from ident.gap.apart import struck
+from ident.gap.contact import Burst
 from ident.gap.experiment import facts_of
+from ident.gap.table import tabulate
 from ident.gap.verdict import Kind
 from ident.gap.workflow import Options, search
 from ident.simulation.chain import torques
@@ -81,13 +84,32 @@ def test_play_at_the_elbow_shows_in_its_encoder_by_about_its_width():
     assert 0.2 * HALF < np.abs(apart[:, 3]).max() < 4 * HALF
 
 
-def test_play_is_named_with_its_joint_and_size():
+@pytest.fixture(scope="module")
+def loosened():
+    """Search in a recording of an arm with play at joint 5."""
     log = recorded(with_play(4, 1.5e-3))
-    found = search(source_of(log), Options(null_runs=1), lambda _: None)
-    (effect,) = found.verdict.found
+    return search(source_of(log), Options(null_runs=1), lambda _: None)
+
+
+def test_play_is_named_with_its_joint_and_size(loosened):
+    (effect,) = loosened.verdict.found
     assert (effect.hypothesis.effect, effect.hypothesis.joints) == ("backlash", (4,))
-    assert found.verdict.kind == Kind.NAMED
+    assert loosened.verdict.kind == Kind.NAMED
     assert effect.score.values == pytest.approx([1.5e-3], rel=0.15)
+
+
+def test_what_a_blow_leaves_is_no_contact(loosened):
+    """Where the link meets its stop the model may fail; elsewhere a failure is an event."""
+    rows, end = loosened.rows, loosened.end
+    table = tabulate(rows, end.model, end.accepted)
+    slot, joint = table.slots[0], 4
+    first = table.grams.layouts[joint].first_extra + slot.starts[slot.joints.index(joint)]
+    blows = np.abs(table.columns[joint][:, first])
+    for at, blow in ((int(blows.argmax()), True), (int(blows.argmin()), False)):
+        here = np.zeros(len(blows), dtype=bool)
+        here[max(at - 1, 0) : at + 2] = True
+        burst = Burst(0, 0.0, 1.0, (joint,), np.zeros(7), 1.0, here, blows)
+        assert struck(rows, end, burst) is blow
 
 
 def test_a_motor_with_play_takes_its_inertia_from_the_arm():
