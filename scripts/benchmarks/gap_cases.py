@@ -212,5 +212,6 @@ def truth_of(case: Case) -> dict[str, float]:
         "torque_delay": "delay",
         "rotor_inertia": "inertia",
         "payload": "mass",
+        "backlash": "half_play",
     }.get(case.family)
     return {name: case.size} if name else {}
