@@ -106,10 +106,10 @@ class Backlash:
         if hypothesis.variant == _FORMS[1]:
             friction = np.maximum([[seen.coulomb[j]], [seen.viscous[j]]], 0.0)
             carried = seen.tau
-        motion = (np.ascontiguousarray(a[:, j]) for a in (seen.q, seen.qd))
+        q, qd = np.ascontiguousarray(seen.q[:, j]), np.ascontiguousarray(seen.qd[:, j])
         start = -np.copysign(half_play, carried[0, j])
         period = 1.0 / seen.rate_hz
-        beside = loose(*motion, pull, friction / inertia, start, half_play, period)
+        beside = loose(q, qd, pull, friction / inertia, start, half_play, period)
         rate = np.gradient(beside, period)
         change = np.gradient(rate, period)
         torque = slopes.times(beside, rate, change)
