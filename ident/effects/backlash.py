@@ -14,12 +14,13 @@ from ident.effects.effect import (
     Observed,
     Setting,
 )
+from ident.effects.slope import rates
 from ident.simulation.arm import SimulatedArm
 from ident.simulation.chain import Chain, inverse_dynamics, mass_matrix, workspace
 
-_FORMS = ("friction on the motor", "friction on the link")
 _SUBSTEPS = 5
 _LIGHT = 1e-6  # kg m^2: no link is lighter
+_MOTOR = 0.1  # of the joint's inertia: a motor's, at first
 _MOST = 0.9  # of the inertia that a joint feels while the others are free: the link has some too
 
 
@@ -80,65 +81,65 @@ class Backlash:
     uses = ("model", "friction", "torque")
     settings = (
         Setting("play", "rad", (5e-4, 1e-3, 2e-3, 4e-3, 8e-3), 2e-4, 0.03, reported=False),
-        Setting("motor_share", "1", (0.1, 0.4), 2e-3, 0.7, late=True, reported=False),
+        Setting("rubbing", "1", (0.0, 0.25, 0.5, 0.75, 1.0), 0.0, 1.0, even=True, reported=False),
+        Setting("motor_inertia", "kg m^2", (1e-3, 4e-3), 1e-7, 10.0, late=True, reported=False),
     )
 
     def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
-        """One for each joint, half play and side of the friction; every joint's torque changes."""
-        rows = tuple(range(arm.dof))
+        """One for each joint, half play and part of the friction that is rubbed by the link."""
+        rows, mass = tuple(range(arm.dof)), np.diag(_mass(arm.chain, arm.delta, arm.pose))
         half = (Coefficient("half_play", "rad", lower=0.0),)
-        play, share = self.settings
+        motor = np.maximum(_MOTOR * mass, _LIGHT)
+        play, rubbing, inertia = self.settings
         return [
-            Hypothesis(self.id, (j,), rows, half, {play.name: b, share.name: share.grid[0]}, form)
+            Hypothesis(
+                self.id,
+                (j,),
+                rows,
+                half,
+                {play.name: b, rubbing.name: part, inertia.name: float(motor[j])},
+            )
             for j in arm.moving_joints
-            for form in _FORMS
+            for part in rubbing.grid
             for b in play.grid
         ]
 
     def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
         """Change of the torque with the link's motion in the play, per half play."""
-        j, half_play = hypothesis.joints[0], hypothesis.settings["play"]
-        slopes, whole = seen.slopes(j), seen.slopes(j).acceleration[:, j]
-        motor = _motor(_mass(seen.arm.chain, seen.arm.delta), hypothesis)
-        inertia = np.maximum(whole - motor, _LIGHT)
+        j, shape = hypothesis.joints[0], hypothesis.settings
+        half_play, part, motor = shape["play"], shape["rubbing"], shape["motor_inertia"]
+        slopes = seen.slopes(j)
+        inertia = np.maximum(slopes.acceleration[:, j] - motor, _LIGHT)
         pull = seen.qdd[:, j] - (seen.load[:, j] - motor * seen.qdd[:, j]) / inertia
-        friction, carried = np.zeros((2, 1)), seen.load
-        if hypothesis.variant == _FORMS[1]:
-            friction = np.maximum([[seen.coulomb[j]], [seen.viscous[j]]], 0.0)
-            carried = seen.tau
+        friction = part * np.maximum([[seen.coulomb[j]], [seen.viscous[j]]], 0.0)
+        carried = (1.0 - part) * seen.load[0, j] + part * seen.tau[0, j]
         q, qd = np.ascontiguousarray(seen.q[:, j]), np.ascontiguousarray(seen.qd[:, j])
-        start = -np.copysign(half_play, carried[0, j])
+        start = -np.copysign(half_play, carried)
         period = 1.0 / seen.rate_hz
         beside = loose(q, qd, pull, friction / inertia, start, half_play, period)
-        rate = np.gradient(beside, period)
-        change = np.gradient(rate, period)
+        rate, change = rates(beside, period)
         torque = slopes.times(beside, rate, change)
         torque[:, j] -= motor * change
         return torque[:, :, None] / half_play
 
     def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
-        """A motor of its own, with encoder and friction, that carries the joint within the play."""
-        j = hypothesis.joints[0]
+        """A motor of its own, with the encoder, that carries the joint within the play."""
+        j, shape = hypothesis.joints[0], hypothesis.settings
         slack, motor, armature = arm.slack.copy(), arm.motor.copy(), arm.armature.copy()
+        rubbing = arm.rubbing.copy()
         slack[j] += values[0]
-        mass = _mass(arm.chain, arm.delta)
-        without_others = float(1.0 / np.linalg.inv(mass)[j, j])
-        motor[j] = min(_motor(mass, hypothesis), _MOST * without_others)
+        rubbing[j] = shape["rubbing"]
+        without_others = 1.0 / np.linalg.inv(_mass(arm.chain, arm.delta, np.zeros(len(slack))))
+        motor[j] = min(shape["motor_inertia"], _MOST * float(without_others[j, j]))
         armature[j, j] -= motor[j]
-        return replace(arm, slack=slack, motor=motor, armature=armature)
+        return replace(arm, slack=slack, rubbing=rubbing, motor=motor, armature=armature)
 
 
-def _motor(mass: Array, hypothesis: Hypothesis) -> float:
-    """The motor's part of the joint's inertia in the zero pose, on the joint's side [kg m^2]."""
-    joint = hypothesis.joints[0]
-    return hypothesis.settings["motor_share"] * float(mass[joint, joint])
-
-
-def _mass(chain: Chain, delta: Array) -> Array:
-    """Mass matrix in the zero pose, shape (n, n)."""
+def _mass(chain: Chain, delta: Array, q: Array) -> Array:
+    """Mass matrix in a pose, shape (n, n)."""
     n = len(delta) // 10
     rest, w, mass = np.zeros(n), workspace(n), np.empty((n, n))
-    inverse_dynamics(chain, delta, rest, rest, rest, w, np.empty(n))
+    inverse_dynamics(chain, delta, q, rest, rest, w, np.empty(n))
     mass_matrix(chain, delta, w, mass)
     return mass
 

@@ -26,6 +26,7 @@ class ArmFacts:
         delta: inertial parameters of the present model, shape (10 n,).
         motor_from_joint: motor angles from joint angles, shape (n, n), or None where unknown.
         moving: which joints move in the recordings, shape (n,).
+        pose: about which they move [rad], shape (n,).
         peak_torque: largest commanded torque of each joint [N m], shape (n,).
         duration_s: length of the longest recording [s].
         trusted: whether delta was known before, so that it can be asked what has changed since.
@@ -36,6 +37,7 @@ class ArmFacts:
     delta: Array
     motor_from_joint: Array | None
     moving: NDArray[np.bool_]
+    pose: Array
     peak_torque: Array
     duration_s: float
     trusted: bool = False
@@ -155,6 +157,7 @@ class Setting:
         grid: values of the first search, ascending.
         lower, upper: bounds of the refinement.
         whole: only the grid's own values make sense.
+        even: its steps are differences, not ratios, as it may be zero.
         late: values beyond the first are tried only once the effect leads.
         reported: whether it is a parameter of the effect, not only a help of the search.
     """
@@ -165,6 +168,7 @@ class Setting:
     lower: float
     upper: float
     whole: bool = False
+    even: bool = False
     late: bool = False
     reported: bool = True
 

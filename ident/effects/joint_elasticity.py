@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from ident.effects.effect import ArmFacts, Array, Coefficient, Freedom, Hypothesis, Observed
+from ident.effects.slope import rates
 from ident.simulation.arm import SimulatedArm
 
 
@@ -35,8 +36,7 @@ class JointElasticity:
         """Change of the torque with the transmission's wind-up and its rates."""
         j = hypothesis.joints[0]
         load = seen.load[:, j]
-        rate = np.gradient(load, 1.0 / seen.rate_hz)
-        change = np.gradient(rate, 1.0 / seen.rate_hz)
+        rate, change = rates(load, 1.0 / seen.rate_hz)
         return -seen.slopes(j).times(load, rate, change)[:, :, None]
 
     def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:

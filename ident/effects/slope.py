@@ -53,3 +53,18 @@ def torque_slopes(
         moved[part][:, joint] += _STEP
         found.append((torques(chain, delta, *moved) - torque) / _STEP)
     return Slopes(*found)
+
+
+def rates(values: Array, period: float) -> tuple[Array, Array]:
+    """First and second derivative of samples, shape (S,), by five-point differences.
+
+    Differences over fewer points lose part of what the windows still see: a tenth at 10 Hz.
+
+    Args:
+        values: shape (S,).
+        period: between samples [s].
+    """
+    around = np.pad(values, 2, mode="reflect", reflect_type="odd")
+    first = np.convolve(around, [-1.0, 8.0, 0.0, -8.0, 1.0], "valid") / (12 * period)
+    second = np.convolve(around, [-1.0, 16.0, -30.0, 16.0, -1.0], "valid") / (12 * period**2)
+    return first, second

@@ -46,11 +46,13 @@ def without_effects(model: Model, data: Dataset) -> Dataset:
 def _present(model: Model, data: Dataset) -> PresentModel:
     n = model.robot.dof
     tau = np.max([np.abs(s.tau).max(axis=0) for s in data.segments], axis=0)
+    pose = np.nan_to_num(np.concatenate([s.q for s in data.segments]).mean(axis=0))
     facts = ArmFacts(
         chain_of(model.robot),
         model.inertial,
         None,
         model.moving,
+        pose,
         tau,
         data.samples / data.rate_hz,
         commanded=data.torque == "commanded",

@@ -137,13 +137,14 @@ def base_columns(source: Experiment) -> NDArray[np.int64]:
 def facts_of(source: Experiment) -> ArmFacts:
     """What the effects may know, with the trusted parameters, or those of the CAD."""
     trusted = source.trusted
-    tau = [s.tau for d in source.datasets for s in d.segments]
+    segments = [s for d in source.datasets for s in d.segments]
     return ArmFacts(
         chain_of(source.arm.robot),
         cad_parameters(source.arm.robot) if trusted is None else trusted.inertial,
         source.motor_from_joint,
         source.moving,
-        np.max([np.abs(t).max(axis=0) for t in tau], axis=0),
+        np.nan_to_num(np.concatenate([s.q for s in segments]).mean(axis=0)),
+        np.max([np.abs(s.tau).max(axis=0) for s in segments], axis=0),
         max(d.samples / d.rate_hz for d in source.datasets),
         trusted is not None,
         all(d.torque == "commanded" for d in source.datasets),

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import ArmFacts, Effect, Hypothesis, Reshapes
+from ident.effects.effect import ArmFacts, Effect, Hypothesis, Reshapes, Setting
 from ident.gap.fit import Choice, Fit, fit
 from ident.gap.region import SLOW, slow_speed
 from ident.gap.scan import EXACT_PER_PLACE, Score, choose_shapes, scan
@@ -136,6 +136,16 @@ def refined(rows: Nominal, present: Present, score: Score) -> list[Score]:
     return sorted(best.values(), key=lambda s: -s.merit)
 
 
+def _moved(setting: Setting, value: float, finer: int) -> list[float]:
+    """Values about one, within the step of the setting's grid."""
+    closer, steps = _CLOSER**finer, np.linspace(-1.0, 1.0, _FINER)
+    if setting.even:
+        near = value + steps * np.diff(setting.grid).max() / closer
+        return np.clip(near, setting.lower, setting.upper).tolist()
+    sizes = abs(value) * np.exp(steps * _grid_step(setting.grid, value) / closer)
+    return np.copysign(np.clip(sizes, setting.lower, setting.upper), value).tolist()
+
+
 def _grid_step(grid: Sequence[float], value: float) -> float:
     """Logarithmic step of a grid where a value lies, among the points of its sign."""
     sizes = np.sort([abs(x) for x in grid if x * value > 0.0])
@@ -156,27 +166,25 @@ def _neighbours(effect: Effect, hypothesis: Hypothesis, finer: int) -> list[Hypo
     """Hypotheses with the settings moved by less than the step of their grids.
 
     Settings are moved together, at first over all forms: a speed and an exponent stand in for each
-    other.
+    other. Late ones are moved one at a time.
     """
+    own = [s for s in effect.settings if s.name in hypothesis.settings and len(s.grid) > 1]
     choices: list[list[tuple[str, float]]] = []
+    alone: list[tuple[str, float]] = []
     forms: list[list[tuple[str, float]]] = []
-    for setting in effect.settings:
-        if setting.name not in hypothesis.settings or len(setting.grid) < 2:
-            continue
+    for setting in own:
         if setting.whole and not finer:
             forms.append([(setting.name, x) for x in setting.grid])
-        if setting.whole:
-            continue
-        value = hypothesis.settings[setting.name]
-        step = _grid_step(setting.grid, value) / _CLOSER**finer
-        sizes = abs(value) * np.exp(np.linspace(-step, step, _FINER))
-        moved = np.copysign(np.clip(sizes, setting.lower, setting.upper), value)
-        choices.append([(setting.name, float(x)) for x in moved])
-    late = any(s.late for s in effect.settings if s.name in hypothesis.settings)
-    if not choices and not (forms and late):
+        elif not setting.whole:
+            moved = _moved(setting, hypothesis.settings[setting.name], finer)
+            near = [(setting.name, x) for x in moved]
+            alone += near if setting.late else []
+            choices += [] if setting.late else [near]
+    if not choices and not alone and not (forms and any(s.late for s in own)):
         return []
+    together = [dict(changed) for changed in itertools.product(*choices, *forms)]
     return [
-        _with(effect, hypothesis, dict(changed)) for changed in itertools.product(*choices, *forms)
+        _with(effect, hypothesis, changed) for changed in (*together, *(dict([c]) for c in alone))
     ]
 
 

@@ -63,7 +63,8 @@ class SimulatedArm:
         delay_s: the command acts later by this much [s], shape (n,).
         zero: encoders read the joint's position less this [rad], shape (n,).
         give: encoders read this much more per torque that acts [rad/(N m)], shape (n,).
-        slack: half the play between motor, which carries encoder and friction, and joint [rad],
+        slack: half the play between motor, which carries the encoder, and joint [rad], shape (n,).
+        rubbing: part of the friction of a joint with play that its link rubs, not its motor,
             shape (n,).
         motor: inertia of a motor that has play, on the joint's side; `armature` is without it
             [kg m^2], shape (n,).
@@ -83,6 +84,7 @@ class SimulatedArm:
     zero: Array
     give: Array
     slack: Array
+    rubbing: Array
     motor: Array
     terms: tuple[Term, ...] = field(default=())
 
@@ -99,12 +101,36 @@ class SimulatedArm:
         return seats
 
     @property
+    def on_motor(self) -> Array:
+        """Part of each joint's friction that its motor rubs, shape (n,)."""
+        return np.where(self.slack > 0.0, 1.0 - self.rubbing, 1.0)
+
+    @property
+    def drag(self) -> Array:
+        """Viscous friction of each coordinate [N m s/rad]."""
+        drag = np.zeros(len(self.slack) + len(self.loose))
+        drag[: len(self.slack)] = self.viscous * (1.0 - self.on_motor)
+        drag[self.seats] += self.viscous * self.on_motor
+        return drag
+
+    @property
+    def dry(self) -> tuple[Array, Array]:
+        """Level [N m] and bristle [rad] of each friction element, then of each loose link."""
+        n, loose = len(self.slack), self.loose
+        level = self.coulomb.copy()
+        level[:n] *= self.on_motor
+        link = self.coulomb[loose] * self.rubbing[loose]
+        return np.append(level, link), np.append(self.bristle, self.bristle[loose])
+
+    @property
     def rows(self) -> Array:
-        """Speed of each friction element, then of each play, from all coordinates' speeds."""
+        """Speed of each element of `dry`, then of each play, from all coordinates' speeds."""
         (m, n), loose = self.friction_rows.shape, self.loose
-        plays = np.arange(m, m + len(loose))
-        rows = np.zeros((m + len(loose), n + len(loose)))
+        links = m + np.arange(len(loose))
+        plays = links + len(loose)
+        rows = np.zeros((m + 2 * len(loose), n + len(loose)))
         rows[:m, self.seats] = self.friction_rows
+        rows[links, loose] = 1.0
         rows[plays, loose], rows[plays, self.seats[loose]] = 1.0, -1.0
         return rows
 
@@ -127,6 +153,7 @@ def simulated_arm(chain: Chain, delta: Array, viscous: Array, coulomb: Array) ->
         zero=none,
         give=none,
         slack=none,
+        rubbing=none,
         motor=none,
     )
 

@@ -70,7 +70,7 @@ class _Arm(NamedTuple):
     chain: Chain
     delta: Array
     armature: Array
-    viscous: Array
+    drag: Array
     rows: Array
     coulomb: Array
     bristle: Array
@@ -131,7 +131,7 @@ def run(
     joints = np.array([t.joint for t in arm.terms] or [0])
     loose = arm.loose
     plant = _Arm(
-        arm.chain, arm.delta, arm.armature, arm.viscous, arm.rows, arm.coulomb, arm.bristle,
+        arm.chain, arm.delta, arm.armature, arm.drag, arm.rows, *arm.dry,
         arm.gain, arm.limit, arm.delay_s, arm.zero, arm.give, arm.seats, arm.slack[loose],
         arm.motor[loose], joints, settings,
     )  # fmt: skip
@@ -282,7 +282,8 @@ def _momentum(arm, state, tmp, acting, h):
             tmp.momentum[i] += tmp.system[i, j] * state.v[j]
     for i in range(n):
         tmp.momentum[arm.seat[i]] += h * acting[i]
-        tmp.system[arm.seat[i], arm.seat[i]] += h * arm.viscous[i]
+    for i in range(size):
+        tmp.system[i, i] += h * arm.drag[i]
 
 
 @njit(cache=True)

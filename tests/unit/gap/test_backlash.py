@@ -55,9 +55,13 @@ def test_a_link_moves_with_its_motor_where_it_is_pushed():
     assert beside(q, -5.0, 0.0) == pytest.approx(np.full(200, -HALF), abs=1e-9)
 
 
-def with_play(joint, half):
+MOTOR = [0.2, 0.2, 0.06, 0.03, 3e-4, 3e-4, 1e-4]  # kg m^2
+
+
+def with_play(joint, half, rubbing=0.0):
     """The simulated arm with play at a joint, as the effect adds it."""
-    size, shape = (Coefficient("half_play", "rad"),), {"play": half, "motor_share": 0.15}
+    size = (Coefficient("half_play", "rad"),)
+    shape = {"play": half, "rubbing": rubbing, "motor_inertia": MOTOR[joint]}
     play = Hypothesis("backlash", (joint,), tuple(range(7)), size, shape)
     return catalogue()["backlash"].simulated(wam(), play, np.array([half]))
 
@@ -116,7 +120,7 @@ def test_a_motor_with_play_takes_its_inertia_from_the_arm():
     arm, loosened = wam(), with_play(4, HALF)
     assert loosened.motor[4] > 0.0
     assert loosened.armature[4, 4] + loosened.motor[4] == pytest.approx(arm.armature[4, 4])
-    assert loosened.rows.shape == (8, 8)
+    assert loosened.rows.shape == (9, 8)
     assert replace(loosened, slack=arm.slack).rows.shape == (7, 7)
 
 
