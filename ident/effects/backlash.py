@@ -79,6 +79,7 @@ class Backlash:
     freedom = Freedom.ANY
     smooth = True
     uses = ("model", "friction", "torque")
+    twice = ("half_play", "play")
     settings = (
         Setting("play", "rad", (5e-4, 1e-3, 2e-3, 4e-3, 8e-3), 2e-4, 0.03, reported=False),
         Setting("rubbing", "1", (0.0, 0.25, 0.5, 0.75, 1.0), 0.0, 1.0, even=True, reported=False),

@@ -293,6 +293,13 @@ class Extrapolates(Protocol):
 
 
 @runtime_checkable
+class SaysTwice(Protocol):
+    """An effect with a coefficient and a setting that are one number: how far they agree tells."""
+
+    twice: tuple[str, str]
+
+
+@runtime_checkable
 class Bends(Protocol):
     """An effect whose form is the first term of a series: the next one tells what it is worth."""
 

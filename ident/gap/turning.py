@@ -2,7 +2,8 @@
 
 Every odd curve of velocity that rises ever slower to its end is a mixture of ramps, and every such
 curve of the distance since the reversal a mixture of elements that stretch and then slip (Iwan
-1966, eq. (3)). No mixture rises above its end: what does is another effect.
+1966, eq. (3)). No mixture rises above its end: what does is another effect. Arctangents stand for
+curves that never quite end: as wide ramps could be any drag that rises ever slower, there are none.
 """
 
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ from ident.gap.stretch import DIRECTION_HZ
 Array = NDArray[np.floating]
 
 _WIDTHS = (0.001, 0.002, 0.003, 0.0045, 0.0065, 0.009, 0.013, 0.018, 0.026, 0.035)
+_TAILED = (0.001, 0.002, 0.004, 0.008)
 _DISTANCES = (1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3)
 _USUAL_WIDTH = 0.0065
 _NARROW = 0.0045  # [rad/s]: for other speeds, where the joint itself turns round by distance only
@@ -31,10 +33,12 @@ class Turning:
     Attributes:
         scale: width [rad/s], or distance [rad] where `cutoff` is None.
         cutoff: which of the velocities of `DIRECTION_HZ` it follows; None: the distance.
+        tailed: whether it is an arctangent, not a ramp.
     """
 
     scale: float
     cutoff: int | None
+    tailed: bool = False
 
     def __call__(self, q: Array, speeds: Array) -> Array:
         """Values between -1 and 1, shape (S,).
@@ -45,11 +49,27 @@ class Turning:
         """
         if self.cutoff is None:
             return stretch(np.ascontiguousarray(q), self.scale, True)
-        return np.clip(speeds[self.cutoff] / self.scale, -1.0, 1.0)
+        return self.along(speeds[self.cutoff])
+
+    def along(self, speed: Array) -> Array:
+        """The same for a speed [rad/s], shape (S,)."""
+        if self.tailed:
+            return np.arctan(speed / self.scale) * 2.0 / np.pi
+        return np.clip(speed / self.scale, -1.0, 1.0)
+
+    def turned(self, speed: float) -> float:
+        """Part of it, as a mixture of ramps, that ends below a speed [rad/s]."""
+        if self.cutoff is None:
+            return 1.0
+        if self.tailed:
+            x = speed / self.scale
+            return float(np.arctan(x) - x / (1.0 + x**2)) * 2.0 / np.pi
+        return float(self.scale <= speed)
 
 
 TURNINGS = (
     *(Turning(w, c) for c in range(len(DIRECTION_HZ)) for w in _WIDTHS),
+    *(Turning(w, 1, True) for w in _TAILED),
     *(Turning(d, None) for d in _DISTANCES),
 )
 """What is mixed."""
@@ -70,34 +90,33 @@ class Mixture:
         return np.sum([p * t(q, speeds) for p, t in used], axis=0)
 
     @property
-    def ramps(self) -> list[tuple[float, Turning]]:
-        """The parts that follow velocity, narrowest first."""
+    def of_speed(self) -> list[tuple[float, Turning]]:
+        """The parts that follow velocity."""
         used = [(float(p), t) for p, t in zip(self.parts, TURNINGS, strict=True) if p > 0.0]
-        return sorted((x for x in used if x[1].cutoff is not None), key=lambda x: x[1].scale)
+        return [x for x in used if x[1].cutoff is not None]
 
     @property
     def cutoff(self) -> int:
         """The velocity that most of it follows."""
         by_cutoff = np.zeros(len(DIRECTION_HZ))
-        for part, turning in self.ramps:
+        for part, turning in self.of_speed:
             by_cutoff[turning.cutoff] += part
         return int(by_cutoff.argmax()) if by_cutoff.any() else 1
 
     @property
     def width(self) -> float:
         """Speed at which nearly all of it has turned [rad/s]."""
-        done = 1.0 - sum(p for p, _ in self.ramps)
-        for part, turning in self.ramps:
-            done += part
-            if done >= _NEARLY_ALL:
-                return turning.scale
-        return 0.0
+        used = [(p, t) for p, t in zip(self.parts, TURNINGS, strict=True) if p > 0.0]
+        for speed in (0.0, *_WIDTHS):
+            if sum(p * t.turned(speed) for p, t in used) >= _NEARLY_ALL:
+                return speed
+        return _WIDTHS[-1]
 
     def along(self, speed: Array) -> Array:
         """The smoothed sign of another speed [rad/s], shape (S,)."""
-        ramps = self.ramps or [(1.0, Turning(_NARROW, 1))]
-        total = sum(p for p, _ in ramps)
-        return np.sum([p / total * np.clip(speed / t.scale, -1, 1) for p, t in ramps], axis=0)
+        turnings = self.of_speed or [(1.0, Turning(_NARROW, 1))]
+        total = sum(p for p, _ in turnings)
+        return np.sum([p / total * t.along(speed) for p, t in turnings], axis=0)
 
 
 def best_mixture(products: Array, right: Array) -> tuple[Array, float]:

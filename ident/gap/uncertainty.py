@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Bends, Extrapolates, Hypothesis, Restates, Value
+from ident.effects.effect import Bends, Extrapolates, Hypothesis, Restates, SaysTwice, Value
 from ident.gap.fit import Fit, fit, places, solve
 from ident.gap.naming import Found
 from ident.gap.scan import Score
@@ -121,6 +121,11 @@ def _form_errors(h: Hypothesis, item: Found, slow: Array) -> dict[str, float]:
     if isinstance(effect, Extrapolates):
         unseen = effect.unseen(h, float(slow[h.joints[0]]))
         parts |= {c.name: float(np.hypot(parts[c.name], unseen)) for c in h.coefficients}
+    if isinstance(effect, SaysTwice):
+        coefficient, setting = effect.twice
+        if first.get(coefficient):
+            apart = abs(h.settings[setting] / first[coefficient] - 1.0)
+            parts[coefficient] = float(np.hypot(parts[coefficient], apart))
     return parts
 
 

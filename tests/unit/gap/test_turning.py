@@ -30,6 +30,17 @@ def test_every_curve_that_rises_ever_slower_is_a_mixture(form, width):
     assert error < 0.02
 
 
+def test_friction_that_never_quite_ends_its_turn_is_one():
+    mixture, error = mixed(0.7 * np.arctan(SPEED / 0.003))
+    assert error < 0.005
+    assert mixture.width > 0.02
+
+
+def test_drag_that_rises_as_a_root_of_speed_is_none():
+    _, error = mixed(np.sign(SPEED) * (1.0 + 2.0 * np.abs(SPEED) ** 0.5))
+    assert error > 0.05
+
+
 def test_a_bristle_is_a_mixture_too():
     z = np.zeros_like(Q)
     for i, dx in enumerate(np.diff(Q)):  # Dahl 1968
