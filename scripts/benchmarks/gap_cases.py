@@ -23,7 +23,7 @@ Array = NDArray[np.floating]
 
 PERIODS = 2
 MOTION = "wam7-excitation.yaml"
-KINDS = 7  # ways of turning round, as gap_plants numbers them
+KINDS = 8  # ways of turning round, as gap_plants numbers them
 PAIRS = ((1, 2), (4, 5))
 
 # usual size: in units of the joint's Coulomb friction, of its largest torque, or in SI

@@ -19,7 +19,7 @@ class Friction(NamedTuple):
     Attributes:
         rows: speed of each from the generalised speeds, shape (m, size).
         kind: of reversal, shape (m,): 0 stick, 1 Dahl, 2 LuGre, 3 erf, 4 smoothstep, 5 Gudermann,
-            6 slips.
+            6 slips, 7 a curve with a long tail.
         scale: width [rad/s] or distance [rad], shape (m,).
         level: Coulomb friction [N m], shape (m,).
         unequal: relative difference by direction, shape (m,).
@@ -75,6 +75,8 @@ def _shape(kind, u):
             return (1.0 if u > 0 else -1.0), 0.0
         w = u / 1.5
         return 1.5 * w - 0.5 * w**3, (1.5 - 1.5 * w * w) / 1.5
+    if kind == 7:
+        return 4.0 * u / (1.0 + 4.0 * abs(u)), 4.0 / (1.0 + 4.0 * abs(u)) ** 2
     c = min(abs(u), 40.0)
     return (
         2.0 / np.pi * np.arctan(np.sinh(np.sign(u) * c * np.pi / 2.0)),
@@ -206,7 +208,7 @@ def _element(friction, e, speed, stretch, h):
     level = _level(friction, e, speed)
     if kind == 0:
         return 0.0, viscous
-    if kind >= 3 and kind <= 5:
+    if kind >= 3 and kind != 6:
         shape, tangent = _shape(kind, speed / friction.scale[e])
         return level * shape + viscous * speed, level * tangent / friction.scale[e] + viscous
     stiffness = level / friction.scale[e]

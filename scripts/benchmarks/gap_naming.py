@@ -8,7 +8,7 @@ With `--trusted`, the arm is identified without the effect first, as `ident run`
 changed since is asked.
 
 Each run perturbs the arm's links and friction, draws for each joint how it turns round (stick,
-Dahl, LuGre, slip, three sign shapes), hides effects, records two periods in closed loop, and
+Dahl, LuGre, slip, four sign shapes), hides effects, records two periods in closed loop, and
 searches. `--out` appends a line of JSON for each run, from which `--table` makes the tables.
 """
 
