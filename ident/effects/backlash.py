@@ -19,6 +19,7 @@ from ident.simulation.arm import SimulatedArm
 from ident.simulation.chain import Chain, inverse_dynamics, mass_matrix, workspace
 
 _SUBSTEPS = 5
+_TURNED = 0.005  # rad/s: the motor's friction has turned round
 _LIGHT = 1e-6  # kg m^2: no link is lighter
 _MOTOR = 0.1  # of the joint's inertia: a motor's, at first
 _MOST = 0.9  # of the inertia that a joint feels while the others are free: the link has some too
@@ -26,10 +27,10 @@ _MOST = 0.9  # of the inertia that a joint feels while the others are free: the 
 
 @njit(cache=True)
 def loose(q, qd, pull, drag, start, half_play, period):
-    """Position of a link beside its motor's, shape (S,), within a play of +- half_play [rad].
+    """Way of a link beside its motor's, and friction that it has beside what it would have there.
 
-    Between its stops the link moves freely; at a stop it is carried, without rebound, for as long
-    as that pushes.
+    Between its stops, +- half_play [rad] from the motor, the link moves freely; at a stop it is
+    carried, without rebound, for as long as that pushes.
 
     Args:
         q: position of the motor on the joint's side, shape (S,).
@@ -39,8 +40,12 @@ def loose(q, qd, pull, drag, start, half_play, period):
         start: of the link beside the motor [rad].
         half_play: [rad].
         period: between samples [s].
+
+    Returns:
+        position of the link less the motor's [rad], and deceleration by friction less that of a
+        link that moves with the motor [rad/s^2], each of shape (S,).
     """
-    beside = np.empty(q.size)
+    beside, rubbed = np.empty(q.size), np.zeros(q.size)
     h = period / _SUBSTEPS
     speed = qd[0]
     link = q[0] + start
@@ -50,15 +55,19 @@ def loose(q, qd, pull, drag, start, half_play, period):
             u = step / _SUBSTEPS
             motor = (1.0 + 2.0 * u) * (1.0 - u) ** 2 * q[k - 1] + u * u * (3.0 - 2.0 * u) * q[k]
             motor += period * (u * (1.0 - u) ** 2 * qd[k - 1] - u * u * (1.0 - u) * qd[k])
-            speed += h * ((1.0 - u) * pull[k - 1] + u * pull[k])
+            free = speed + h * ((1.0 - u) * pull[k - 1] + u * pull[k])
             rub = h * drag[0, k]
-            speed = max(speed - rub, 0.0) if speed > 0.0 else min(speed + rub, 0.0)
-            speed /= 1.0 + h * drag[1, k]
-            ahead = min(max(link + h * speed, motor - half_play), motor + half_play)
+            slowed = max(free - rub, 0.0) if free > 0.0 else min(free + rub, 0.0)
+            slowed /= 1.0 + h * drag[1, k]
+            ahead = min(max(link + h * slowed, motor - half_play), motor + half_play)
             speed = (ahead - link) / h
+            if ahead == link + h * slowed:
+                along = (1.0 - u) * qd[k - 1] + u * qd[k]
+                with_motor = drag[0, k] * min(max(along / _TURNED, -1.0), 1.0) + drag[1, k] * along
+                rubbed[k] += ((free - slowed) / h - with_motor) / _SUBSTEPS
             link = ahead
         beside[k] = link - q[k]
-    return beside
+    return beside, rubbed
 
 
 class Backlash:
@@ -117,10 +126,10 @@ class Backlash:
         q, qd = np.ascontiguousarray(seen.q[:, j]), np.ascontiguousarray(seen.qd[:, j])
         start = -np.copysign(half_play, carried)
         period = 1.0 / seen.rate_hz
-        beside = loose(q, qd, pull, friction / inertia, start, half_play, period)
+        beside, rubbed = loose(q, qd, pull, friction / inertia, start, half_play, period)
         rate, change = rates(beside, period)
         torque = slopes.times(beside, rate, change)
-        torque[:, j] -= motor * change
+        torque[:, j] += inertia * rubbed - motor * change
         return torque[:, :, None] / half_play
 
     def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:

@@ -122,10 +122,10 @@ def refined(rows: Nominal, present: Present, score: Score) -> list[Score]:
     """The same effect at the same place with its settings tuned, one of each form, best first."""
     effect = catalogue()[score.hypothesis.effect]
     best = {_form(effect, score.hypothesis): score}
-    for finer in range(_REFINEMENTS):
-        near = [n for s in best.values() for n in _neighbours(effect, s.hypothesis, finer)]
+    for finer, late in itertools.product(range(_REFINEMENTS), (False, True)):
+        near = [n for s in best.values() for n in _neighbours(effect, s.hypothesis, finer, late)]
         if not near:
-            break
+            continue
         _, found = examine(rows, present, [score.hypothesis, *near], _EXACT_OF_REFINED)
         for s in found:
             form = _form(effect, s.hypothesis)
@@ -162,30 +162,28 @@ def _form(effect: Effect, hypothesis: Hypothesis) -> tuple[float, ...]:
     return tuple(hypothesis.settings[n] for n in names if n in hypothesis.settings)
 
 
-def _neighbours(effect: Effect, hypothesis: Hypothesis, finer: int) -> list[Hypothesis]:
+def _neighbours(effect: Effect, hypothesis: Hypothesis, finer: int, late: bool) -> list[Hypothesis]:
     """Hypotheses with the settings moved by less than the step of their grids.
 
     Settings are moved together, at first over all forms: a speed and an exponent stand in for each
-    other. Late ones are moved one at a time.
+    other. Late ones have their own turn, in which they are moved one at a time.
     """
     own = [s for s in effect.settings if s.name in hypothesis.settings and len(s.grid) > 1]
-    choices: list[list[tuple[str, float]]] = []
-    alone: list[tuple[str, float]] = []
-    forms: list[list[tuple[str, float]]] = []
-    for setting in own:
-        if setting.whole and not finer:
-            forms.append([(setting.name, x) for x in setting.grid])
-        elif not setting.whole:
-            moved = _moved(setting, hypothesis.settings[setting.name], finer)
-            near = [(setting.name, x) for x in moved]
-            alone += near if setting.late else []
-            choices += [] if setting.late else [near]
-    if not choices and not alone and not (forms and any(s.late for s in own)):
+    value = hypothesis.settings
+    if late:
+        alone = [(s.name, x) for s in own if _turns(s) for x in _moved(s, value[s.name], 0)]
+        return [_with(effect, hypothesis, dict([changed])) for changed in alone]
+    moved = [s for s in own if not s.whole and not s.late]
+    forms = [s for s in own if s.whole and not finer]
+    if not moved and not any(s.late for s in forms):
         return []
-    together = [dict(changed) for changed in itertools.product(*choices, *forms)]
-    return [
-        _with(effect, hypothesis, changed) for changed in (*together, *(dict([c]) for c in alone))
-    ]
+    choices = [[(s.name, x) for x in _moved(s, value[s.name], finer)] for s in moved]
+    choices += [[(s.name, x) for x in s.grid] for s in forms]
+    return [_with(effect, hypothesis, dict(changed)) for changed in itertools.product(*choices)]
+
+
+def _turns(setting: Setting) -> bool:
+    return setting.late and not setting.whole
 
 
 def _with(effect: Effect, hypothesis: Hypothesis, changed: dict[str, float]) -> Hypothesis:
