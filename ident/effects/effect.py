@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 from enum import Enum
 from typing import Protocol, runtime_checkable
 
@@ -167,6 +167,7 @@ class Setting:
     grid: tuple[float, ...]
     lower: float
     upper: float
+    _: KW_ONLY
     whole: bool = False
     even: bool = False
     late: bool = False

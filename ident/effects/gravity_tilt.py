@@ -41,7 +41,9 @@ class GravityTilt:
     freedom = Freedom.NONE
     smooth = True
     uses = ("model",)
-    settings = (Setting("first_link", "1", (0.0, 1.0), 0.0, 1.0, True, True, reported=False),)
+    settings = (
+        Setting("first_link", "1", (0.0, 1.0), 0.0, 1.0, whole=True, late=True, reported=False),
+    )
 
     def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
         """One: all joints feel it.

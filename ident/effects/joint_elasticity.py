@@ -2,18 +2,31 @@
 
 from dataclasses import replace
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Freedom, Hypothesis, Observed
-from ident.effects.slope import rates
+import numpy as np
+
+from ident.effects.effect import (
+    ArmFacts,
+    Array,
+    Coefficient,
+    Freedom,
+    Hypothesis,
+    Observed,
+    Setting,
+)
+from ident.effects.transmission import LIGHT, Transmission, mass_in
 from ident.simulation.arm import SimulatedArm
+
+_SWINGS_HZ = (3.0, 6.0, 12.0, 40.0)  # of a link whose motor is held, from softest to stiffest
+_MOTOR = 0.1  # of the joint's inertia: a motor's; it hardly matters
 
 
 class JointElasticity:
-    """q_link = q_motor - tau / K."""
+    """tau_link = K (q_motor - q_link)."""
 
     id = "joint_elasticity"
     title = "a transmission that gives under load"
-    equation = "q_link,j = q_j - tau_j / K"
-    source = "Spong 1987, eq. (6), quasi-static below the resonance"
+    equation = "tau_link,j = K (q_j - q_link,j)"
+    source = "Spong 1987, eq. (6)"
     signature = "gravity and inertia as if the pose were another, in step with the joint's own load"
     rivals = ("encoder_offset", "torque_delay", "rotor_inertia")
     contains = ()
@@ -21,21 +34,35 @@ class JointElasticity:
     compares = False
     freedom = Freedom.ANY
     smooth = True
-    uses = ("model",)
-    settings = ()
+    uses = ("model", "friction")
+    twice = ("compliance", "give")
+    settings = (
+        Setting("give", "rad/(N m)", (1e-4, 4e-4, 1.6e-3), 1e-7, 1.0, reported=False),
+        Setting("rubbing", "1", (0.0, 0.5, 1.0), 0.0, 1.0, even=True, late=True, reported=False),
+        Setting("damped", "1", (0.1, 0.4), 0.01, 1.0, late=True, reported=False),
+    )
 
     def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
-        """One for each joint; every joint's torque changes."""
-        rows = tuple(range(arm.dof))
-        give = (Coefficient("compliance", "rad/(N m)", lower=0.0),)
-        return [Hypothesis(self.id, (j,), rows, give) for j in arm.moving_joints]
+        """One for each joint and frequency at which its link swings; all torques change."""
+        rows, mass = tuple(range(arm.dof)), np.diag(mass_in(arm.pose, arm.chain, arm.delta))
+        coefficient = (Coefficient("compliance", "rad/(N m)", lower=0.0),)
+        give, rubbing, damped = self.settings
+        found = []
+        for j in arm.moving_joints:
+            inertia = max(float(mass[j]), LIGHT)
+            for swing in _SWINGS_HZ:
+                softness = 1.0 / (inertia * (2 * np.pi * swing) ** 2)
+                shape = {give.name: softness, rubbing.name: 0.0, damped.name: damped.grid[-1]}
+                shape["motor_inertia"] = _MOTOR * inertia
+                found.append(Hypothesis(self.id, (j,), rows, coefficient, shape))
+        return found
 
     def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
-        """Change of the torque with the transmission's wind-up and its rates."""
-        j = hypothesis.joints[0]
-        load = seen.load[:, j]
-        rate, change = rates(load, 1.0 / seen.rate_hz)
-        return -seen.slopes(j).times(load, rate, change)[:, :, None]
+        """Change of the torque with the link's swing, per compliance."""
+        shape = hypothesis.settings
+        part, motor = shape["rubbing"], shape["motor_inertia"]
+        tie = Transmission(np.inf, shape["give"], shape["damped"], part, motor)
+        return tie.change(seen, hypothesis.joints[0])[:, :, None] / shape["give"]
 
     def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
         """An encoder that reads the wind-up too."""

@@ -51,7 +51,9 @@ class TorqueRipple:
     freedom = Freedom.ANY
     smooth = False
     uses = ("torque",)
-    settings = (Setting("order", "1", tuple(float(k) for k in range(1, 25)), 1.0, 64.0, True),)
+    settings = (
+        Setting("order", "1", tuple(float(k) for k in range(1, 25)), 1.0, 64.0, whole=True),
+    )
 
     def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
         """One for each motor and order; where it drives one joint, also a share of its torque."""

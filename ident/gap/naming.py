@@ -29,6 +29,7 @@ _SAME_SHARE = 0.3
 _IDLE = 0.1  # of an effect's squared torque: a fold with less of it cannot speak of it
 _LOUD = 2.0  # times the noise of repeats: clearly more
 _LEFT = 0.2  # of the squared gap above that noise: an effect that leaves less is no form's error
+_FAR_OFF = 2.0  # times as much gain with better settings: before, the folds could tell nothing
 _HELD = 0.25  # of its gain: what an effect must bring on every fold, fitted on the others
 
 
@@ -100,16 +101,29 @@ def next_effects(
         seat = seat_of(score, before)
         if blocked & set(seat):
             continue
-        if (
-            _believable(score, before, asked.threshold, found)
-            and _more_than_form(rows, present, table, score, found, asked.noise)
-            and _holds(table, score, before)
+        if _believable(score, before, asked.threshold, found) and _more_than_form(
+            rows, present, table, score, found, asked.noise
         ):
-            leader = _found(rows, present, table, score, scores)
-            alike = _alike(rows, table, present, scores, leader, asked.threshold, found)
-            return [leader, *alike], scores
+            there = _where_it_holds(rows, present, table, score)
+            if there is not None:
+                leader = _found(rows, present, *there, scores)
+                alike = _alike(rows, table, present, scores, leader, asked.threshold, found)
+                return [leader, *alike], scores
         blocked |= set(seat)
     return [], scores
+
+
+def _where_it_holds(
+    rows: Nominal, present: Present, table: Table, score: Score
+) -> tuple[Table, Score] | None:
+    """An effect that holds on every fold: as it is, or once settings that were far off are met."""
+    if _holds(table, score, present.fit):
+        return table, score
+    tuned = refined(rows, present, score)[0]
+    if tuned.gain < _FAR_OFF * score.gain:
+        return None
+    table, scores = examine(rows, present, [tuned.hypothesis])
+    return (table, scores[0]) if scores and _holds(table, scores[0], present.fit) else None
 
 
 def _believable(score: Score, before: Fit, threshold: Threshold, found: Sequence[Found]) -> bool:

@@ -7,9 +7,9 @@ import pytest
 from closed_loop import recorded, source_of, wam
 
 from ident.arm import arm_from_file
-from ident.effects.backlash import loose
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Coefficient, Hypothesis, Observed
+from ident.effects.transmission import way
 from ident.gap.apart import struck
 from ident.gap.contact import Burst
 from ident.gap.experiment import facts_of
@@ -30,7 +30,8 @@ def beside(q, pull, dry, start=-HALF):
     """The link beside a motor on a given way, pulled and rubbed."""
     t = PERIOD * np.arange(len(q))
     drag = np.array([np.full(len(q), dry), np.zeros(len(q))])
-    return loose(q, np.gradient(q, t), np.full(len(q), pull), drag, start, HALF, PERIOD)[0]
+    pull, grip = np.full(len(q), pull), np.zeros(len(q))
+    return way(q, np.gradient(q, t), pull, drag, grip, 0.0, start, HALF, PERIOD)[0]
 
 
 def test_a_link_falls_through_its_play_and_stays_at_the_end():
