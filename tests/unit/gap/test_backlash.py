@@ -1,4 +1,4 @@
-"""Play: the link's way through it, the simulated arm that has it, and its name."""
+"""Play: the simulated arm that has it, and its name."""
 
 from dataclasses import replace
 
@@ -9,7 +9,6 @@ from closed_loop import recorded, source_of, wam
 from ident.arm import arm_from_file
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Coefficient, Hypothesis, Observed
-from ident.effects.transmission import way
 from ident.gap.apart import struck
 from ident.gap.contact import Burst
 from ident.gap.experiment import facts_of
@@ -21,39 +20,8 @@ from ident.simulation.configured import controller_for, wire_for
 from ident.simulation.loop import run
 from wamctl.arm.config import load_arm_file
 
-PERIOD = 0.01
 HALF = 2e-3
 COUNT = 2.4e-4  # of the coarsest encoder, on the joint
-
-
-def beside(q, pull, dry, start=-HALF):
-    """The link beside a motor on a given way, pulled and rubbed."""
-    t = PERIOD * np.arange(len(q))
-    drag = np.array([np.full(len(q), dry), np.zeros(len(q))])
-    pull, grip = np.full(len(q), pull), np.zeros(len(q))
-    return way(q, np.gradient(q, t), pull, drag, grip, 0.0, start, HALF, PERIOD)[0]
-
-
-def test_a_link_falls_through_its_play_and_stays_at_the_end():
-    pull = 0.2
-    y = beside(np.zeros(100), pull, 0.0)
-    fall = np.minimum(-HALF + pull * (PERIOD * np.arange(100)) ** 2 / 2, HALF)
-    assert y == pytest.approx(fall, abs=2e-4)
-    assert y[-1] == pytest.approx(HALF)
-
-
-def test_a_link_that_rubs_stays_until_the_motor_has_crossed_the_play():
-    q = 5e-3 * (1.0 - np.cos(np.linspace(0.0, np.pi, 200)))
-    y = beside(q, 0.2, 0.5, start=HALF)
-    free = q < 2 * HALF
-    assert y[free] == pytest.approx(HALF - q[free], abs=1e-5)
-    carried = ~free & (np.gradient(q) > 0.9 * np.gradient(q).max())
-    assert y[carried] == pytest.approx(-HALF, abs=1e-9)
-
-
-def test_a_link_moves_with_its_motor_where_it_is_pushed():
-    q = 0.3 * np.sin(np.linspace(0.0, 1.5, 200))
-    assert beside(q, -5.0, 0.0) == pytest.approx(np.full(200, -HALF), abs=1e-9)
 
 
 MOTOR = [0.2, 0.2, 0.06, 0.03, 3e-4, 3e-4, 1e-4]  # kg m^2

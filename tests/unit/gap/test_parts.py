@@ -11,6 +11,7 @@ from ident.effects.effect import Coefficient, Hypothesis, Value
 from ident.excitation.purpose import MOTIONS, REPEATED
 from ident.gap.apart import stays, unsettled
 from ident.gap.contact import Burst
+from ident.gap.experiment import facts_of
 from ident.gap.faults import Fault
 from ident.gap.fit import Choice, Fit
 from ident.gap.leftover import Leftover, elsewhere
@@ -246,3 +247,12 @@ def test_wide_friction_curves_have_a_wide_slow_region():
 
 def test_every_effect_has_a_separating_motion():
     assert set(catalogue()) <= {*MOTIONS, *REPEATED}
+
+
+def test_every_form_of_an_effect_is_tried(source):
+    """At once, by a hypothesis of its own, or late, once the effect leads."""
+    for effect in catalogue().values():
+        found = effect.hypotheses(facts_of(source))
+        for setting in (s for s in effect.settings if s.whole and not s.late):
+            begun = {h.settings[setting.name] for h in found if setting.name in h.settings}
+            assert begun == set(setting.grid) or not begun
