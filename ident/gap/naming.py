@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Hypothesis
+from ident.effects.effect import Freedom, Hypothesis
 from ident.gap.fit import Fit, fit, mean_log_ratio, mean_squares, predicted_rms
 from ident.gap.form import may_be_form, stands_beside
 from ident.gap.null import Threshold
@@ -172,7 +172,9 @@ def _same(first: Hypothesis, second: Hypothesis) -> bool:
     """Whether they differ only in settings that are tuned: a second one is no further effect."""
     if (first.effect, first.joints) != (second.effect, second.joints):
         return False
-    tuned = {s.name for s in catalogue()[first.effect].settings if not s.whole or s.late}
+    effect = catalogue()[first.effect]
+    curve = effect.freedom is Freedom.SPEED  # over speed: all its forms are tried where it is
+    tuned = {s.name for s in effect.settings if not s.whole or s.late or curve}
     settings = set(first.settings.items()) ^ set(second.settings.items())
     return all(name in tuned for name, _ in settings)
 
