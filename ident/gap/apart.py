@@ -22,6 +22,7 @@ _MOST = 12
 _MUCH = 0.2  # of the data: an event takes less
 _SETTLED = 10.0  # bristle's distances: after so long a way nothing is left of where it began
 _STRIKES = 4.0  # times its usual mean square: an effect that acts in blows
+_DIRECTED = 0.2  # of its mean square: the squared mean of a push, which is 0.8 for half a sine
 _PART = 0.1  # of the residual's mean square: a third of its size
 _NEAR_S = 0.5  # what begins so soon after a burst is its end
 
@@ -78,7 +79,8 @@ def unsettled(rows: Nominal, present: Present, burst: Burst) -> bool:
 def struck(rows: Nominal, present: Present, burst: Burst) -> bool:
     """Whether an effect of uncertain form acts in a burst as never else: what it leaves is its own.
 
-    A link that meets the end of its play gives a blow of nearly, but not quite, the right form.
+    A link that meets the end of its play gives a blow of nearly, but not quite, the right form. One
+    that swings on its spring leaves what changes its sign; a push has a direction.
     """
     table = tabulate(rows, present.model, present.accepted)
     left = residuals(table, present.fit)
@@ -89,9 +91,15 @@ def struck(rows: Nominal, present: Present, burst: Burst) -> bool:
         first = table.grams.layouts[joint].first_extra + slot.starts[slot.joints.index(joint)]
         torque = table.columns[joint][:, first : first + slot.width] @ values
         here, usual = _mean_square(torque[burst.rows]), _mean_square(torque[~burst.rows])
+        if all(_rings(left[j].values[burst.rows]) for j in burst.joints):
+            return True
         if here > max(_STRIKES * usual, _PART * _mean_square(left[joint].values[burst.rows])):
             return True
     return False
+
+
+def _rings(values: Array) -> bool:
+    return float(values.mean()) ** 2 < _DIRECTED * _mean_square(values)
 
 
 def _mean_square(values: Array) -> float:
