@@ -50,7 +50,7 @@ class Transmission:
         q, qd = np.ascontiguousarray(seen.q[:, j]), np.ascontiguousarray(seen.qd[:, j])
         period = 1.0 / seen.rate_hz
         beside, rubbed = way(
-            q, qd, pull, friction / inertia, grip, self.damped, -start, self.half_play, period
+            (q, qd), pull, friction / inertia, (grip, self.damped), -start, self.half_play, period
         )
         rate, change = rates(beside, period)
         torque = slopes.times(beside, rate, change)
@@ -59,19 +59,18 @@ class Transmission:
 
 
 @njit(cache=True)
-def way(q, qd, pull, drag, grip, damped, start, half_play, period):
+def way(motor, pull, drag, spring, start, half_play, period):
     """Way of a link beside its motor's, and friction that it has beside what it would have there.
 
     Between its stops, +- half_play [rad] from the motor, the link moves freely, or is pulled back
     to the motor by a spring; at a stop it is carried, without rebound, for as long as that pushes.
 
     Args:
-        q: position of the motor on the joint's side, shape (S,).
-        qd: its velocity, shape (S,).
+        motor: its position and velocity on the joint's side, each of shape (S,).
         pull: acceleration of the link where nothing touches it, but for its friction, shape (S,).
         drag: deceleration by its dry friction, and per speed by its viscous one, shape (2, S).
-        grip: acceleration back to the motor per distance [1/s^2], shape (S,).
-        damped: damping of that spring, as a part of the critical one.
+        spring: acceleration back to the motor per distance [1/s^2], shape (S,), and its damping as
+            a part of the critical one.
         start: of the link beside the motor [rad].
         half_play: [rad].
         period: between samples [s].
@@ -80,6 +79,7 @@ def way(q, qd, pull, drag, grip, damped, start, half_play, period):
         position of the link less the motor's [rad], and deceleration by friction less that of a
         link that moves with the motor [rad/s^2], each of shape (S,).
     """
+    (q, qd), (grip, damped) = motor, spring
     beside, rubbed = np.empty(q.size), np.zeros(q.size)
     h = period / _SUBSTEPS
     speed = qd[0]
@@ -88,16 +88,16 @@ def way(q, qd, pull, drag, grip, damped, start, half_play, period):
     for k in range(1, q.size):
         for step in range(1, _SUBSTEPS + 1):
             u = step / _SUBSTEPS
-            motor = (1.0 + 2.0 * u) * (1.0 - u) ** 2 * q[k - 1] + u * u * (3.0 - 2.0 * u) * q[k]
-            motor += period * (u * (1.0 - u) ** 2 * qd[k - 1] - u * u * (1.0 - u) * qd[k])
+            place = (1.0 + 2.0 * u) * (1.0 - u) ** 2 * q[k - 1] + u * u * (3.0 - 2.0 * u) * q[k]
+            place += period * (u * (1.0 - u) ** 2 * qd[k - 1] - u * u * (1.0 - u) * qd[k])
             free = speed + h * ((1.0 - u) * pull[k - 1] + u * pull[k])
             along = (1.0 - u) * qd[k - 1] + u * qd[k]
             damping = 2.0 * damped * np.sqrt(grip[k])
-            free += h * (grip[k] * (motor - link) + damping * along)
+            free += h * (grip[k] * (place - link) + damping * along)
             rub = h * drag[0, k]
             slowed = max(free - rub, 0.0) if free > 0.0 else min(free + rub, 0.0)
             slowed /= 1.0 + h * (drag[1, k] + damping + h * grip[k])
-            ahead = min(max(link + h * slowed, motor - half_play), motor + half_play)
+            ahead = min(max(link + h * slowed, place - half_play), place + half_play)
             speed = (ahead - link) / h
             if ahead == link + h * slowed:
                 slower = (free - slowed) / h - (damping + h * grip[k]) * slowed
