@@ -16,7 +16,7 @@ from ident.effects.effect import (
 from ident.effects.transmission import LIGHT, Transmission, mass_in
 from ident.simulation.arm import SimulatedArm
 
-_SWINGS_HZ = (3.0, 6.0, 12.0, 40.0)  # of a link whose motor is held, from softest to stiffest
+_SWINGS_HZ = (6.0, 12.0, 40.0)  # of a link whose motor is held; softer is a lag by another name
 _MOTOR = 0.1  # of the joint's inertia: a motor's; it hardly matters
 
 
@@ -39,7 +39,7 @@ class JointElasticity:
     settings = (
         Setting("give", "rad/(N m)", (1e-4, 4e-4, 1.6e-3), 1e-7, 1.0, reported=False),
         Setting("rubbing", "1", (0.0, 0.5, 1.0), 0.0, 1.0, even=True, late=True, reported=False),
-        Setting("damped", "1", (0.1, 0.4), 0.01, 1.0, late=True, reported=False),
+        Setting("damped", "1", (0.1, 0.4), 0.01, 0.4, late=True, reported=False),
     )
 
     def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
