@@ -1,7 +1,5 @@
 """Play in the transmission."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from ident.effects.effect import (
@@ -17,7 +15,6 @@ from ident.effects.transmission import LIGHT, Transmission, mass_in
 from ident.simulation.arm import SimulatedArm
 
 _MOTOR = 0.1  # of the joint's inertia: a motor's, at first
-_MOST = 0.9  # of the inertia that a joint feels while the others are free: the link has some too
 
 
 class Backlash:
@@ -66,21 +63,17 @@ class Backlash:
 
     def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
         """Change of the torque with the link's motion in the play, per half play."""
-        shape = hypothesis.settings
-        tie = Transmission(shape["play"], 0.0, 0.0, shape["rubbing"], shape["motor_inertia"])
-        return tie.change(seen, hypothesis.joints[0])[:, :, None] / shape["play"]
+        play = hypothesis.settings["play"]
+        return _tie(hypothesis, play).change(seen, hypothesis.joints[0])[:, :, None] / play
 
     def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
         """A motor of its own, with the encoder, that carries the joint within the play."""
-        j, shape = hypothesis.joints[0], hypothesis.settings
-        slack, motor, armature = arm.slack.copy(), arm.motor.copy(), arm.armature.copy()
-        rubbing = arm.rubbing.copy()
-        slack[j] += values[0]
-        rubbing[j] = shape["rubbing"]
-        without_others = 1.0 / np.linalg.inv(mass_in(np.zeros(len(slack)), arm.chain, arm.delta))
-        motor[j] = min(shape["motor_inertia"], _MOST * float(without_others[j, j]))
-        armature[j, j] -= motor[j]
-        return replace(arm, slack=slack, rubbing=rubbing, motor=motor, armature=armature)
+        return _tie(hypothesis, float(values[0])).between(arm, hypothesis.joints[0])
+
+
+def _tie(hypothesis: Hypothesis, half_play: float) -> Transmission:
+    shape = hypothesis.settings
+    return Transmission(half_play, 0.0, 0.0, shape["rubbing"], shape["motor_inertia"])
 
 
 EFFECT = Backlash()

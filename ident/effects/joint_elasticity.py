@@ -1,7 +1,5 @@
 """A transmission that gives."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from ident.effects.effect import (
@@ -59,16 +57,17 @@ class JointElasticity:
 
     def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
         """Change of the torque with the link's swing, per compliance."""
-        shape = hypothesis.settings
-        part, motor = shape["rubbing"], shape["motor_inertia"]
-        tie = Transmission(np.inf, shape["give"], shape["damped"], part, motor)
-        return tie.change(seen, hypothesis.joints[0])[:, :, None] / shape["give"]
+        give = hypothesis.settings["give"]
+        return _tie(hypothesis, give).change(seen, hypothesis.joints[0])[:, :, None] / give
 
     def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
-        """An encoder that reads the wind-up too."""
-        give = arm.give.copy()
-        give[hypothesis.joints[0]] += values[0]
-        return replace(arm, give=give)
+        """A motor of its own, with the encoder, on a spring."""
+        return _tie(hypothesis, float(values[0])).between(arm, hypothesis.joints[0])
+
+
+def _tie(hypothesis: Hypothesis, give: float) -> Transmission:
+    shape = hypothesis.settings
+    return Transmission(np.inf, give, shape["damped"], shape["rubbing"], shape["motor_inertia"])
 
 
 EFFECT = JointElasticity()

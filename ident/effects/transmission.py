@@ -1,12 +1,13 @@
 """A link beside its motor: how it moves where the transmission between them is loose or gives."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
 
 from ident.effects.effect import Array, Observed
 from ident.effects.slope import rates
+from ident.simulation.arm import SimulatedArm
 from ident.simulation.chain import Chain, inverse_dynamics, mass_matrix, workspace
 
 _SUBSTEPS = 5
@@ -20,7 +21,7 @@ class Transmission:
     """What ties a link to its motor.
 
     Attributes:
-        half_play: half the way that the link moves freely [rad].
+        half_play: half the way to its stops [rad]; infinite: there are none.
         compliance: of what pulls it back to the motor [rad/(N m)]; 0: nothing does.
         damped: damping of that, as a part of the critical one.
         rubbing: part of the joint's friction that the link rubs, not the motor.
@@ -56,6 +57,21 @@ class Transmission:
         torque = slopes.times(beside, rate, change)
         torque[:, j] += inertia * rubbed - motor * change
         return torque
+
+    def between(self, arm: SimulatedArm, joint: int) -> SimulatedArm:
+        """The arm whose joint has a motor of its own, with the encoder, tied to it so."""
+        fields = {
+            f: getattr(arm, f).copy() for f in ("motor", "slack", "give", "damped", "rubbing")
+        }
+        fields["motor"][joint] = max(self.motor_inertia, LIGHT)
+        if self.half_play < np.inf:
+            fields["slack"][joint] += self.half_play
+        mass = mass_in(np.zeros(len(arm.motor)), arm.chain, arm.delta) + arm.armature
+        link = max(float(mass[joint, joint]) - self.motor_inertia, LIGHT)
+        fields["give"][joint] += self.compliance
+        fields["damped"][joint] += 2.0 * self.damped * np.sqrt(self.compliance * link)
+        fields["rubbing"][joint] = self.rubbing
+        return replace(arm, **fields)
 
 
 @njit(cache=True)

@@ -155,7 +155,8 @@ def effect_of(entry: dict[str, Any]) -> tuple[Hypothesis, Array]:
     """An effect of a `model.yaml`, and its coefficients, shape (k,).
 
     Raises:
-        DataError: an effect that the catalogue does not know, or that is not complete.
+        DataError: an effect that the catalogue does not know, or that is not complete; a setting
+            that is missing is noticed when it is used.
     """
     effects = catalogue()
     name = entry.get("name")
@@ -168,10 +169,21 @@ def effect_of(entry: dict[str, Any]) -> tuple[Hypothesis, Array]:
             tuple(int(j) - 1 for j in entry["joints"]),
             tuple(int(j) - 1 for j in entry["rows"]),
             tuple(Coefficient(c, entry["units"][c]) for c in entry["parameters"]),
-            {k: float(v) for k, v in entry["settings"].items()},
+            _Settings(name, {k: float(v) for k, v in entry["settings"].items()}),
             entry["variant"],
         )
         values = np.array([float(v) for v in entry["parameters"].values()])
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise DataError(f"The model's effect {name} is not complete ({error!r}).") from error
     return hypothesis, values
+
+
+class _Settings(dict[str, float]):
+    """Settings of an effect from a file, which an older program may have written."""
+
+    def __init__(self, effect: str, values: dict[str, float]) -> None:
+        super().__init__(values)
+        self._effect = effect
+
+    def __missing__(self, key: str) -> float:
+        raise DataError(f"The model's effect {self._effect} has no setting {key!r}.")

@@ -62,12 +62,13 @@ class SimulatedArm:
         limit: the drives clip the commanded joint torque here [N m], shape (n,).
         delay_s: the command acts later by this much [s], shape (n,).
         zero: encoders read the joint's position less this [rad], shape (n,).
-        give: encoders read this much more per torque that acts [rad/(N m)], shape (n,).
-        slack: half the play between motor, which carries the encoder, and joint [rad], shape (n,).
-        rubbing: part of the friction of a joint with play that its link rubs, not its motor,
+        motor: inertia of a motor that moves beside its joint and carries the encoder, on the
+            joint's side, a part of the joint's [kg m^2], shape (n,); 0: it moves as the joint.
+        slack: half the play between such a motor and its joint [rad], shape (n,).
+        give: compliance of what ties them beyond the play [rad/(N m)], shape (n,).
+        damped: damping of that per its stiffness [s], shape (n,).
+        rubbing: part of the friction of such a joint that its link rubs, not its motor,
             shape (n,).
-        motor: inertia of a motor that has play, on the joint's side; `armature` is without it
-            [kg m^2], shape (n,).
         terms: further torques.
     """
 
@@ -82,20 +83,21 @@ class SimulatedArm:
     limit: Array
     delay_s: Array
     zero: Array
-    give: Array
-    slack: Array
-    rubbing: Array
     motor: Array
+    slack: Array
+    give: Array
+    damped: Array
+    rubbing: Array
     terms: tuple[Term, ...] = field(default=())
 
     @property
     def loose(self) -> NDArray[np.int64]:
-        """The joints with play, from 0."""
-        return np.flatnonzero(self.slack > 0.0)
+        """The joints with a motor that moves beside them, from 0."""
+        return np.flatnonzero(self.motor > 0.0)
 
     @property
     def seats(self) -> NDArray[np.int64]:
-        """The coordinate of each joint's motor: with play one of its own, after the joints'."""
+        """The coordinate of each joint's motor: a loose one's comes after the joints'."""
         seats, loose = np.arange(len(self.slack)), self.loose
         seats[loose] = len(seats) + np.arange(len(loose))
         return seats
@@ -103,7 +105,7 @@ class SimulatedArm:
     @property
     def on_motor(self) -> Array:
         """Part of each joint's friction that its motor rubs, shape (n,)."""
-        return np.where(self.slack > 0.0, 1.0 - self.rubbing, 1.0)
+        return np.where(self.motor > 0.0, 1.0 - self.rubbing, 1.0)
 
     @property
     def drag(self) -> Array:
@@ -124,14 +126,14 @@ class SimulatedArm:
 
     @property
     def rows(self) -> Array:
-        """Speed of each element of `dry`, then of each play, from all coordinates' speeds."""
+        """Speed of each element of `dry`, then of each tie, from all coordinates' speeds."""
         (m, n), loose = self.friction_rows.shape, self.loose
         links = m + np.arange(len(loose))
-        plays = links + len(loose)
+        ties = links + len(loose)
         rows = np.zeros((m + 2 * len(loose), n + len(loose)))
         rows[:m, self.seats] = self.friction_rows
         rows[links, loose] = 1.0
-        rows[plays, loose], rows[plays, self.seats[loose]] = 1.0, -1.0
+        rows[ties, loose], rows[ties, self.seats[loose]] = 1.0, -1.0
         return rows
 
 
@@ -151,10 +153,11 @@ def simulated_arm(chain: Chain, delta: Array, viscous: Array, coulomb: Array) ->
         limit=np.full(n, np.inf),
         delay_s=none,
         zero=none,
-        give=none,
-        slack=none,
-        rubbing=none,
         motor=none,
+        slack=none,
+        give=none,
+        damped=none,
+        rubbing=none,
     )
 
 

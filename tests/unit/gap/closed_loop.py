@@ -84,6 +84,18 @@ def recorded(arm: SimulatedArm, periods: int = PERIODS, alone: int | None = None
     return log.recorded(tuple(robot.joint_names), motion, result, attached, {})
 
 
+def moved(arm: SimulatedArm) -> np.ndarray:
+    """Positions that an arm's encoders read on one second of sine waves."""
+    file = load_arm_file("wam7.yaml")
+    robot = arm_from_file("wam7.yaml", ()).robot
+    t = file.bus.period_s * np.arange(500)[:, None]
+    w = 2 * np.pi * np.array([0.5, 0.7, 0.6, 0.8, 1.0, 1.1, 0.9])
+    start = np.array([0.0, -0.6, 0.0, 1.6, 0.0, 0.0, 0.0])
+    q = start + 0.2 * (1.0 - np.cos(w * t))
+    wanted = (q, 0.2 * w * np.sin(w * t), 0.2 * w**2 * np.cos(w * t))
+    return run(arm, controller_for(file, robot), wire_for(file), wanted).q
+
+
 def source_of(recording: Recording) -> Experiment:
     """The recording with its arm."""
     return experiment([recording], ["log.mcap"])

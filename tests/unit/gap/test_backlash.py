@@ -4,9 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from closed_loop import recorded, source_of, wam
+from closed_loop import moved, recorded, source_of, wam
 
-from ident.arm import arm_from_file
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Coefficient, Hypothesis, Observed
 from ident.gap.apart import struck
@@ -16,9 +15,6 @@ from ident.gap.table import tabulate
 from ident.gap.verdict import Kind
 from ident.gap.workflow import Options, search
 from ident.simulation.chain import torques
-from ident.simulation.configured import controller_for, wire_for
-from ident.simulation.loop import run
-from wamctl.arm.config import load_arm_file
 
 HALF = 2e-3
 COUNT = 2.4e-4  # of the coarsest encoder, on the joint
@@ -33,18 +29,6 @@ def with_play(joint, half, rubbing=0.0):
     shape = {"play": half, "rubbing": rubbing, "motor_inertia": MOTOR[joint]}
     play = Hypothesis("backlash", (joint,), tuple(range(7)), size, shape)
     return catalogue()["backlash"].simulated(wam(), play, np.array([half]))
-
-
-def moved(arm):
-    """Positions on one second of sine waves."""
-    file = load_arm_file("wam7.yaml")
-    robot = arm_from_file("wam7.yaml", ()).robot
-    t = file.bus.period_s * np.arange(500)[:, None]
-    w = 2 * np.pi * np.array([0.5, 0.7, 0.6, 0.8, 1.0, 1.1, 0.9])
-    start = np.array([0.0, -0.6, 0.0, 1.6, 0.0, 0.0, 0.0])
-    q = start + 0.2 * (1.0 - np.cos(w * t))
-    wanted = (q, 0.2 * w * np.sin(w * t), 0.2 * w**2 * np.cos(w * t))
-    return run(arm, controller_for(file, robot), wire_for(file), wanted).q
 
 
 @pytest.mark.parametrize("joint", [1, 4])
@@ -85,12 +69,11 @@ def test_what_a_blow_leaves_is_no_contact(loosened):
         assert struck(rows, end, burst) is blow
 
 
-def test_a_motor_with_play_takes_its_inertia_from_the_arm():
+def test_a_motor_with_play_is_a_coordinate_of_its_own():
     arm, loosened = wam(), with_play(4, HALF)
-    assert loosened.motor[4] > 0.0
-    assert loosened.armature[4, 4] + loosened.motor[4] == pytest.approx(arm.armature[4, 4])
+    assert loosened.motor[4] == MOTOR[4]
     assert loosened.rows.shape == (9, 8)
-    assert replace(loosened, slack=arm.slack).rows.shape == (7, 7)
+    assert replace(loosened, motor=arm.motor).rows.shape == (7, 7)
 
 
 def test_an_arm_of_which_two_joints_move_can_have_play(source):

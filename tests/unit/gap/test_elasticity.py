@@ -1,0 +1,41 @@
+"""A transmission that gives: the simulated arm that has it, and its name."""
+
+import numpy as np
+import pytest
+from closed_loop import moved, recorded, source_of, wam
+
+from ident.effects.catalogue import catalogue
+from ident.effects.effect import Coefficient, Hypothesis
+from ident.gap.verdict import Kind
+from ident.gap.workflow import Options, search
+
+COUNT = 2.4e-4  # of the coarsest encoder, on the joint
+MOTOR = [0.2, 0.2, 0.06, 0.03, 3e-4, 3e-4, 1e-4]  # kg m^2
+
+
+def springy(joint, give, damped=0.1):
+    """The simulated arm whose joint hangs on a spring, as the effect adds it."""
+    compliance = (Coefficient("compliance", "rad/(N m)"),)
+    shape = {"give": give, "rubbing": 0.0, "damped": damped, "motor_inertia": MOTOR[joint]}
+    spring = Hypothesis("joint_elasticity", (joint,), tuple(range(7)), compliance, shape)
+    return catalogue()["joint_elasticity"].simulated(wam(), spring, np.array([give]))
+
+
+@pytest.mark.parametrize("joint", [1, 4])
+def test_an_arm_on_a_stiff_spring_moves_as_one_on_none(joint):
+    assert moved(springy(joint, 1e-6)) == pytest.approx(moved(wam()), abs=2 * COUNT)
+
+
+@pytest.mark.parametrize("joint", range(7))
+def test_an_arm_on_a_soft_spring_follows(joint):
+    """The motor is held, so that only the arm's load moves it by a few counts."""
+    apart = moved(springy(joint, 1e-3)) - moved(wam())
+    assert np.abs(apart).max() < 40 * COUNT
+
+
+def test_a_spring_is_named_with_its_joint_and_size():
+    found = search(source_of(recorded(springy(3, 1e-3))), Options(null_runs=1), lambda _: None)
+    (effect,) = found.verdict.found
+    assert (effect.hypothesis.effect, effect.hypothesis.joints) == ("joint_elasticity", (3,))
+    assert found.verdict.kind == Kind.NAMED
+    assert effect.score.values == pytest.approx([1e-3], rel=0.1)
