@@ -18,6 +18,7 @@ Array = NDArray[np.floating]
 _LENGTHS_S = tuple(np.geomspace(0.2, 4.0, 16))
 _ROUNDS = 2
 _AGAIN = 0.1  # of a burst's square above the usual, in another period: it comes with the motion
+_SLIDES = 0.05  # rad/s: a slower joint may lean on something and show nothing
 _SHARP = 9.0  # a joint takes part where its mean square in the burst is so many times the usual
 
 
@@ -106,6 +107,29 @@ def felt(rows: Nominal, bursts: Sequence[Burst], now: Present) -> list[Burst]:
         joints, torque = _felt(left, now.fit, b.rows)
         found.append(replace(b, joints=joints, torque=torque) if joints else b)
     return found
+
+
+def at_an_end(rows: Nominal, bursts: Sequence[Burst]) -> tuple[int, ...]:
+    """Joints that never come as far in one direction without a burst: it may be the place's doing.
+
+    One passage alone tells nothing; several, of which no other is free of it, are no chance.
+    """
+    if len(bursts) < 2:
+        return ()
+    log = np.concatenate([np.full(len(s.t), s.log) for s in rows.stretches])
+    t = np.concatenate([s.t for s in rows.stretches])
+    inside = np.array([(log == b.log) & (b.start_s <= t) & (t <= b.end_s) for b in bursts])
+    q = np.concatenate([s.q for s in rows.stretches])
+    speed = np.abs(np.concatenate([s.qd for s in rows.stretches]))
+    if not inside.any(axis=1).all():
+        return ()
+    return tuple(
+        j
+        for j in sorted(set.intersection(*(set(b.joints) for b in bursts)))
+        for x in (q[:, j], -q[:, j])
+        if x[(speed[:, j] > _SLIDES) & ~inside.any(axis=0)].max(initial=-np.inf)
+        < min(x[here].max() for here in inside)
+    )
 
 
 def _felt(

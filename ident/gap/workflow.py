@@ -1,6 +1,6 @@
 """The search for the gap, from recordings to a verdict."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ident.gap.apart import cut_out, stays
 from ident.gap.calibration import calibrated
-from ident.gap.contact import felt
+from ident.gap.contact import Burst, at_an_end, felt
 from ident.gap.experiment import Experiment, base_columns, facts_of
 from ident.gap.faults import faults
 from ident.gap.fit import mean_squares
@@ -106,9 +106,21 @@ def search(source: Experiment, options: Options, tell: Tell) -> Search:
     if not way.found and not way.bursts:
         rest += unnamed(way.noise, end, rest)
         rest = rest or _doubtful(way)
-    verdict = decide(wrong, way.found, felt(way.rows, way.bursts, end), rest, left)
+    bursts = felt(way.rows, way.bursts, end)
+    rest += _placed(way.rows, bursts)
+    verdict = decide(wrong, way.found, bursts, rest, left)
     first, last = tuple(way.scores[0]), tuple(way.scores[-1])
     return Search(source, way.rows, start, end, first, last, way.threshold, verdict)
+
+
+def _placed(rows: Nominal, bursts: Sequence[Burst]) -> tuple[Nameless, ...]:
+    """Contacts that happen wherever a joint comes so far: a stop, for all that is known."""
+    gain = max((b.gain for b in bursts), default=0.0)
+    share = float(1 - np.exp(-2 * gain))
+    return tuple(
+        Nameless(Leftover(j, f"the position of joint {j + 1}", gain, share), 1.0)
+        for j in at_an_end(rows, bursts)
+    )
 
 
 def _doubtful(way: Way) -> tuple[Nameless, ...]:

@@ -10,7 +10,7 @@ from ident.effects.catalogue import catalogue
 from ident.effects.effect import Coefficient, Hypothesis, Value
 from ident.excitation.purpose import MOTIONS, REPEATED
 from ident.gap.apart import stays, unsettled
-from ident.gap.contact import Burst
+from ident.gap.contact import Burst, at_an_end
 from ident.gap.experiment import facts_of
 from ident.gap.faults import Fault
 from ident.gap.fit import Choice, Fit
@@ -256,3 +256,20 @@ def test_every_form_of_an_effect_is_tried(source):
         for setting in (s for s in effect.settings if s.whole and not s.late):
             begun = {h.settings[setting.name] for h in found if setting.name in h.settings}
             assert begun == set(setting.grid) or not begun
+
+
+def test_contacts_wherever_a_joint_comes_so_far_may_be_a_stop():
+    t = np.arange(0.0, 20.0, 0.01)
+    swing = np.pi * t / 4
+    q = np.column_stack([np.cos(0.7 * t), np.sin(swing)])
+    qd = np.column_stack([-0.7 * np.sin(0.7 * t), np.pi / 4 * np.cos(swing)])
+    rows = SimpleNamespace(stretches=(SimpleNamespace(log=0, t=t, q=q, qd=qd),))
+    tops = [replace(BURST, start_s=at - 0.5, end_s=at + 0.5) for at in (2.0, 10.0, 18.0)]
+    assert at_an_end(rows, tops) == (1,)
+    assert at_an_end(rows, tops[1:]) == ()
+    assert at_an_end(rows, tops[:1]) == ()
+    assert at_an_end(rows, [replace(b, joints=(0,)) for b in tops]) == ()
+    elsewhere = [replace(b, start_s=b.start_s + 1.0, end_s=b.end_s + 1.0) for b in tops]
+    assert at_an_end(rows, elsewhere) == ()
+    leaning = SimpleNamespace(log=1, t=t, q=np.ones_like(q), qd=np.zeros_like(q))
+    assert at_an_end(SimpleNamespace(stretches=(*rows.stretches, leaning)), tops) == (1,)
