@@ -18,6 +18,7 @@ Array = NDArray[np.floating]
 _LENGTHS_S = tuple(np.geomspace(0.2, 4.0, 16))
 _ROUNDS = 2
 _AGAIN = 0.1  # of a burst's square above the usual, in another period: it comes with the motion
+_FARTHER = 0.01  # of its range: so much more than ever else is a place of its own
 _SLIDES = 0.05  # rad/s: a slower joint may lean on something and show nothing
 _SHARP = 9.0  # a joint takes part where its mean square in the burst is so many times the usual
 
@@ -120,16 +121,18 @@ def at_an_end(rows: Nominal, bursts: Sequence[Burst]) -> tuple[int, ...]:
     t = np.concatenate([s.t for s in rows.stretches])
     inside = np.array([(log == b.log) & (b.start_s <= t) & (t <= b.end_s) for b in bursts])
     q = np.concatenate([s.q for s in rows.stretches])
-    speed = np.abs(np.concatenate([s.qd for s in rows.stretches]))
-    if not inside.any(axis=1).all():
-        return ()
+    sliding = np.abs(np.concatenate([s.qd for s in rows.stretches])) > _SLIDES
     return tuple(
         j
         for j in sorted(set.intersection(*(set(b.joints) for b in bursts)))
         for x in (q[:, j], -q[:, j])
-        if x[(speed[:, j] > _SLIDES) & ~inside.any(axis=0)].max(initial=-np.inf)
-        < min(x[here].max() for here in inside)
+        if _reach(x, sliding[:, j] & ~inside.any(axis=0)) + _FARTHER * np.ptp(x)
+        < min(_reach(x, sliding[:, j] & here) for here in inside)
     )
+
+
+def _reach(x: Array, chosen: NDArray[np.bool_]) -> float:
+    return float(x[chosen].max(initial=-np.inf))
 
 
 def _felt(
