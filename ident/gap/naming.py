@@ -8,14 +8,15 @@ from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Freedom, Hypothesis
-from ident.gap.fit import Fit, fit, mean_log_ratio, mean_squares, predicted_rms
+from ident.gap.fit import Fit, mean_squares
 from ident.gap.form import may_be_form, stands_beside
+from ident.gap.held_out import held_out_gains, holds
 from ident.gap.null import Threshold
 from ident.gap.region import Region
 from ident.gap.residual import memory_of, residuals
 from ident.gap.scan import Score
 from ident.gap.search import SEARCHED, Present, examine, extend, refined
-from ident.gap.table import FOLDS, Nominal, Table
+from ident.gap.table import Nominal, Table
 
 Array = NDArray[np.floating]
 
@@ -26,11 +27,9 @@ _WORTH_TUNING = 0.75
 _SURE = 4.0  # units of log-likelihood between leader and rival
 _FORM = 0.05  # nats per sample: so much less may be the error of the better form
 _SAME_SHARE = 0.3
-_IDLE = 0.1  # of an effect's squared torque: a fold with less of it cannot speak of it
 _LOUD = 2.0  # times the noise of repeats: clearly more
 _LEFT = 0.2  # of the squared gap above that noise: an effect that leaves less is no form's error
 _FAR_OFF = 2.0  # times as much gain with better settings: before, the folds could tell nothing
-_HELD = 0.25  # of its gain: what an effect must bring on every fold, fitted on the others
 
 
 @dataclass(frozen=True)
@@ -104,7 +103,7 @@ def next_effects(
         if _believable(score, before, asked.threshold, found) and _more_than_form(
             rows, present, table, score, found, asked.noise
         ):
-            there = _where_it_holds(rows, present, table, score)
+            there = _where_itholds(rows, present, table, score)
             if there is not None:
                 leader = _found(rows, present, *there, scores)
                 alike = _alike(rows, table, present, scores, leader, asked.threshold, found)
@@ -113,17 +112,17 @@ def next_effects(
     return [], scores
 
 
-def _where_it_holds(
+def _where_itholds(
     rows: Nominal, present: Present, table: Table, score: Score
 ) -> tuple[Table, Score] | None:
     """An effect that holds on every fold: as it is, or once settings that were far off are met."""
-    if _holds(table, score, present.fit):
+    if holds(table, score, present.fit):
         return table, score
     tuned = refined(rows, present, score)[0]
     if tuned.gain < _FAR_OFF * score.gain:
         return None
     table, scores = examine(rows, present, [tuned.hypothesis])
-    return (table, scores[0]) if scores and _holds(table, scores[0], present.fit) else None
+    return (table, scores[0]) if scores and holds(table, scores[0], present.fit) else None
 
 
 def _believable(score: Score, before: Fit, threshold: Threshold, found: Sequence[Found]) -> bool:
@@ -177,51 +176,6 @@ def _same(first: Hypothesis, second: Hypothesis) -> bool:
     tuned = {s.name for s in effect.settings if not s.whole or s.late or curve}
     settings = set(first.settings.items()) ^ set(second.settings.items())
     return all(name in tuned for name, _ in settings)
-
-
-def shares(table: Table, index: int, present: Fit) -> Array:
-    """Part of a hypothesis' weighted squared columns that lies in each fold, shape (FOLDS,)."""
-    slot, found = table.slots[index], np.zeros(FOLDS)
-    for j, start in zip(slot.joints, slot.starts, strict=True):
-        first = table.grams.layouts[j].first_extra + start
-        for c in range(first, first + slot.width):
-            squares = table.grams.products[j][:, :, c, c]
-            found += squares @ (1 / present.sigma[j] ** 2)
-    return found / max(float(found.sum()), np.finfo(float).tiny)
-
-
-def acts_on(table: Table, index: int, present: Fit, fold: int) -> bool:
-    """Whether a fold has enough of an effect to speak of it."""
-    return bool(shares(table, index, present)[fold] > _IDLE)
-
-
-def held_out_gains(table: Table, score: Score, before: Fit) -> tuple[float, ...]:
-    """Predicted gain on each fold that has enough of the effect, both fitted on the others.
-
-    Where fewer than two have enough, all of them must speak.
-    """
-    gains = []
-    acting = [f for f in range(FOLDS) if acts_on(table, score.index, before, f)]
-    for fold in acting if len(acting) > 1 else range(FOLDS):
-        rest = table.grams.of([f for f in range(FOLDS) if f != fold])
-        here = table.grams.of([fold])
-        if here.counts.sum() == 0 or rest.counts.sum() == 0:
-            continue
-        old = fit(rest, before.choice, before.sigma)
-        new = fit(rest, score.fit.choice, score.fit.sigma)
-        ratio = mean_log_ratio(
-            predicted_rms(here, old), predicted_rms(here, new), here.counts[:, 0]
-        )
-        gains.append(float(ratio.sum()))
-    return tuple(gains)
-
-
-def _holds(table: Table, score: Score, before: Fit) -> bool:
-    """Whether every fold is predicted clearly better with the effect than without."""
-    if "log" in score.hypothesis.settings:
-        return True
-    gains = held_out_gains(table, score, before)
-    return bool(gains) and min(gains) > _HELD * score.gain
 
 
 def _found(
@@ -327,7 +281,7 @@ def _alike(
         if (
             _believable(score, present.fit, threshold, found)
             and _more_than_form(rows, present, table, score, found, None)
-            and _holds(table, score, present.fit)
+            and holds(table, score, present.fit)
         ):
             taken.add(score.hypothesis.joints)
             tuned, *forms = refined(rows, present, score)
@@ -349,8 +303,6 @@ __all__ = [
     "SEARCHED",
     "Asked",
     "Found",
-    "acts_on",
-    "held_out_gains",
     "next_effects",
     "seat_of",
     "taken_in",

@@ -4,7 +4,8 @@ import numpy as np
 
 from ident.effects.effect import Hypothesis
 from ident.gap.fit import mean_log_ratio, predicted_rms
-from ident.gap.naming import Found, acts_on, taken_in
+from ident.gap.held_out import acts_on
+from ident.gap.naming import Found, taken_in
 from ident.gap.search import HELD_OUT, Present
 from ident.gap.table import tabulate
 from ident.gap.uncertainty import clear
