@@ -25,7 +25,7 @@ class AsymmetricViscous:
     contains = ()
     experiment = "several constant speeds in each direction over the same range"
     compares = False
-    freedom = Freedom.NONE
+    freedom = Freedom.EITHER_WAY
     smooth = True
     uses = ()
     settings = ()

@@ -214,6 +214,7 @@ class Freedom(Enum):
 
     NONE = "nothing: its equation leaves no freedom"
     SPEED = "a curve over the joint's speed, which follows its direction"
+    EITHER_WAY = "a curve over the joint's speed, the same in both directions"
     POSITION = "a curve over the joint's position"
     TIME = "a curve over time, of friction"
     ANY = "anything"

@@ -1,7 +1,11 @@
 """The thresholds of one data set, from effect-free data of the fitted arm."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from multiprocessing import get_context
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,9 +28,11 @@ from ident.gap.residual import Residual, residuals
 from ident.gap.scan import chance_gains
 from ident.gap.search import SEARCHED, Present, all_hypotheses, begin, examine, extend
 from ident.gap.stretch import stretches
-from ident.gap.table import FOLDS, Known, Nominal, Table, nominal, tabulate
+from ident.gap.table import FOLDS, Nominal, Table, nominal, tabulate
 from ident.gap.trusted import known_torque
-from ident.simulation.arm import simulated_arm
+from ident.gap.windows import Windows
+from ident.simulation.arm import SimulatedArm, simulated_arm
+from ident.simulation.loop import Controller, Wire
 from wamctl.arm.errors import DataError
 
 Array = NDArray[np.floating]
@@ -34,6 +40,7 @@ Tell = Callable[[str], None]
 
 _CHANCE_DRAWS = 100
 _CHANCE_QUANTILE = 0.99
+_WORTH_PROCESSES = 40_000  # samples: fewer are searched before another process is ready
 
 
 def calibrated(
@@ -70,30 +77,57 @@ def calibrated(
     n = source.arm.robot.dof
     nothing = simulated_arm(present.model.facts.chain, np.zeros(10 * n), np.zeros(n), np.zeros(n))
     arm = null_arm(fitted, present.accepted, nothing)
-    gains, structure = [], []
+    run = partial(_run, _Plan(source, arm, (loop[0], loop[1]), rows.windows, rows.kept, present))
+    draws = []
     for draw in range(runs[0]):
-        tell(f"effect-free run {draw + 1} of {runs[0]}")
         rng = np.random.default_rng(runs[1] + draw)
-        disturbance = [
-            _disturbance(rows, left, log, data, rng) for log, data in enumerate(source.datasets)
-        ]
-        try:
-            data = simulated_datasets(source, arm, (loop[0], loop[1]), disturbance, rng)
-        except DataError:
-            continue
-        gain, most = _run(rows, present, data, known_torque(source))
-        gains.append(gain)
-        structure.append(most)
-    return raised(threshold, gains, structure)
+        noises = [_disturbance(rows, left, log, d, rng) for log, d in enumerate(source.datasets)]
+        draws.append((noises, rng))
+    found = []
+    for done, outcome in enumerate(_in_turn(run, draws, source)):
+        tell(f"effect-free run {done + 1} of {runs[0]}")
+        if outcome is not None:
+            found.append(outcome)
+    return raised(threshold, [gains for gains, _ in found], [most for _, most in found])
 
 
-def _run(
-    rows: Nominal, present: Present, data: Sequence[Dataset], known: tuple[Known, Array] | None
-) -> tuple[dict[str, float], float]:
-    """Largest gain of each effect, and of nameless structure, in effect-free data."""
-    facts = present.model.facts
-    parts = stretches(data, rows.windows)
-    simulated = nominal(parts, rows.windows, facts, rows.kept, known)
+@dataclass(frozen=True)
+class _Plan:
+    """What an effect-free run needs, and no more: it may go to another process."""
+
+    source: Experiment
+    arm: SimulatedArm
+    loop: tuple[Controller, Wire]
+    windows: Windows
+    kept: NDArray[np.int64]
+    present: Present
+
+
+_Draw = tuple[list[Array], np.random.Generator]
+_Outcome = tuple[dict[str, float], float] | None
+
+
+def _in_turn(
+    run: Callable[[_Draw], _Outcome], draws: Sequence[_Draw], source: Experiment
+) -> Iterator[_Outcome]:
+    """All runs' outcomes in their order, in several processes where that pays."""
+    workers = min(len(draws), os.cpu_count() or 1)
+    if workers < 2 or sum(d.samples for d in source.datasets) < _WORTH_PROCESSES:
+        yield from map(run, draws)
+        return
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        yield from pool.map(run, draws)
+
+
+def _run(plan: _Plan, draw: _Draw) -> _Outcome:
+    """Largest gain of each effect, and of nameless structure; None: the arm does not follow."""
+    source, present, facts = plan.source, plan.present, plan.present.model.facts
+    try:
+        data = simulated_datasets(source, plan.arm, plan.loop, *draw)
+    except DataError:
+        return None
+    parts = stretches(data, plan.windows)
+    simulated = nominal(parts, plan.windows, facts, plan.kept, known_torque(source))
     now = begin(simulated, facts)
     if present.accepted:
         now = extend(simulated, now, present.accepted)

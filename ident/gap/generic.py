@@ -97,6 +97,7 @@ def form_columns(seen: Observed, extent: Range, joint: int, freedom: Freedom) ->
     qd, way = seen.qd[:, [joint]], seen.direction[:, [joint]]
     columns = {
         Freedom.SPEED: fast * way,
+        Freedom.EITHER_WAY: fast,
         Freedom.POSITION: place,
         Freedom.TIME: np.column_stack([late * way, late * qd]),
     }
