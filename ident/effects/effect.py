@@ -95,6 +95,7 @@ class Observed:
         speed: velocity from which directions are taken [rad/s], shape (S, n).
         direction: smoothed sign of each joint's velocity, shape (S, n).
         load: rigid-body torque of the present model [N m], shape (S, n).
+        carried: torque of effects in the model that act on the links beside it [N m], shape (S, n).
         gravity: the part of it that the arm at rest would need [N m], shape (S, n).
         viscous, coulomb: joint friction of the present model [N m s/rad, N m], each of shape (n,).
         along: smoothed sign of any speed, with the width of a given joint.
@@ -111,6 +112,7 @@ class Observed:
     speed: Array
     direction: Array
     load: Array
+    carried: Array
     gravity: Array
     viscous: Array
     coulomb: Array
@@ -299,6 +301,13 @@ class SaysTwice(Protocol):
     """An effect with a coefficient and a setting that are one number: how far they agree tells."""
 
     twice: tuple[str, str]
+
+
+@runtime_checkable
+class LoadsLink(Protocol):
+    """An effect whose torque acts on the link itself, as its weight does."""
+
+    loads_link: bool
 
 
 @runtime_checkable

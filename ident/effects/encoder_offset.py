@@ -17,6 +17,7 @@ class EncoderOffset:
     rivals = ("gravity_tilt", "joint_spring")
     contains = ()
     experiment = "all joints over their whole range; better, a kinematic calibration"
+    loads_link = True
     compares = False
     freedom = Freedom.NONE
     smooth = True

@@ -37,6 +37,7 @@ class GravityTilt:
     rivals = ("encoder_offset", "torque_offset")
     contains = ()
     experiment = "turn joint 1 through more than 180 degrees with the arm stretched out level"
+    loads_link = True
     compares = False
     freedom = Freedom.NONE
     smooth = True

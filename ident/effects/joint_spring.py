@@ -26,6 +26,7 @@ class JointSpring:
     rivals = ("torque_offset", "gravity_tilt", "encoder_offset")
     contains = ("torque_offset",)
     experiment = "move the joint alone over more than 2 rad, slowly, in several poses of the others"
+    loads_link = True
     compares = False
     freedom = Freedom.POSITION
     smooth = True

@@ -20,6 +20,7 @@ class Payload:
     rivals = ("encoder_offset", "gravity_tilt")
     contains = ()
     experiment = "the same motion with and without the load"
+    loads_link = True
     compares = True
     freedom = Freedom.NONE
     smooth = True

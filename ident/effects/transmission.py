@@ -37,16 +37,16 @@ class Transmission:
     def change(self, seen: Observed, joint: int) -> Array:
         """What the link's motion beside its motor changes in the joints' torque, shape (S, n)."""
         j, motor = joint, self.motor_inertia
-        slopes = seen.slopes(j)
+        slopes, load = seen.slopes(j), seen.load[:, j] + seen.carried[:, j]
         inertia = np.maximum(slopes.acceleration[:, j] - motor, LIGHT)
-        pull = seen.qdd[:, j] - (seen.load[:, j] - motor * seen.qdd[:, j]) / inertia
+        pull = seen.qdd[:, j] - (load - motor * seen.qdd[:, j]) / inertia
         friction = self.rubbing * np.maximum([[seen.coulomb[j]], [seen.viscous[j]]], 0.0)
         grip = np.zeros_like(inertia)
-        start = self.compliance * seen.load[0, j]
+        start = self.compliance * load[0]
         if self.compliance > 0.0:
             grip = 1.0 / (self.compliance * inertia)
         else:
-            start = (1.0 - self.rubbing) * seen.load[0, j] + self.rubbing * seen.tau[0, j]
+            start = (1.0 - self.rubbing) * load[0] + self.rubbing * seen.tau[0, j]
             start = np.copysign(self.half_play, start)
         q, qd = np.ascontiguousarray(seen.q[:, j]), np.ascontiguousarray(seen.qd[:, j])
         period = 1.0 / seen.rate_hz

@@ -12,7 +12,7 @@ from ident.effects.effect import ArmFacts, Hypothesis
 from ident.gap.model import effect_of
 from ident.gap.region import slow_speed
 from ident.gap.stretch import Stretch, smoothed
-from ident.gap.table import PresentModel, observed
+from ident.gap.table import PresentModel, observed, on_links
 from ident.gap.turning import USUAL, Mixture
 from ident.model import Model
 from ident.simulation.chain import chain_of
@@ -32,7 +32,7 @@ def without_effects(model: Model, data: Dataset) -> Dataset:
     """
     effects = [effect_of(entry) for entry in model.effects]
     effects = [(h, values) for h, values in effects if "log" not in h.settings]
-    present = _present(model, data)
+    present = _present(model, data, effects)
     segments = [
         cleaned
         for s in data.segments
@@ -43,7 +43,9 @@ def without_effects(model: Model, data: Dataset) -> Dataset:
     return in_memory(data, data.rate_hz, segments)
 
 
-def _present(model: Model, data: Dataset) -> PresentModel:
+def _present(
+    model: Model, data: Dataset, effects: Sequence[tuple[Hypothesis, Array]]
+) -> PresentModel:
     n = model.robot.dof
     tau = np.max([np.abs(s.tau).max(axis=0) for s in data.segments], axis=0)
     pose = np.nan_to_num(np.concatenate([s.q for s in data.segments]).mean(axis=0))
@@ -59,7 +61,8 @@ def _present(model: Model, data: Dataset) -> PresentModel:
     )
     slow = np.full(n, slow_speed(Mixture(USUAL).width))
     viscous, coulomb = model.parameter("fv"), model.parameter("fc")
-    return PresentModel(facts, viscous, coulomb, np.tile(USUAL, (n, 1)), slow)
+    carried = on_links([h for h, _ in effects], [values for _, values in effects])
+    return PresentModel(facts, viscous, coulomb, np.tile(USUAL, (n, 1)), slow, carried)
 
 
 def _cleaned(

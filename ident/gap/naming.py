@@ -103,7 +103,7 @@ def next_effects(
         if _believable(score, before, asked.threshold, found) and _more_than_form(
             rows, present, table, score, found, asked.noise
         ):
-            there = _where_itholds(rows, present, table, score)
+            there = _where_it_holds(rows, present, table, score)
             if there is not None:
                 leader = _found(rows, present, *there, scores)
                 alike = _alike(rows, table, present, scores, leader, asked.threshold, found)
@@ -112,7 +112,7 @@ def next_effects(
     return [], scores
 
 
-def _where_itholds(
+def _where_it_holds(
     rows: Nominal, present: Present, table: Table, score: Score
 ) -> tuple[Table, Score] | None:
     """An effect that holds on every fold: as it is, or once settings that were far off are met."""

@@ -12,7 +12,7 @@ from ident.effects.effect import ArmFacts, Effect, Hypothesis, Reshapes, Setting
 from ident.gap.fit import Choice, Fit, fit
 from ident.gap.region import SLOW, slow_speed
 from ident.gap.scan import EXACT_PER_PLACE, Score, choose_shapes, scan
-from ident.gap.table import Nominal, PresentModel, Table, tabulate
+from ident.gap.table import Nominal, PresentModel, Table, on_links, tabulate
 from ident.gap.turning import USUAL, Mixture
 
 Array = NDArray[np.floating]
@@ -74,14 +74,15 @@ def _settled(rows: Nominal, present: Present) -> Present:
         choice = Choice(present.model.shapes, tuple(table.slots.values()))
         found = choose_shapes(table.grams.of(SEARCHED), choice)
         least = slow if settling > 1 else np.zeros_like(slow)
-        model = _updated(rows, present.model, found, least)
+        model = _updated(rows, present, found, least)
         present = Present(model, present.accepted, found)
         if settling and (model.slow == slow).all():
             break
     return present
 
 
-def _updated(rows: Nominal, model: PresentModel, found: Fit, least: Array) -> PresentModel:
+def _updated(rows: Nominal, present: Present, found: Fit, least: Array) -> PresentModel:
+    model = present.model
     b, n = len(rows.kept), model.facts.dof
     delta = model.facts.delta.copy()
     if b:
@@ -94,6 +95,7 @@ def _updated(rows: Nominal, model: PresentModel, found: Fit, least: Array) -> Pr
         found.x[b + n : b + 2 * n],
         shapes,
         np.maximum(least, [slow_speed(Mixture(s).width) for s in shapes]),
+        on_links(present.accepted, found.effects),
     )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import ArmFacts, Hypothesis, Observed
+from ident.effects.effect import ArmFacts, Hypothesis, LoadsLink, Observed
 from ident.gap.fit import Slot
 from ident.gap.grams import Grams, Layout, joint_products
 from ident.gap.region import Region, regions
@@ -65,6 +65,7 @@ class PresentModel:
         viscous, coulomb: joint friction, each of shape (n,).
         shapes: parts of the reversal curves of each joint, shape (n, T).
         slow: speed below which each joint counts as turning [rad/s], shape (n,).
+        carried: effects that act on the links, with their coefficients.
     """
 
     facts: ArmFacts
@@ -72,6 +73,7 @@ class PresentModel:
     coulomb: Array
     shapes: Array
     slow: Array
+    carried: tuple[tuple[Hypothesis, Array], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -162,6 +164,14 @@ def _turning_columns(s: Stretch, windows: Windows) -> Array:
     )
 
 
+def on_links(
+    effects: Sequence[Hypothesis], values: Sequence[Array]
+) -> tuple[tuple[Hypothesis, Array], ...]:
+    """Those effects that act on the links, with their coefficients."""
+    pairs = zip(effects, values, strict=True)
+    return tuple((h, v) for h, v in pairs if isinstance(catalogue()[h.effect], LoadsLink))
+
+
 def observed(s: Stretch, model: PresentModel, every: int) -> tuple[Observed, Observed]:
     """What effects may look at in a stretch: all samples, and every so-manieth.
 
@@ -173,16 +183,23 @@ def observed(s: Stretch, model: PresentModel, every: int) -> tuple[Observed, Obs
     still = np.zeros_like(q)
     load = torques(facts.chain, facts.delta, q, qd, qdd)
     gravity = torques(facts.chain, facts.delta, q, still, still)
-    coarse = _seen(s, model, middle, every, (load, gravity))
+    carried = np.zeros_like(q)
+    coarse = _seen(s, model, middle, every, (load, carried, gravity))
+    for h, values in model.carried:
+        carried[:, list(h.rows)] += catalogue()[h.effect].columns(coarse, h) @ values
     fine = tuple(
         np.column_stack([np.interp(s.t, coarse.t, column) for column in part.T])
-        for part in (load, gravity)
+        for part in (load, carried, gravity)
     )
-    return _seen(s, model, slice(None), 1, (fine[0], fine[1])), coarse
+    return _seen(s, model, slice(None), 1, (fine[0], fine[1], fine[2])), coarse
 
 
 def _seen(
-    s: Stretch, model: PresentModel, samples: slice, every: int, torque: tuple[Array, Array]
+    s: Stretch,
+    model: PresentModel,
+    samples: slice,
+    every: int,
+    torque: tuple[Array, Array, Array],
 ) -> Observed:
     shapes = [Mixture(parts) for parts in model.shapes]
     direction = [m(s.q[:, j], s.speeds[..., j])[samples] for j, m in enumerate(shapes)]
@@ -199,7 +216,8 @@ def _seen(
         speed=np.stack(speed, axis=-1),
         direction=np.stack(direction, axis=-1),
         load=torque[0],
-        gravity=torque[1],
+        carried=torque[1],
+        gravity=torque[2],
         viscous=model.viscous,
         coulomb=model.coulomb,
         along=lambda joint, other: shapes[joint].along(other),
@@ -319,7 +337,7 @@ def _key(h: Hypothesis, model: PresentModel, stretch: int) -> tuple[object, ...]
     parameters = model.facts.delta.tobytes() if "model" in uses else b""
     if "friction" in uses or ("torque" in uses and not model.facts.commanded):
         whole = (model.facts.delta, model.viscous, model.coulomb, model.shapes)
-        parameters = b"".join(x.tobytes() for x in whole)
+        parameters = b"".join(x.tobytes() for x in (*whole, *(v for _, v in model.carried)))
     return (stretch, *h.key, direction, parameters)
 
 

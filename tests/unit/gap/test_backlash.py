@@ -84,7 +84,21 @@ def test_an_arm_of_which_two_joints_move_can_have_play(source):
     q = np.random.default_rng(0).uniform(-1.0, 1.0, (50, 7))
     load = torques(facts.chain, delta, q, q, q)
     seen = Observed(
-        facts, 100.0, q[:, 0], q, q, q, q, q, q, load, load, np.ones(7), np.ones(7), np.sign
+        facts,
+        100.0,
+        q[:, 0],
+        q,
+        q,
+        q,
+        q,
+        q,
+        q,
+        load,
+        0 * load,
+        load,
+        np.ones(7),
+        np.ones(7),
+        np.sign,
     )
     effect = catalogue()["backlash"]
     for hypothesis in effect.hypotheses(facts):

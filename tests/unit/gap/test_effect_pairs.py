@@ -79,7 +79,7 @@ def test_a_tilt_is_the_same_for_arms_that_a_level_base_cannot_tell_apart(tilt):
     columns, whole = [], []
     for delta in (facts.delta, facts.delta + heavy):
         other = replace(facts, delta=delta)
-        still = [rest] * 9
+        still = [rest] * 10
         seen = Observed(other, 500.0, q[:, 0], q, *still, np.sign)
         columns.append(catalogue()["gravity_tilt"].columns(seen, hypothesis) @ values)
         arm = replace(wam(), delta=delta)
