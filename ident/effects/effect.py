@@ -304,6 +304,15 @@ class SaysTwice(Protocol):
 
 
 @runtime_checkable
+class Judges(Protocol):
+    """An effect that knows of values, found by tuning, which it cannot have."""
+
+    def makes_sense(self, hypothesis: Hypothesis, values: Array) -> bool:
+        """Whether an effect with these coefficients, of shape (k,), can be meant."""
+        ...
+
+
+@runtime_checkable
 class LoadsLink(Protocol):
     """An effect whose torque acts on the link itself, as its weight does."""
 

@@ -21,6 +21,7 @@ _SHARES = (
     *(round(0.05 * 1.17**k, 3) for k in range(17)),
     *(0.69, 0.75, 0.8, 0.84, 0.875, 0.905, 0.93, 0.95, 0.965, 0.978, 0.988),
 )
+_NOT_ALL = 0.1  # so much more or less than all that is beyond the limit: no limit
 
 
 class TorqueSaturation:
@@ -58,6 +59,10 @@ class TorqueSaturation:
         beyond = tau - np.clip(tau, -limit, limit)
         often = np.mean(beyond != 0.0) > _MOST
         return (beyond * (0.0 if often else 1.0))[:, None, None]
+
+    def makes_sense(self, hypothesis: Hypothesis, values: Array) -> bool:
+        """Of what is beyond the limit, all is cut off."""
+        return abs(float(values[0]) - 1.0) < _NOT_ALL
 
     def restated(self, hypothesis: Hypothesis, values: dict[str, Value]) -> dict[str, Value]:
         """The limit itself."""

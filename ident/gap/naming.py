@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Freedom, Hypothesis
+from ident.effects.effect import Freedom, Hypothesis, Judges
 from ident.gap.fit import Fit, mean_squares
 from ident.gap.form import may_be_form, stands_beside
 from ident.gap.held_out import held_out_gains, holds
@@ -104,8 +104,12 @@ def next_effects(
             rows, present, table, score, found, asked.noise
         ):
             there = _where_it_holds(rows, present, table, score)
-            if there is not None:
-                leader = _found(rows, present, *there, scores)
+            if there is None and not blocked:
+                pair = _pair(rows, present, score, hypotheses, asked.threshold, found)
+                if pair:
+                    return pair, scores
+            leader = None if there is None else _found(rows, present, *there, scores)
+            if leader is not None and _makes_sense(leader.score):
                 alike = _alike(rows, table, present, scores, leader, asked.threshold, found)
                 return [leader, *alike], scores
         blocked |= set(seat)
@@ -123,6 +127,54 @@ def _where_it_holds(
         return None
     table, scores = examine(rows, present, [tuned.hypothesis])
     return (table, scores[0]) if scores and holds(table, scores[0], present.fit) else None
+
+
+def _pair(
+    rows: Nominal,
+    present: Present,
+    score: Score,
+    hypotheses: Sequence[Hypothesis],
+    threshold: Threshold,
+    found: Sequence[Found],
+) -> list[Found]:
+    """An effect that holds nowhere alone, and another one at its seat, beside which both do.
+
+    Two effects of one joint may each spoil what the other one would show.
+    """
+    seat = set(seat_of(score, present.fit))
+    near = [h for h in hypotheses if seat & set(h.joints) and h.effect != score.hypothesis.effect]
+    with_first = extend(rows, present, [score.hypothesis])
+    second = _best_beside(rows, with_first, near, threshold, found)
+    if second is None or second.score.gain < score.gain:
+        return []
+    with_second = extend(rows, present, [second.hypothesis])
+    again = [score.hypothesis, *(h for h in near if h.effect != second.hypothesis.effect)]
+    first = _best_beside(rows, with_second, again, threshold, found)
+    if first is None or first.hypothesis.effect != score.hypothesis.effect:
+        return []
+    return [first, second]
+
+
+def _best_beside(
+    rows: Nominal,
+    present: Present,
+    hypotheses: Sequence[Hypothesis],
+    threshold: Threshold,
+    found: Sequence[Found],
+) -> Found | None:
+    """The best effect beside a model, if it may be believed and holds."""
+    table, scores = examine(rows, present, hypotheses)
+    best = scores[0] if scores else None
+    if best is None or not _believable(best, present.fit, threshold, found):
+        return None
+    there = _where_it_holds(rows, present, table, best)
+    leader = None if there is None else _found(rows, present, *there, scores)
+    return leader if leader is not None and _makes_sense(leader.score) else None
+
+
+def _makes_sense(score: Score) -> bool:
+    effect = catalogue()[score.hypothesis.effect]
+    return not isinstance(effect, Judges) or effect.makes_sense(score.hypothesis, score.values)
 
 
 def _believable(score: Score, before: Fit, threshold: Threshold, found: Sequence[Found]) -> bool:
