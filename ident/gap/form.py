@@ -83,8 +83,9 @@ def _beside(
     sliding = np.isin(table.fold, SEARCHED) & (table.region[:, joint] != Region.TURNING)
     left = residuals(table, present.fit)[joint].values
     here = joint_rows(table, present.fit, joint, sliding, left)
+    whole = float(here.error @ here.error)
     rest = [
-        float(here.error @ here.error) - 2 * projected(present.fit, here, c).fitted(here.error).gain
+        max(1e-12 * whole, whole - 2 * projected(present.fit, here, c).fitted(here.error).gain)
         for c in (np.zeros((len(own), 0)), own, curves, np.column_stack([curves, own]))
     ]
     alone, beside = np.log(rest[0] / rest[1]), np.log(rest[2] / rest[3])

@@ -105,7 +105,7 @@ def next_effects(
         ):
             there = _where_it_holds(rows, present, table, score)
             if there is None and not blocked:
-                pair = _pair(rows, present, score, hypotheses, asked.threshold, found)
+                pair = together(rows, present, score, hypotheses, asked.threshold, found)
                 if pair:
                     return pair, scores
             leader = None if there is None else _found(rows, present, *there, scores)
@@ -129,7 +129,7 @@ def _where_it_holds(
     return (table, scores[0]) if scores and holds(table, scores[0], present.fit) else None
 
 
-def _pair(
+def together(
     rows: Nominal,
     present: Present,
     score: Score,
@@ -358,4 +358,5 @@ __all__ = [
     "next_effects",
     "seat_of",
     "taken_in",
+    "together",
 ]

@@ -69,6 +69,16 @@ def test_what_a_blow_leaves_is_no_contact(loosened):
         assert struck(rows, end, burst) is blow
 
 
+def test_play_of_an_arm_on_a_tilted_base():
+    """The link falls through its play as the tilted base pulls it."""
+    arm = with_play(1, 4e-3)
+    gravity = arm.chain.gravity + np.cross([-0.05, 0.02, 0.0], arm.chain.gravity)
+    arm = replace(arm, chain=arm.chain._replace(gravity=gravity))
+    verdict = search(source_of(recorded(arm)), Options(null_runs=1), lambda _: None).verdict
+    names = sorted(f.hypothesis.effect for f in verdict.found)
+    assert (verdict.kind, names) == (Kind.NAMED, ["backlash", "gravity_tilt"])
+
+
 def test_a_motor_with_play_is_a_coordinate_of_its_own():
     arm, loosened = wam(), with_play(4, HALF)
     assert loosened.motor[4] == MOTOR[4]

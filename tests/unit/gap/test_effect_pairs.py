@@ -10,7 +10,9 @@ from closed_loop import recorded, source_of, sticking, wam
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import ArmFacts, Hypothesis, Observed
 from ident.gap.fit import Choice, fit
-from ident.gap.search import SEARCHED, refined
+from ident.gap.naming import together
+from ident.gap.null import least_threshold
+from ident.gap.search import SEARCHED, all_hypotheses, examine, refined
 from ident.gap.table import tabulate
 from ident.gap.uncertainty import finished
 from ident.gap.workflow import Options, search
@@ -50,6 +52,27 @@ def harness(t, q, qd, load, joint, settings, resistance, level):
     """A spring that hardens with the distance from where it rests."""
     far = q[joint] - settings[1]
     resistance[joint] += settings[0] * far * (1.0 + settings[2] * far * far)
+
+
+@term
+def sling(t, q, qd, load, joint, settings, resistance, level):
+    """A spring that gives way."""
+    resistance[joint] += settings[0] * np.tanh(q[joint] / settings[1])
+
+
+def test_two_effects_of_one_joint_that_hold_beside_each_other():
+    arm = wam(Term(sling, 5, (0.008, 0.7)))
+    rotor = np.zeros((7, 7))
+    rotor[5, 5] = 0.008
+    start = search(source_of(recorded(replace(arm, armature=rotor))), OPTIONS, lambda _: None)
+    present = start.start
+    own = [h for h in all_hypotheses(present.model.facts) if h.joints == (5,)]
+    _, scores = examine(start.rows, present, own)
+    first = next(s for s in scores if s.hypothesis.effect == "rotor_inertia")
+    pair = together(start.rows, present, first, own, least_threshold(), ())
+    assert [f.hypothesis.effect for f in pair] == ["rotor_inertia", "joint_spring"]
+    offset = next(s for s in scores if s.hypothesis.effect == "torque_offset")
+    assert together(start.rows, present, offset, own, least_threshold(), ()) == []
 
 
 def test_the_stiffness_of_a_spring_that_hardens_is_as_uncertain_as_its_form():
