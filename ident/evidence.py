@@ -2,10 +2,8 @@
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from multiprocessing import get_context
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +15,7 @@ from ident.dataset import Dataset
 from ident.feasible_set import Constraint, LinkSize, feasible_set, link_sizes
 from ident.instruments import Moments, moments
 from ident.problem import Problem, prior_parameters
+from ident.processes import in_processes
 from ident.processing import Processing, processing
 from ident.regression import BLOCKS, Reduction, least_squares, merged, reduction, squared_error
 from ident.rows import Regressor, Rows, rows_of
@@ -161,12 +160,11 @@ def _logs(data: Sequence[Dataset], arm: Arm, base: BaseMap, hear: Hear) -> tuple
             _log(d, arm, base, lambda share, i=i: hear((i + share) / len(data)))
             for i, d in enumerate(data)
         )
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        logs = []
-        for log in pool.map(partial(_log, arm=arm, base=base, hear=_deaf), data):
-            logs.append(log)
-            hear(len(logs) / len(data))
-        return tuple(logs)
+    logs = []
+    for log in in_processes(partial(_log, arm=arm, base=base, hear=_deaf), data, workers):
+        logs.append(log)
+        hear(len(logs) / len(data))
+    return tuple(logs)
 
 
 def _log(data: Dataset, arm: Arm, base: BaseMap, hear: Hear) -> Log:

@@ -2,10 +2,8 @@
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
-from multiprocessing import get_context
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +29,7 @@ from ident.gap.stretch import stretches
 from ident.gap.table import FOLDS, Nominal, Table, nominal, tabulate
 from ident.gap.trusted import known_torque
 from ident.gap.windows import Windows
+from ident.processes import in_processes
 from ident.simulation.arm import SimulatedArm, simulated_arm
 from ident.simulation.loop import Controller, Wire
 from wamctl.arm.errors import DataError
@@ -113,10 +112,8 @@ def _in_turn(
     """All runs' outcomes in their order, in several processes where that pays."""
     workers = min(len(draws), os.cpu_count() or 1)
     if workers < 2 or sum(d.samples for d in source.datasets) < _WORTH_PROCESSES:
-        yield from map(run, draws)
-        return
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        yield from pool.map(run, draws)
+        return map(run, draws)
+    return in_processes(run, draws, workers)
 
 
 def _run(plan: _Plan, draw: _Draw) -> _Outcome:
