@@ -82,9 +82,10 @@ def calibrated(
         rng = np.random.default_rng(runs[1] + draw)
         noises = [_disturbance(rows, left, log, d, rng) for log, d in enumerate(source.datasets)]
         draws.append((noises, rng))
+    tell(f"simulating {runs[0]} effect-free runs")
     found = []
     for done, outcome in enumerate(_in_turn(run, draws, source)):
-        tell(f"effect-free run {done + 1} of {runs[0]}")
+        tell(f"effect-free run {done + 1} of {runs[0]} searched")
         if outcome is not None:
             found.append(outcome)
     return raised(threshold, [gains for gains, _ in found], [most for _, most in found])
