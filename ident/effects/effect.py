@@ -279,6 +279,15 @@ class Reshapes(Protocol):
 
 
 @runtime_checkable
+class Linearises(Protocol):
+    """An effect that is not linear in its coefficients: its columns are formed about some."""
+
+    def about(self, hypothesis: Hypothesis, values: Array) -> Hypothesis:
+        """The same with its columns formed about coefficients of shape (k,)."""
+        ...
+
+
+@runtime_checkable
 class Steepens(Protocol):
     """A drag beside the viscous one: where the two fall with speed from rest on, it is another."""
 

@@ -4,18 +4,28 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Freedom, Hypothesis, Observed
+from ident.effects.effect import (
+    ArmFacts,
+    Array,
+    Coefficient,
+    Freedom,
+    Hypothesis,
+    Observed,
+    Setting,
+)
 from ident.simulation.arm import SimulatedArm
 from ident.simulation.regressor import regressor
 
+_FARTHEST_M = 1.0  # of a payload's centre from the last link's frame
+
 
 class Payload:
-    """tau = .. + Y_tool (m, m c)."""
+    """tau = .. + Y_tool (L, m c, m), with the tensor L of a point mass m at c."""
 
     id = "payload"
     title = "a mass at the tool"
-    equation = "tau += Y_n(q, qd, qdd) (m, m c), the last link's columns of (6)"
-    source = "Khalil, Gautier, Lemoine 2007, eq. (10), mass and first moment only"
+    equation = "tau += Y_n(q, qd, qdd) (L, m c, m), the last link's columns of (6)"
+    source = "Khalil, Gautier, Lemoine 2007, eq. (10), with the tensor L of a point mass"
     signature = "gravity and inertia on all joints, as if the last link had become heavier"
     rivals = ("encoder_offset", "gravity_tilt")
     contains = ()
@@ -25,30 +35,61 @@ class Payload:
     freedom = Freedom.NONE
     smooth = True
     uses = ()
-    settings = ()
+    settings = tuple(
+        Setting(f"about_{axis}", "m", (0.0,), -_FARTHEST_M, _FARTHEST_M, even=True, reported=False)
+        for axis in "xyz"
+    )
 
     def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
         """One: all joints feel it."""
         names = (
             Coefficient("mass", "kg", lower=0.0),
-            *(Coefficient(f"first_moment_{s}", "kg m") for s in "xyz"),
+            *(Coefficient(f"first_moment_{axis}", "kg m") for axis in "xyz"),
         )
-        return [Hypothesis(self.id, (arm.dof - 1,), tuple(range(arm.dof)), names)]
+        settings = {s.name: 0.0 for s in self.settings}
+        return [Hypothesis(self.id, (arm.dof - 1,), tuple(range(arm.dof)), names, settings)]
+
+    def about(self, hypothesis: Hypothesis, values: Array) -> Hypothesis:
+        """With the tensor's slopes at the centre that a mass and first moment have."""
+        mass, first = values[0], values[1:]
+        if not mass > 0.0:
+            return hypothesis
+        centre = np.clip(first / mass, -_FARTHEST_M, _FARTHEST_M)
+        settings = {s.name: float(c) for s, c in zip(self.settings, centre, strict=True)}
+        return replace(hypothesis, settings=settings)
 
     def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
-        """The last link's mass and first moment."""
-        rows = regressor(seen.arm.chain, seen.q, seen.qd, seen.qdd)
-        last = 10 * (seen.arm.dof - 1)
-        return rows[:, :, [last + 9, last + 6, last + 7, last + 8]]
+        """The last link's mass and first moment, with the change of its tensor with each."""
+        centre = np.array([hypothesis.settings[s.name] for s in self.settings])
+        rows = regressor(seen.arm.chain, seen.q, seen.qd, seen.qdd)[:, :, -10:]
+        return rows[:, :, [9, 6, 7, 8]] + rows[:, :, :6] @ _tensor_slopes(centre)
 
     def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
         """A heavier last link, with the tensor of a point mass at the payload's centre."""
         delta = arm.delta.copy()
         mass, first = values[0], np.asarray(values[1:])
         centre = first / mass if mass > 0.0 else np.zeros(3)
-        tensor = mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
-        delta[-10:] += np.concatenate([tensor[np.triu_indices(3)], first, [mass]])
+        delta[-10:] += np.concatenate([mass * _tensor(centre), first, [mass]])
         return replace(arm, delta=delta)
+
+
+def _tensor(centre: Array) -> Array:
+    """xx, xy, xz, yy, yz, zz of a point of 1 kg [m^2], shape (6,)."""
+    return (centre @ centre * np.eye(3) - np.outer(centre, centre))[np.triu_indices(3)]
+
+
+def _tensor_slopes(centre: Array) -> Array:
+    """Slopes of (p.p 1 - p p^T) / m in m and p, where p = m centre, shape (6, 4).
+
+    The tensor is homogeneous of degree one: these slopes times (m, p) are the tensor itself.
+    """
+    axes = np.eye(3)
+    along = [
+        2.0 * c * axes - np.outer(e, centre) - np.outer(centre, e)
+        for c, e in zip(centre, axes, strict=True)
+    ]
+    slopes = [-_tensor(centre), *(t[np.triu_indices(3)] for t in along)]
+    return np.stack(slopes, axis=-1)
 
 
 EFFECT = Payload()

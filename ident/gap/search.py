@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import ArmFacts, Effect, Hypothesis, Reshapes, Setting
+from ident.effects.effect import ArmFacts, Effect, Hypothesis, Linearises, Reshapes, Setting
 from ident.gap.fit import Choice, Fit, fit
 from ident.gap.region import SLOW, slow_speed
 from ident.gap.scan import EXACT_PER_PLACE, Score, choose_shapes, scan
@@ -26,6 +26,7 @@ HELD_OUT = 2
 _SETTLINGS = 6
 _REFINEMENTS = 3
 _EXACT_OF_REFINED = 20
+_LINEARISATIONS = 3
 _PROMISING = 0.8  # of the best form's gain: others are tuned no further
 _CLOSER = 2.5  # times closer with each refinement
 _FINER = 7  # points of each refinement
@@ -123,6 +124,8 @@ def examine(
 def refined(rows: Nominal, present: Present, score: Score) -> list[Score]:
     """The same effect at the same place with its settings tuned, one of each form, best first."""
     effect = catalogue()[score.hypothesis.effect]
+    if isinstance(effect, Linearises):
+        return [_linearised(rows, present, effect, score)]
     best = {_form(effect, score.hypothesis): score}
     for finer, late in itertools.product(range(_REFINEMENTS), (False, True)):
         near = [n for s in best.values() for n in _neighbours(effect, s.hypothesis, finer, late)]
@@ -136,6 +139,16 @@ def refined(rows: Nominal, present: Present, score: Score) -> list[Score]:
         most = max(s.merit for s in best.values())
         best = {form: s for form, s in best.items() if s.merit > _PROMISING * most}
     return sorted(best.values(), key=lambda s: -s.merit)
+
+
+def _linearised(rows: Nominal, present: Present, effect: Linearises, score: Score) -> Score:
+    """An effect with its columns formed about the coefficients that it comes out with."""
+    for _ in range(_LINEARISATIONS):
+        _, found = examine(rows, present, [effect.about(score.hypothesis, score.values)])
+        if not found:
+            break
+        score = found[0]
+    return score
 
 
 def _moved(setting: Setting, value: float, finer: int) -> list[float]:
