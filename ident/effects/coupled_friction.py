@@ -15,6 +15,8 @@ from ident.effects.effect import (
 )
 from ident.simulation.arm import SimulatedArm, Term, term
 
+_SHARP = "sharp"
+
 
 @term
 def _drag(t, q, qd, load, joint, settings, resistance, level):
@@ -64,11 +66,18 @@ class CoupledFriction:
     def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
         """Direction, and speed, of each motor, through its lever arms to the two joints."""
         pair, rows = list(hypothesis.joints), _rows(hypothesis)
-        turning = [seen.along(pair[0], s) for s in (seen.speed[:, pair] @ rows.T).T]
+        speeds = (seen.speed[:, pair] @ rows.T).T
+        turning = [
+            np.sign(s) if _SHARP in hypothesis.settings else seen.along(pair[0], s) for s in speeds
+        ]
         columns = [np.stack(turning, axis=-1)[:, None, :] * rows.T]
         if hypothesis.variant == "with drag":
             columns.append((seen.qd[:, pair] @ rows.T)[:, None, :] * rows.T)
         return np.concatenate(columns, axis=-1)
+
+    def bent(self, hypothesis: Hypothesis, values: Array) -> Hypothesis:
+        """Motors that turn round at once: nothing says how they do."""
+        return replace(hypothesis, settings={**hypothesis.settings, _SHARP: 1.0})
 
     def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
         """One more friction element for each motor."""
@@ -91,7 +100,7 @@ class CoupledFriction:
 
 def _rows(hypothesis: Hypothesis) -> Array:
     """Lever arms of the motors to the two joints, largest entry 1, shape (m, 2)."""
-    levers = [x for name, x in hypothesis.settings.items() if name != "ratio"]
+    levers = [x for name, x in hypothesis.settings.items() if name not in ("ratio", _SHARP)]
     rows = np.array(levers).reshape(-1, 2) * [1.0, hypothesis.settings.get("ratio", 1.0)]
     return rows / np.abs(rows).max(axis=1, keepdims=True)
 

@@ -330,10 +330,10 @@ class LoadsLink(Protocol):
 
 @runtime_checkable
 class Bends(Protocol):
-    """An effect whose form is the first term of a series: the next one tells what it is worth."""
+    """An effect whose form is one of several: how far another one moves its values is in doubt."""
 
     def bent(self, hypothesis: Hypothesis, values: Array) -> Hypothesis:
-        """The same with the next term after its coefficients, which have values of shape (k,)."""
+        """The same in another form, for coefficients of shape (k,); further terms come last."""
         ...
 
 

@@ -132,7 +132,7 @@ def _form_errors(h: Hypothesis, item: Found, slow: Array) -> dict[str, float]:
 def _bend_errors(
     rows: Nominal, end: Present, now: Fit, hypotheses: Sequence[Hypothesis], index: int
 ) -> dict[str, float]:
-    """Relative change of an effect's coefficients with the next term of its form."""
+    """Relative change of an effect's coefficients with another form of it, or its next term."""
     h, values = hypotheses[index], now.effects[index]
     effect = catalogue()[h.effect]
     if not isinstance(effect, Bends):

@@ -106,12 +106,14 @@ class Run:
 
     Attributes:
         cases: what is hidden; nothing, one, or two.
+        hidden: how, for each of them.
         log, free: with the effects, and the same arm without them.
         alone: with each effect by itself.
         bristles: joints (from 0) that give way before they slide.
     """
 
     cases: tuple[Case, ...]
+    hidden: tuple[Hidden, ...]
     log: Recording
     free: Recording
     alone: tuple[Recording, ...]
@@ -178,7 +180,7 @@ def run(seed: int, count: int, scale: float, families: list[str], motion_file: s
     parts = [make(c.family, c.joints, c.size, rng, matrix, seen) for c in cases]
     log = recorded(functools.reduce(together, parts)) if parts else free
     alone = tuple(recorded(p) for p in parts) if count > 1 else (log,) * count
-    return Run(tuple(cases), log, free, alone, bristles)
+    return Run(tuple(cases), tuple(parts), log, free, alone, bristles)
 
 
 def _command(log: Recording) -> Array:
@@ -201,8 +203,10 @@ def _body(
     return body, frozenset(int(j) for j in np.flatnonzero(distance))
 
 
-def truth_of(case: Case) -> dict[str, float]:
+def truth_of(case: Case, hidden: Hidden) -> dict[str, float]:
     """Sizes that the answer ought to give, by the name of the parameter; signs left out."""
+    if case.family == "coupled_friction":
+        return {f"coulomb_{m}": float(f) for m, f in enumerate(hidden.shared_level, 1)}
     name = {
         "torque_offset": "offset",
         "joint_spring": "stiffness",

@@ -113,7 +113,7 @@ def told(recorded: Run, found: Search, seed: int, seconds: float) -> Told:
             {name: [v.value, v.sd] for name, v in effect.items()}
             for effect in finished(found.rows, found.end, verdict.found).parameters
         ],
-        [truth_of(c) for c in recorded.cases],
+        [truth_of(c, h) for c, h in zip(recorded.cases, recorded.hidden, strict=True)],
         float((before[seat] - after[seat]) / gap) if gap > 0.0 else 0.0,
         right,
         wrong,
