@@ -82,9 +82,18 @@ class Exchange:
         for name, value in values.items():
             time.sleep(gap_s)
             self.tell(node, properties[name], value)
-            found = self.ask(node, properties[name], name)
+            found = self._read_back(node, properties[name], name, value)
             if found != value:
                 raise BusError(f"says {name} = {found} after it was set to {value}")
+
+    def _read_back(self, node: int, property_id: int, what: str, value: int) -> int:
+        """A property that was set; late answers to earlier questions say what it was before."""
+        found = self.ask(node, property_id, what)
+        for _ in range(ATTEMPTS - 1):
+            if found == value:
+                break
+            found = self.ask(node, property_id, what)
+        return found
 
     def census(self, gap_s: float, patience_s: float) -> set[int]:
         """Nodes that answer a question for STAT, which every Puck understands in every state.
