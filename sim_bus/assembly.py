@@ -6,15 +6,15 @@ from pathlib import Path
 
 import numpy as np
 
-from sim_bus.bits import BitTiming
-from sim_bus.devices import Devices, canopen_devices
-from sim_bus.hidden.catalogue import hidden, read_hidden_file
-from sim_bus.physics import Physics, plain_physics
-from sim_bus.plant import EndStops, Plant
-from sim_bus.puck_devices import classic_devices
-from sim_bus.rhythm import Rhythm
+from sim_bus.can_bus.frame_length import BitTiming
+from sim_bus.canopen.devices import canopen_devices
+from sim_bus.hidden_effects.catalogue import hidden, read_hidden_file
+from sim_bus.node import Devices, SyncSchedule
+from sim_bus.plant.physics import Physics, plain_physics
+from sim_bus.plant.plant import EndStops, Plant
+from sim_bus.plant.truth import Truth, draw_truth
+from sim_bus.puck.devices import classic_devices
 from sim_bus.simulated_arm import SimulatedArm
-from sim_bus.truth import Truth, draw_truth
 from wamctl.arm.config import (
     ArmFile,
     PuckDrivesSection,
@@ -42,7 +42,7 @@ class Simulation:
         is_fd: whether its drives speak CAN FD.
         timing: bit rates of its bus.
         period_ns: cycle time.
-        rhythm: the frames of a cycle.
+        schedule: the frames of a cycle.
     """
 
     arm: SimulatedArm
@@ -51,7 +51,7 @@ class Simulation:
     is_fd: bool
     timing: BitTiming
     period_ns: int
-    rhythm: Rhythm
+    schedule: SyncSchedule
 
 
 def load_simulation(
@@ -93,7 +93,7 @@ def load_simulation(
     data_bit_s = file.bus.data_bitrate_bit_s or file.bus.bitrate_bit_s
     timing = BitTiming(file.bus.bitrate_bit_s, data_bit_s)
     return Simulation(
-        arm, file.drives.node_ids, truth, file.bus.is_fd, timing, period_ns, devices.rhythm
+        arm, file.drives.node_ids, truth, file.bus.is_fd, timing, period_ns, devices.schedule
     )
 
 

@@ -14,11 +14,11 @@ from typing import Annotated
 import typer
 
 from sim_bus.assembly import Simulation, load_simulation
+from sim_bus.can_bus.hub import Hub
+from sim_bus.can_bus.hubs import open_hub
 from sim_bus.faults.assembly import load_faulty_simulation
-from sim_bus.hub import Hub
-from sim_bus.hubs import open_hub
+from sim_bus.plant.truth import write_truth
 from sim_bus.server import Arm, Lockstep, RealTime, Service, serve
-from sim_bus.truth import write_truth
 from wamctl.arm.errors import UserError
 
 app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
@@ -58,7 +58,7 @@ def _serve(
         simulation, arm = _load(config, seed, hidden, faults)
         if truth is not None:
             write_truth(truth, simulation.truth)
-        simulation.arm.plant.rehearse()
+        simulation.arm.plant.warm_up()
         hub = open_hub(bus, simulation.is_fd)
         try:
             service, clock = _clock(simulation, arm, hub, lockstep)
@@ -87,7 +87,7 @@ def _load(
 
 def _clock(simulation: Simulation, arm: Arm, hub: Hub, lockstep: bool) -> tuple[Service, str]:
     if lockstep:
-        return Lockstep(arm, hub, simulation.period_ns, simulation.rhythm), "lockstep"
+        return Lockstep(arm, hub, simulation.period_ns, simulation.schedule), "lockstep"
     return RealTime(arm, hub, simulation.timing), f"real time, {_raise_priority()}"
 
 

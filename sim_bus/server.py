@@ -4,12 +4,12 @@ import os
 import time
 from typing import Protocol
 
-from sim_bus.bits import BitTiming
-from sim_bus.frame import Frame
-from sim_bus.hub import Hub, Received
-from sim_bus.look_out import Source, readable, soon_readable
-from sim_bus.rhythm import Rhythm
-from sim_bus.wire import Wire
+from sim_bus.can_bus.arbitration import Arbitration
+from sim_bus.can_bus.frame import Frame
+from sim_bus.can_bus.frame_length import BitTiming
+from sim_bus.can_bus.hub import Hub, Received
+from sim_bus.can_bus.waiting import Source, readable, soon_readable
+from sim_bus.node import SyncSchedule
 
 _LONGEST_WAIT_NS = 1_000_000  # the physics stays this close behind the clock
 _LONGEST_HOLD_UP_NS = 500_000_000
@@ -78,7 +78,7 @@ class RealTime:
     def __init__(self, arm: Arm, hub: Hub, timing: BitTiming) -> None:
         self._arm = arm
         self._hub = hub
-        self._wire = Wire(timing)
+        self._wire = Arbitration(timing)
         self.load = self._wire.load
         self._origin_ns = time.monotonic_ns()
         self._last_ns, self._given_out_by_ns = 0, _NEVER_NS
@@ -144,17 +144,17 @@ class Lockstep:
         arm: drives and physics.
         hub: programs on the bus.
         period_ns: cycle time.
-        rhythm: frames that open and close a cycle.
+        schedule: frames that open and close a cycle.
     """
 
-    def __init__(self, arm: Arm, hub: Hub, period_ns: int, rhythm: Rhythm) -> None:
+    def __init__(self, arm: Arm, hub: Hub, period_ns: int, schedule: SyncSchedule) -> None:
         self._arm = arm
         self._hub = hub
         self._period_ns = period_ns
-        self._rhythm = rhythm
+        self._schedule = schedule
         self._now_ns = 0
         self._origin_ns = time.monotonic_ns()
-        self._passes = rhythm.sets_up_by_time
+        self._passes = schedule.sets_up_by_time
 
     def start(self) -> None:
         """Switch the drives on."""
@@ -163,7 +163,7 @@ class Lockstep:
     def take(self, received: Received) -> None:
         """A frame that a program has sent."""
         frame, sender = received.frame, received.sender
-        rhythm, opens = self._rhythm, self._rhythm.opens(frame)
+        schedule, opens = self._schedule, self._schedule.opens(frame)
         if opens:
             self._passes = False
             self._now_ns += self._period_ns
@@ -172,14 +172,14 @@ class Lockstep:
             self._now_ns = periods * self._period_ns
         if opens or self._passes:
             self._pass_on(self._arm.tick(self._now_ns))
-        late_ns = rhythm.torques_after_ns if frame.can_id in rhythm.torque_ids else 0
+        late_ns = schedule.torques_after_ns if frame.can_id in schedule.torque_ids else 0
         self._hub.deliver([frame], sender, self._now_ns)
         self._pass_on(self._arm.receive(self._now_ns + late_ns, frame))
         self._hub.settle(sender, self._now_ns)
         if opens:
             self._hub.flush()
-            self._arm.run_physics(self._now_ns + (rhythm.torques_after_ns or self._period_ns))
-        elif frame.can_id == rhythm.closing_id:
+            self._arm.run_physics(self._now_ns + (schedule.torques_after_ns or self._period_ns))
+        elif frame.can_id == schedule.closing_id:
             self._arm.run_physics(self._now_ns + self._period_ns)
 
     def catch_up(self, until_ns: int) -> float | None:

@@ -1,56 +1,16 @@
 """The arm with its drives: frames in, frames out, physics in between."""
 
 from collections.abc import Container, Sequence
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_bus.encoders import Encoders
-from sim_bus.frame import Frame
-from sim_bus.plant import Plant
+from sim_bus.can_bus.frame import Frame
+from sim_bus.node import MotorNode, Node
+from sim_bus.plant.encoders import Encoders
+from sim_bus.plant.plant import Plant
 
 Array = NDArray[np.floating]
-
-
-class Node(Protocol):
-    """A device on the bus; times are arguments [ns]."""
-
-    @property
-    def handlers(self) -> Container[int]:
-        """Identifiers of the frames that concern the node."""
-        ...
-
-    @property
-    def next_ns(self) -> int:
-        """When `tick` is due at the earliest."""
-        ...
-
-    def boot(self, time_ns: int) -> list[Frame]:
-        """Power-on."""
-        ...
-
-    def receive(self, time_ns: int, frame: Frame) -> list[Frame]:
-        """The answers to a frame."""
-        ...
-
-    def tick(self, time_ns: int) -> list[Frame]:
-        """What the node does by itself at a time."""
-        ...
-
-
-class MotorNode(Node, Protocol):
-    """A device on the bus that drives one motor."""
-
-    @property
-    def motor_torque_nm(self) -> float:
-        """Torque that the motor makes [N m]."""
-        ...
-
-    @property
-    def is_enabled(self) -> bool:
-        """Whether the power stage drives the motor."""
-        ...
 
 
 class SimulatedArm:

@@ -282,7 +282,7 @@ def main() -> None:
         dictionary.load_dictionary = functools.cache(
             dictionary.load_dictionary
         )  # once, not per run
-        load_simulation(config, 0).arm.plant.rehearse()
+        load_simulation(config, 0).arm.plant.warm_up()
         cases = list(product(names, PHASES))
         with ProcessPoolExecutor(asked.jobs, fork) as pool:
             for done, seed in enumerate(range(asked.first, asked.first + asked.seeds), 1):

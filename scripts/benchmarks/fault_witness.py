@@ -12,9 +12,9 @@ from typing import IO
 import numpy as np
 
 from sim_bus.assembly import Simulation
+from sim_bus.can_bus.frame import Frame
+from sim_bus.can_bus.socket_hub import SocketHub
 from sim_bus.faults.assembly import load_faulty_simulation
-from sim_bus.frame import Frame
-from sim_bus.hub import SocketHub
 from sim_bus.server import Arm, Lockstep, serve
 
 ALONE_S = 0.2
@@ -69,7 +69,7 @@ class Witness:
 
     def receive(self, time_ns: int, frame: Frame) -> list[Frame]:
         """A frame of the program."""
-        if not self.first_ns and self._simulation.rhythm.opens(frame):
+        if not self.first_ns and self._simulation.schedule.opens(frame):
             self.first_ns = time_ns
         return self._arm.receive(time_ns, frame)
 
@@ -145,11 +145,11 @@ def _serve(case: Case, telling: Connection, reading: int, writing: int) -> None:
     os.close(writing)
     said: list[str] = []
     simulation, arm = load_faulty_simulation(case.config, case.seed, case.faults, said.append)
-    simulation.arm.plant.rehearse()
+    simulation.arm.plant.warm_up()
     witness, hub = Witness(arm, simulation), SocketHub(case.socket)
     telling.send("ready")
     with os.fdopen(reading) as stop:
-        serve(Lockstep(witness, hub, simulation.period_ns, simulation.rhythm), hub, stop)
+        serve(Lockstep(witness, hub, simulation.period_ns, simulation.schedule), hub, stop)
     hub.close()
     witness.stay_alone()
     telling.send(Testimony(tuple(said), witness.first_ns, tuple(witness.spans)))

@@ -4,9 +4,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from sim_bus.assembly import Simulation, load_simulation
-from sim_bus.drive.canopen_drive import CanopenDrive
+from sim_bus.canopen.drive import CanopenDrive
 from sim_bus.faults.draw import drawn_faults
-from sim_bus.faults.drives import Victim
+from sim_bus.faults.drives import AffectedDrive
 from sim_bus.faults.faulty_arm import FaultyArm
 from sim_bus.faults.script import (
     Fault,
@@ -17,7 +17,7 @@ from sim_bus.faults.script import (
     WrongNode,
     read_fault_script,
 )
-from sim_bus.puck_drive import PuckDrive
+from sim_bus.puck.drive import PuckDrive
 from wamctl.arm.errors import ConfigurationError
 
 
@@ -43,38 +43,40 @@ def load_faulty_simulation(
     script = read_fault_script(faults)
     misnumbered = {f.node: f.becomes for f in script.faults if isinstance(f, WrongNode)}
     simulation = load_simulation(config, seed, effects, misnumbered)
-    victims = _victims(simulation)
-    _check(script, victims, faults)
-    drawn = drawn_faults(script.random, list(victims), seed).faults if script.random else ()
+    affected_drives = _affected_drives(simulation)
+    _check(script, affected_drives, faults)
+    drawn = drawn_faults(script.random, list(affected_drives), seed).faults if script.random else ()
     everything = (*script.faults, *drawn)
-    arm = FaultyArm(simulation.arm, everything, victims, simulation.rhythm, seed, tell)
+    arm = FaultyArm(simulation.arm, everything, affected_drives, simulation.schedule, seed, tell)
     return simulation, arm
 
 
-def _victims(simulation: Simulation) -> dict[int, Victim]:
+def _affected_drives(simulation: Simulation) -> dict[int, AffectedDrive]:
     pairs = zip(simulation.node_ids, simulation.arm.motors, strict=True)
     return {
-        node: Victim(simulation.arm, motor, drive)
+        node: AffectedDrive(simulation.arm, motor, drive)
         for motor, (node, drive) in enumerate(pairs)
         if isinstance(drive, CanopenDrive | PuckDrive)
     }
 
 
-def _check(script: FaultScript, victims: dict[int, Victim], faults: Path) -> None:
-    wrong = [f"faults.{k}{w}" for k, f in enumerate(script.faults) if (w := _wrong(f, victims))]
+def _check(script: FaultScript, affected_drives: dict[int, AffectedDrive], faults: Path) -> None:
+    wrong = [
+        f"faults.{k}{w}" for k, f in enumerate(script.faults) if (w := _wrong(f, affected_drives))
+    ]
     if wrong:
         raise ConfigurationError(faults, wrong)
 
 
-def _wrong(fault: Fault, victims: dict[int, Victim]) -> str:
-    """Why a fault cannot befall this arm; empty if it can."""
-    pucks = any(isinstance(v.drive, PuckDrive) for v in victims.values())
+def _wrong(fault: Fault, affected_drives: dict[int, AffectedDrive]) -> str:
+    """Why a fault cannot happen to this arm; empty if it can."""
+    pucks = any(isinstance(v.drive, PuckDrive) for v in affected_drives.values())
     if isinstance(fault, OnSafetyModule):
         return "" if pucks else f": {fault.fault} needs a classic arm with a safety module"
     if isinstance(fault, OnFrames) or fault.node == "host":
         return ""
-    if fault.node not in victims:
-        known = ", ".join(str(node) for node in victims)
+    if fault.node not in affected_drives:
+        known = ", ".join(str(node) for node in affected_drives)
         return f".node: no drive has node id {fault.node}; the drives are {known}"
     if pucks and isinstance(fault, OnlyCanopen):
         return f": {fault.fault} is a fault of CANopen drives, not of classic Pucks"

@@ -1,9 +1,10 @@
-"""What a fault does to a drive, and what its end undoes."""
+"""Faults of drives: how each begins and ends."""
 
 from dataclasses import dataclass
 
-from sim_bus.drive.canopen_drive import CanopenDrive
-from sim_bus.drive.emergency import ErrorCode
+from sim_bus.can_bus.frame import Frame
+from sim_bus.canopen.drive import CanopenDrive
+from sim_bus.canopen.emergency import ErrorCode
 from sim_bus.faults.script import (
     BusOff,
     DeadDrive,
@@ -18,14 +19,13 @@ from sim_bus.faults.script import (
     UnderVoltage,
     WrongIdentity,
 )
-from sim_bus.frame import Frame
-from sim_bus.puck_drive import PuckDrive
+from sim_bus.puck.drive import PuckDrive
 from sim_bus.simulated_arm import SimulatedArm
 
 
 @dataclass(frozen=True)
-class Victim:
-    """The drive that a fault befalls.
+class AffectedDrive:
+    """The drive that a fault affects.
 
     Attributes:
         arm: the arm around it.
@@ -38,9 +38,9 @@ class Victim:
     drive: CanopenDrive | PuckDrive
 
 
-def begin(fault: OnDrive, victim: Victim, time_ns: int) -> list[Frame]:
-    """Let a fault befall a drive; the frames that it sends for it."""
-    arm, drive = victim.arm, victim.drive
+def begin(fault: OnDrive, affected: AffectedDrive, time_ns: int) -> list[Frame]:
+    """Apply a fault to a drive: the frames that it sends for it."""
+    arm, drive = affected.arm, affected.drive
     match fault:
         case SilentDrive():
             arm.mute.add(drive)
@@ -52,26 +52,26 @@ def begin(fault: OnDrive, victim: Victim, time_ns: int) -> list[Frame]:
             arm.mute.add(drive)
             arm.deaf.add(drive)
         case EncoderJump():
-            arm.encoders.jump(victim.motor, fault.counts)
+            arm.encoders.jump(affected.motor, fault.counts)
         case StuckEncoder():
-            arm.encoders.stick(victim.motor)
+            arm.encoders.freeze(affected.motor)
         case TorqueNotApplied():
-            arm.weaken(victim.motor, fault.share)
+            arm.weaken(affected.motor, fault.share)
         case _ if isinstance(drive, CanopenDrive):
             return _fail(fault, drive, time_ns)
     return []
 
 
-def end(fault: Lasts, victim: Victim, time_ns: int) -> list[Frame]:
-    """Take a fault away from a drive; the frames that it sends for it."""
-    arm, drive = victim.arm, victim.drive
+def end(fault: Lasts, affected: AffectedDrive, time_ns: int) -> list[Frame]:
+    """End a fault of a drive: the frames that it sends for it."""
+    arm, drive = affected.arm, affected.drive
     arm.mute.discard(drive)
     arm.deaf.discard(drive)
     match fault:
         case StuckEncoder():
-            arm.encoders.loosen(victim.motor)
+            arm.encoders.unfreeze(affected.motor)
         case TorqueNotApplied():
-            arm.weaken(victim.motor, 1.0)
+            arm.weaken(affected.motor, 1.0)
     if isinstance(drive, CanopenDrive):
         return _recover(fault, drive, time_ns)
     if isinstance(fault, DeadDrive):

@@ -4,9 +4,10 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from sim_bus.faults.drives import Victim, begin, disguise, end
-from sim_bus.faults.frames import Way
-from sim_bus.faults.safety_module import befall
+from sim_bus.can_bus.frame import ERROR, Frame
+from sim_bus.faults.drives import AffectedDrive, begin, disguise, end
+from sim_bus.faults.frames import FrameFaults
+from sim_bus.faults.safety_module import apply_fault
 from sim_bus.faults.script import (
     BusOff,
     Fault,
@@ -18,9 +19,8 @@ from sim_bus.faults.script import (
     WrongNode,
 )
 from sim_bus.faults.timeline import Timeline
-from sim_bus.frame import ERROR, Frame
-from sim_bus.rhythm import Rhythm
-from sim_bus.safety_node import SafetyNode
+from sim_bus.node import SyncSchedule
+from sim_bus.puck.safety_node import SafetyNode
 from sim_bus.simulated_arm import SimulatedArm
 
 HOST_IS_BUS_OFF = Frame(ERROR | 0x40, bytes(8))
@@ -33,8 +33,8 @@ class FaultyArm:
     Args:
         arm: the healthy arm.
         faults: what happens to it.
-        victims: its drives by their node id in the fault file.
-        rhythm: which frames open a cycle.
+        affected_drives: its drives by their node id in the fault file.
+        schedule: which frames open a cycle.
         seed: of chance.
         tell: takes a sentence about each fault as it begins.
     """
@@ -43,26 +43,26 @@ class FaultyArm:
         self,
         arm: SimulatedArm,
         faults: Sequence[Fault],
-        victims: Mapping[int, Victim],
-        rhythm: Rhythm,
+        affected_drives: Mapping[int, AffectedDrive],
+        schedule: SyncSchedule,
         seed: int,
         tell: Callable[[str], None],
     ) -> None:
         self._arm = arm
-        self._victims = victims
-        self._rhythm = rhythm
+        self._affected_drives = affected_drives
+        self._schedule = schedule
         self._tell = tell
         self._timeline = Timeline(
             [f for f in faults if not isinstance(f, WrongNode | WrongIdentity)]
         )
         self._to_drives, self._to_host = (
-            Way(np.random.default_rng([seed, way])) for way in (0xA, 0xB)
+            FrameFaults(np.random.default_rng([seed, way])) for way in (0xA, 0xB)
         )
         self._host_is_off = False
         self._safety = [node for node in arm.nodes if isinstance(node, SafetyNode)]
         for fault in faults:
             if isinstance(fault, WrongIdentity):
-                disguise(fault, victims[fault.node].drive)
+                disguise(fault, affected_drives[fault.node].drive)
 
     def boot(self, time_ns: int) -> list[Frame]:
         """Power-on of all nodes."""
@@ -71,7 +71,7 @@ class FaultyArm:
 
     def receive(self, time_ns: int, frame: Frame) -> list[Frame]:
         """The answers of all nodes to a frame of a program."""
-        opens = self._rhythm.opens(frame)
+        opens = self._schedule.opens(frame)
         if opens:
             self._timeline.cycle += 1
             self._timeline.note("first_cycle", time_ns)
@@ -133,14 +133,14 @@ class FaultyArm:
                 way.begin(fault)
             return []
         if isinstance(fault, OnSafetyModule):
-            return [f for node in self._safety for f in befall(fault, node, time_ns)]
+            return [f for node in self._safety for f in apply_fault(fault, node, time_ns)]
         if isinstance(fault, BusOff) and fault.node == "host":
             self._host_is_off = True
             return [HOST_IS_BUS_OFF]
-        return begin(fault, self._victims[int(fault.node)], time_ns)
+        return begin(fault, self._affected_drives[int(fault.node)], time_ns)
 
     def _end(self, fault: Lasts, time_ns: int) -> list[Frame]:
         if isinstance(fault, BusOff) and fault.node == "host":
             self._host_is_off = False
             return []
-        return end(fault, self._victims[int(fault.node)], time_ns)
+        return end(fault, self._affected_drives[int(fault.node)], time_ns)

@@ -1,9 +1,10 @@
-"""What can happen to a frame on its way."""
+"""Faults that frames meet on the bus."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from sim_bus.can_bus.frame import Frame
 from sim_bus.faults.script import (
     CorruptedFrames,
     DoubledFrames,
@@ -12,7 +13,6 @@ from sim_bus.faults.script import (
     OnFrames,
     ReorderedFrames,
 )
-from sim_bus.frame import Frame
 
 _MS = 1_000_000
 
@@ -25,7 +25,7 @@ class _Present:
     left: int
 
 
-class Way:
+class FrameFaults:
     """One direction of the bus, with the faults that its frames meet.
 
     Args:

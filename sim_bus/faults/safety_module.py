@@ -1,13 +1,13 @@
-"""What a fault does to the safety module of a classic arm, and to the pendant."""
+"""Faults of a classic arm's safety module and pendant."""
 
+from sim_bus.can_bus.frame import Frame
 from sim_bus.faults.script import LostZero, OnSafetyModule, PendantPressed, SafetyFault
-from sim_bus.frame import Frame
-from sim_bus.safety_module import Lamp, Press
-from sim_bus.safety_node import SafetyNode
+from sim_bus.puck.safety_module import Lamp, Press
+from sim_bus.puck.safety_node import SafetyNode
 
 
-def befall(fault: OnSafetyModule, node: SafetyNode, time_ns: int) -> list[Frame]:
-    """Let it happen; the frames that the module sends for it."""
+def apply_fault(fault: OnSafetyModule, node: SafetyNode, time_ns: int) -> list[Frame]:
+    """Apply a fault: the frames that the module sends for it."""
     match fault:
         case PendantPressed():
             return node.press(Press[fault.button.upper()], time_ns)

@@ -9,13 +9,13 @@ from wamctl.arm.config import Section, read_yaml, validate
 
 NodeId = Annotated[int, Field(ge=1, le=127)]
 Word = Annotated[int, Field(ge=0, le=0xFFFF)]
-Moment = Literal["power_on", "first_cycle", "enabled"]
+Trigger = Literal["power_on", "first_cycle", "enabled"]
 
 
 class Timed(Section):
     """When a fault begins and how long it lasts."""
 
-    after: Moment = Field(
+    after: Trigger = Field(
         default="power_on",
         description="what the beginning counts from: power-on, the first SYNC, all drives enabled",
     )
@@ -228,7 +228,7 @@ class RandomFaults(Section):
 
     number: Annotated[int, Field(ge=1, le=1000)] = 1
     faults: Annotated[tuple[Drawn, ...], Field(min_length=1)] = get_args(Drawn)
-    after: Moment = "enabled"
+    after: Trigger = "enabled"
     from_cycle: Annotated[int, Field(ge=0, description="earliest beginning")] = 0
     to_cycle: Annotated[int, Field(ge=0, description="latest beginning")]
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from sim_bus.faults.script import Happens, Lasts, Moment, Timed
+from sim_bus.faults.script import Happens, Lasts, Timed, Trigger
 
 _S = 1e9
 
@@ -27,11 +27,11 @@ class Timeline:
         self.cycle = 0
         self._waiting = list(faults)
         self._lasting: list[tuple[Lasts, Instant]] = []
-        self._moments: dict[Moment, Instant] = {}
+        self._instants: dict[Trigger, Instant] = {}
 
-    def note(self, moment: Moment, time_ns: int) -> None:
-        """A moment has come; only its first time counts."""
-        self._moments.setdefault(moment, Instant(time_ns, self.cycle))
+    def note(self, trigger: Trigger, time_ns: int) -> None:
+        """A trigger has come; only its first time counts."""
+        self._instants.setdefault(trigger, Instant(time_ns, self.cycle))
 
     def begun(self, time_ns: int) -> list[Happens]:
         """Faults that begin by now."""
@@ -54,7 +54,7 @@ class Timeline:
         return [fault for fault, _ in ended]
 
     def _is_due(self, fault: Timed, now: Instant) -> bool:
-        since = self._moments.get(fault.after)
+        since = self._instants.get(fault.after)
         return since is not None and _passed(since, now, fault.cycles, fault.seconds, endless=False)
 
 

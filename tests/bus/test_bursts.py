@@ -9,9 +9,9 @@ from contextlib import contextmanager
 import can
 import pytest
 
+from sim_bus.can_bus.frame import Frame
+from sim_bus.can_bus.hubs import open_hub
 from sim_bus.errors import SimulatedBusError
-from sim_bus.frame import Frame
-from sim_bus.hubs import open_hub
 from wamctl.arm.config import BusSection
 from wamctl.runtime.bus import open_bus, parse_channel, send_all
 from wamctl.runtime.socketcan import BurstBus

@@ -14,12 +14,12 @@ import pytest
 import yaml
 
 from sim_bus.assembly import Simulation
-from sim_bus.drive.canopen_drive import CanopenDrive
-from sim_bus.drive.ds402 import State
+from sim_bus.can_bus.frame import Frame
+from sim_bus.can_bus.hub import Hub
+from sim_bus.can_bus.hubs import open_hub
+from sim_bus.canopen.drive import CanopenDrive
+from sim_bus.canopen.ds402 import State
 from sim_bus.faults.assembly import load_faulty_simulation
-from sim_bus.frame import Frame
-from sim_bus.hub import Hub
-from sim_bus.hubs import open_hub
 from sim_bus.server import Arm, Lockstep, serve
 from wamctl.arm.config import find_file
 from wamctl.arm.errors import UserError
@@ -136,7 +136,7 @@ def configuration(folder: Path, **changes: dict[str, Any]) -> Path:
 
 @contextmanager
 def _serving(arm: Arm, simulation: Simulation, hub: Hub) -> Iterator[None]:
-    service = Lockstep(arm, hub, simulation.period_ns, simulation.rhythm)
+    service = Lockstep(arm, hub, simulation.period_ns, simulation.schedule)
     reading, writing = os.pipe()
     with os.fdopen(reading) as stop:
         thread = threading.Thread(target=serve, args=(service, hub, stop))
@@ -171,7 +171,7 @@ def serve_arms(word: str, tmp_path_factory: pytest.TempPathFactory) -> Callable[
         script.write_text(yaml.safe_dump({"faults": list(faults)}))
         said: list[str] = []
         simulation, arm = load_faulty_simulation(path, seed, script, said.append)
-        simulation.arm.plant.rehearse()
+        simulation.arm.plant.warm_up()
         witness = Witness(arm, simulation)
         served_arm = ServedArm(word, path, simulation, witness, said)
         with _serving(witness, simulation, open_hub(word, fd=False)):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sim_bus.drive.ds402 import State
+from sim_bus.canopen.ds402 import State
 
 BEGINS = {"after": "enabled", "cycles": 60}
 PERIOD_NS = 2_000_000

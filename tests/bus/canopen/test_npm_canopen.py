@@ -10,7 +10,7 @@ from typing import Any
 import can
 import pytest
 
-from sim_bus.drive.canopen_drive import CanopenDrive
+from sim_bus.canopen.drive import CanopenDrive
 from wamctl.arm.config import find_file
 
 PACKAGE = "canopen@6.2.1"

@@ -18,14 +18,14 @@ import yaml
 
 from sim_bus import safety_node
 from sim_bus.assembly import Simulation, load_simulation
+from sim_bus.can_bus.frame import Frame
+from sim_bus.can_bus.hub import Hub, Received
+from sim_bus.can_bus.hubs import open_hub
+from sim_bus.can_bus.waiting import Source
 from sim_bus.faults.assembly import load_faulty_simulation
-from sim_bus.frame import Frame
-from sim_bus.hub import Hub, Received
-from sim_bus.hubs import open_hub
-from sim_bus.look_out import Source
-from sim_bus.puck_drive import PuckDrive
-from sim_bus.safety_module import Press
-from sim_bus.safety_node import SafetyNode
+from sim_bus.puck.drive import PuckDrive
+from sim_bus.puck.safety_module import Press
+from sim_bus.puck.safety_node import SafetyNode
 from sim_bus.server import Arm, Lockstep, Service, serve
 from wamctl.arm.config import ArmFile, PuckDrivesSection, find_file, load_arm_file
 from wamctl.arm.recording import Recording, read_recording
@@ -241,9 +241,9 @@ def served(folder: Path, word: str, **changes: object) -> Iterator[ClassicArm]:
     path = folder / "arm.yaml"
     path.write_text(yaml.safe_dump(file))
     simulation = load_simulation(path, 0)
-    simulation.arm.plant.rehearse()
+    simulation.arm.plant.warm_up()
     hub = Muffled(open_hub(word, fd=False))
-    service = Lockstep(simulation.arm, hub, simulation.period_ns, simulation.rhythm)
+    service = Lockstep(simulation.arm, hub, simulation.period_ns, simulation.schedule)
     with serving(service, hub):
         yield ClassicArm(word, path, simulation, hub)
 
@@ -310,11 +310,11 @@ def run_experiment(folder: Path, word: str, *happens: dict[str, object]) -> Outc
     faults.write_text(yaml.safe_dump({"faults": list(happens)}))
     said: list[str] = []
     simulation, arm = load_faulty_simulation(path, 0, faults, said.append)
-    simulation.arm.plant.rehearse()
+    simulation.arm.plant.warm_up()
     pucks = [m for m in simulation.arm.motors if isinstance(m, PuckDrive)]
     witness, hub = Witness(arm, pucks), open_hub(word, fd=False)
     stop = None
-    with serving(Lockstep(witness, hub, simulation.period_ns, simulation.rhythm), hub):
+    with serving(Lockstep(witness, hub, simulation.period_ns, simulation.schedule), hub):
         prepared = prepare(path)
         place = Place(path, prepared.arm, word, lockstep=True)
         try:

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from sim_bus import safety_node
-from sim_bus.bits import GAP_BITS, classic_frame_bits
-from sim_bus.frame import ERROR, Frame
-from sim_bus.puck_words import Mode, SafetyState
-from sim_bus.safety_module import Press
+from sim_bus.can_bus.frame import ERROR, Frame
+from sim_bus.can_bus.frame_length import GAP_BITS, classic_frame_bits
+from sim_bus.puck.codec import Mode, SafetyState
+from sim_bus.puck.safety_module import Press
 from wamctl.errors import BusStopError
 from wamctl.puck.acting import CYCLE_ON_WIRE_S
 from wamctl.puck.supervision import REASON_CYCLES, STEADY_CYCLES

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from sim_bus.puck_drive import HAZARD_NS
-from sim_bus.puck_words import Mode, SafetyState, Stat
-from sim_bus.safety_module import Press
+from sim_bus.puck.codec import Mode, SafetyState, Stat
+from sim_bus.puck.drive import HAZARD_NS
+from sim_bus.puck.safety_module import Press
 from wamctl.errors import DrivesError
 from wamctl.puck import set_up
 from wamctl.puck.properties import motor_properties, safety_properties

@@ -4,7 +4,7 @@ from collections import Counter
 
 import pytest
 
-from sim_bus.bits import GAP_BITS, classic_frame_bits
+from sim_bus.can_bus.frame_length import GAP_BITS, classic_frame_bits
 
 POLL, TORQUES = 0x404, (0x401, 0x402)
 POSITIONS = tuple(0x423 + 0x20 * k for k in range(7))

@@ -4,10 +4,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim_bus.frame import Frame
-from sim_bus.puck_drive import BOOT_NS, BUS_OFF, HAZARD_NS, PuckDrive, PuckFacts
-from sim_bus.puck_firmware import MONITOR, motor_ids, safety_ids
-from sim_bus.puck_words import Mode, Stat, hear
+from sim_bus.can_bus.frame import Frame
+from sim_bus.puck.codec import Mode, Stat, decode
+from sim_bus.puck.drive import BOOT_NS, BUS_OFF, HAZARD_NS, PuckDrive, PuckFacts
+from sim_bus.puck.firmware import MONITOR, motor_ids, safety_ids
 from wamctl.puck import frames
 from wamctl.puck.properties import motor_properties, safety_properties
 
@@ -109,9 +109,9 @@ def test_a_packed_torque_reaches_its_place_only(node, group, place):
 
 @given(st.lists(st.integers(-8191, 8191), min_size=4, max_size=4))
 def test_packed_torques_of_the_host_are_understood(torques):
-    heard = hear(Frame(0x401, frames.encode_torques(42, torques)))
-    assert heard is not None
-    assert heard.torques == tuple(torques)
+    decoded = decode(Frame(0x401, frames.encode_torques(42, torques)))
+    assert decoded is not None
+    assert decoded.torques == tuple(torques)
 
 
 @given(st.integers(-(2**21), 2**21 - 1))
@@ -119,9 +119,9 @@ def test_positions_are_understood_by_host_and_safety_module(counts):
     bench = Bench()
     bench.set("P", counts)
     answer = bench.tell(0x404, "30")
-    heard = hear(answer)
-    assert heard is not None
-    assert frames.decode_positions(answer.data) == (counts,) == (heard.position,)
+    decoded = decode(answer)
+    assert decoded is not None
+    assert frames.decode_positions(answer.data) == (counts,) == (decoded.position,)
 
 
 @given(st.integers(-(2**15), 2**15 - 1))

@@ -6,9 +6,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from sim_bus.frame import Frame
-from sim_bus.puck_words import SafetyState, hear
-from sim_bus.safety_module import (
+from sim_bus.can_bus.frame import Frame
+from sim_bus.puck.codec import SafetyState, decode
+from sim_bus.puck.safety_module import (
     CONFIGURATION_GAP_NS,
     HEARTBEAT_NS,
     STILL_TOO_FAST_NS,
@@ -17,7 +17,7 @@ from sim_bus.safety_module import (
     SafetyFacts,
     SafetyModule,
 )
-from sim_bus.tip_speed import watched_points
+from sim_bus.puck.safety_speed import watched_points
 from wamctl.arm.config import beside, find_file, load_arm_file
 from wamctl.arm.robot import load_robot
 from wamctl.puck import frames
@@ -43,9 +43,9 @@ class Bus:
         self.now_ns = 1_000_000_000
 
     def say(self, can_id, data):
-        heard = hear(Frame(can_id, data))
-        assert heard is not None
-        return self.module.receive(heard, self.now_ns)
+        decoded = decode(Frame(can_id, data))
+        assert decoded is not None
+        return self.module.receive(decoded, self.now_ns)
 
     def ask(self, name):
         (answer,) = self.say(0x00A, bytes([IDS[name]]))

@@ -9,10 +9,11 @@ import can
 import pytest
 
 from sim_bus.assembly import load_simulation
-from sim_bus.drive.canopen_drive import CanopenDrive, DriveSettings
-from sim_bus.drive.dictionary import Abort, Description, read_description
-from sim_bus.frame import Frame
-from sim_bus.hub import Hub, SocketHub
+from sim_bus.can_bus.frame import Frame
+from sim_bus.can_bus.hub import Hub
+from sim_bus.can_bus.socket_hub import SocketHub
+from sim_bus.canopen.dictionary import Abort, Description, read_description
+from sim_bus.canopen.drive import CanopenDrive, DriveSettings
 from sim_bus.server import Lockstep, RealTime, serve
 from wamctl.arm.config import shipped_file
 
@@ -21,9 +22,9 @@ from wamctl.arm.config import shipped_file
 def served(hub: Hub, *, lockstep: bool, seed: int = 0) -> Iterator[None]:
     """A simulated WAM on a hub, served by a thread of this process."""
     simulation = load_simulation("wam7.yaml", seed)
-    simulation.arm.plant.rehearse()
+    simulation.arm.plant.warm_up()
     service = (
-        Lockstep(simulation.arm, hub, simulation.period_ns, simulation.rhythm)
+        Lockstep(simulation.arm, hub, simulation.period_ns, simulation.schedule)
         if lockstep
         else RealTime(simulation.arm, hub, simulation.timing)
     )

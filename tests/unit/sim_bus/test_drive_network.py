@@ -1,6 +1,6 @@
 """Network management of a drive: boot-up, heartbeat, commands."""
 
-from sim_bus.frame import Frame
+from sim_bus.can_bus.frame import Frame
 
 
 def test_power_on_is_announced(bench):

@@ -4,9 +4,9 @@ import struct
 
 import pytest
 
-from sim_bus.drive.canopen_drive import CanopenDrive, DriveSettings
-from sim_bus.drive.dictionary import Abort
-from sim_bus.frame import Frame
+from sim_bus.can_bus.frame import Frame
+from sim_bus.canopen.dictionary import Abort
+from sim_bus.canopen.drive import CanopenDrive, DriveSettings
 
 TORQUE, DUMMY, CONTROLWORD, MODE = 0x60710010, 0x00030010, 0x60400010, 0x60600008
 

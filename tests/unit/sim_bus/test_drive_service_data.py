@@ -4,7 +4,7 @@ import struct
 
 import pytest
 
-from sim_bus.drive.dictionary import Abort, read_description
+from sim_bus.canopen.dictionary import Abort, read_description
 from wamctl.arm.errors import ConfigurationError
 
 

@@ -4,8 +4,8 @@ import struct
 
 import pytest
 
-from sim_bus.drive.ds402 import State, follow
-from sim_bus.frame import Frame
+from sim_bus.can_bus.frame import Frame
+from sim_bus.canopen.ds402 import State, follow
 
 S = State
 COMMANDS = {

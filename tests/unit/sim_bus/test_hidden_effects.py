@@ -5,10 +5,10 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from sim_bus.hidden.catalogue import Known, Stranger, hidden, read_hidden_file
-from sim_bus.physics import Moment, plain_physics
-from sim_bus.plant import EndStops, Plant
-from sim_bus.truth import Truth, draw_truth
+from sim_bus.hidden_effects.catalogue import Known, OutsideCatalogue, hidden, read_hidden_file
+from sim_bus.plant.physics import StepState, plain_physics
+from sim_bus.plant.plant import EndStops, Plant
+from sim_bus.plant.truth import Truth, draw_truth
 from wamctl.arm.config import find_file, load_arm_file
 from wamctl.arm.errors import ConfigurationError
 from wamctl.arm.robot import load_robot
@@ -87,10 +87,10 @@ def hide(tmp_path):
     return with_effects
 
 
-def moment(q=(0.0, 0.0), qd=(0.0, 0.0), motor=(0.0, 0.0), time_s=0.0):
+def state(q=(0.0, 0.0), qd=(0.0, 0.0), motor=(0.0, 0.0), time_s=0.0):
     motor = np.array(motor, dtype=float)
     zero = np.zeros(2)
-    return Moment(
+    return StepState(
         time_s,
         H,
         np.array(q, dtype=float),
@@ -104,18 +104,18 @@ def moment(q=(0.0, 0.0), qd=(0.0, 0.0), motor=(0.0, 0.0), time_s=0.0):
 
 
 def met(physics, **at):
-    """A moment after all effects at motors and joints have acted on it."""
-    now = moment(**at)
+    """A state after all effects at motors and joints have acted on it."""
+    now = state(**at)
     for act in (*physics.on_motors, *physics.on_joints):
         act(now)
     return now
 
 
 def test_every_effect_of_the_catalogue_is_tried_below():
-    kinds = [*get_args(Known), *get_args(Stranger)]
+    kinds = [*get_args(Known), *get_args(OutsideCatalogue)]
     names = {get_args(kind.model_fields["effect"].annotation)[0] for kind in kinds}
     assert names == {effect["effect"] for effect in ALL}
-    assert len(get_args(Stranger)) >= 8
+    assert len(get_args(OutsideCatalogue)) >= 8
 
 
 @pytest.fixture(scope="module")
@@ -233,7 +233,7 @@ def test_inertia_of_rotors(hide):
     np.testing.assert_allclose(physics.armature, np.diag([0.0, 0.3]) + 1e-3 * RATIOS.T @ RATIOS)
 
 
-def test_a_payload_adds_its_mass_and_moments_to_the_last_link(hide):
+def test_a_payload_adds_its_mass_and_states_to_the_last_link(hide):
     physics = hide({"effect": "payload", "kg": 2.0, "at_m": [0.0, 0.0, 0.5], "radius_m": 0.0})
     np.testing.assert_array_equal(physics.truth.delta[:10], 0.0)
     np.testing.assert_allclose(physics.truth.delta[10:], [0.5, 0, 0, 0.5, 0, 0, 0, 0, 1.0, 2.0])
@@ -251,18 +251,18 @@ def test_offsets_and_elasticity_show_in_what_the_encoders_see(hide):
         {"effect": "joint_elasticity", "joints": [2], "nm_rad": 100.0},
     )
     q = np.array([0.5, 0.6])
-    for see in physics.sights:
-        q = see(q, moment(motor=(0.3, 0.2)))
+    for see in physics.encoder_models:
+        q = see(q, state(motor=(0.3, 0.2)))
     np.testing.assert_allclose(q, [0.52, 0.6 + 4.0 * 0.5 / 100.0])
 
 
 def test_backlash_lies_towards_the_load_and_stays_at_no_load(hide):
-    (see,) = hide({"effect": "backlash", "joints": [1], "rad": 0.02}).sights
-    forwards = [see(np.zeros(2), moment(motor=(1.0, -1.0), time_s=0.01 * k))[0] for k in range(20)]
+    (see,) = hide({"effect": "backlash", "joints": [1], "rad": 0.02}).encoder_models
+    forwards = [see(np.zeros(2), state(motor=(1.0, -1.0), time_s=0.01 * k))[0] for k in range(20)]
     assert forwards[-1] == pytest.approx(0.01, rel=1e-3)
-    assert see(np.zeros(2), moment(time_s=0.3))[0] == pytest.approx(0.01, rel=1e-3)
+    assert see(np.zeros(2), state(time_s=0.3))[0] == pytest.approx(0.01, rel=1e-3)
     backwards = [
-        see(np.zeros(2), moment(motor=(-1.0, 1.0), time_s=0.3 + 0.01 * k))[0] for k in range(20)
+        see(np.zeros(2), state(motor=(-1.0, 1.0), time_s=0.3 + 0.01 * k))[0] for k in range(20)
     ]
     assert backwards[-1] == pytest.approx(-0.01, rel=1e-3)
 
@@ -303,9 +303,9 @@ def test_a_contact_comes_and_goes(hide):
 
 
 def test_dropped_samples_repeat_the_reading_before(hide):
-    (see,) = hide({"effect": "dropped_samples", "share": 0.2, "length": 2}).sights
+    (see,) = hide({"effect": "dropped_samples", "share": 0.2, "length": 2}).encoder_models
     true = np.arange(1, 5001) * 0.001
-    seen = np.array([see(np.array([q, q]), moment(time_s=q))[0] for q in true])
+    seen = np.array([see(np.array([q, q]), state(time_s=q))[0] for q in true])
     late = seen != true
     assert 0.1 < late.mean() < 0.3
     assert np.all(np.isin(seen[late], true))

@@ -5,9 +5,9 @@ import struct
 import pytest
 import yaml
 
+from sim_bus.can_bus.frame import Frame
 from sim_bus.faults.assembly import load_faulty_simulation
 from sim_bus.faults.faulty_arm import HOST_IS_BUS_OFF
-from sim_bus.frame import Frame
 from wamctl.arm.errors import ConfigurationError
 
 SYNC = Frame(0x080)

@@ -5,9 +5,9 @@ import pytest
 from pendulum import A1, C1, C2, I1, I2, M1, M2, G, pendulum
 from scipy.integrate import solve_ivp
 
-from sim_bus.physics import Physics, plain_physics
-from sim_bus.plant import EndStops, Plant
-from sim_bus.truth import Truth
+from sim_bus.plant.physics import Physics, plain_physics
+from sim_bus.plant.plant import EndStops, Plant
+from sim_bus.plant.truth import Truth
 from wamctl.arm.robot import Robot, cad_parameters, load_robot
 
 STEP_NS = 250_000
@@ -157,6 +157,6 @@ def test_a_locked_arm_does_not_fall():
 
 def test_a_rehearsal_leaves_no_trace():
     arm = plant(PENDULUM, [1.0, 0.0], coulomb=[0.1, 0.1])
-    arm.rehearse()
+    arm.warm_up()
     np.testing.assert_array_equal(arm.q, [1.0, 0.0])
     np.testing.assert_array_equal(arm.qd, [0.0, 0.0])

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from sim_bus.assembly import load_simulation
+from sim_bus.can_bus.frame import Frame
+from sim_bus.can_bus.hub import Received
+from sim_bus.can_bus.python_can_hub import PythonCanHub
+from sim_bus.can_bus.socket_hub import SocketHub
 from sim_bus.errors import SimulatedBusError
-from sim_bus.frame import Frame
-from sim_bus.hub import PythonCanHub, Received, SocketHub
 from sim_bus.server import RealTime
 
 

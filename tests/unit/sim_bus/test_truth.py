@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sim_bus.assembly import load_simulation
-from sim_bus.truth import disturbed, write_truth
+from sim_bus.plant.truth import disturbed, write_truth
 from wamctl.arm.inertial import pseudo_inertia
 
 LINK = np.array([0.3, 0.01, 0.0, 0.1, 0.0, 0.26, -0.1, 1.4, -0.03, 11.4])

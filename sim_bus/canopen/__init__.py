@@ -1,0 +1,1 @@
+"""A CANopen drive after the Puck 4: frames in, frames out, time as an argument."""

@@ -1,1 +1,0 @@
-"""One simulated CANopen drive: frames in, frames out, with the time as an argument."""

@@ -1,0 +1,119 @@
+"""All hidden effects, and the file that names them."""
+
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field
+
+from sim_bus.hidden_effects.body import Contact, GravityTilt, JointSpring, Payload
+from sim_bus.hidden_effects.drive_train import (
+    Backlash,
+    CoupledInertia,
+    JointElasticity,
+    RotorInertia,
+    TorqueDelay,
+    TorqueGain,
+    TorqueRipple,
+    TorqueSaturation,
+)
+from sim_bus.hidden_effects.friction import (
+    AsymmetricViscous,
+    CoupledFriction,
+    LoadDependentFriction,
+    NonlinearViscous,
+    Presliding,
+    Stribeck,
+    ThermalDrift,
+    TorqueOffset,
+)
+from sim_bus.hidden_effects.outside_catalogue import (
+    AngleDependentDrag,
+    AngleDependentFriction,
+    CrossDrag,
+    DamagedTooth,
+    Hose,
+    HysteresisLoop,
+    MassChange,
+    OneSidedStop,
+    Slosh,
+    SpeedLimitedTorque,
+    SupplySag,
+    TorqueDeadZone,
+    Vibration,
+)
+from sim_bus.hidden_effects.sensing import DroppedSamples, EncoderOffset
+from sim_bus.plant.physics import Physics
+from wamctl.arm.config import Section, read_yaml, validate
+from wamctl.arm.errors import ConfigurationError
+
+Known = (
+    TorqueOffset
+    | Stribeck
+    | Presliding
+    | NonlinearViscous
+    | AsymmetricViscous
+    | LoadDependentFriction
+    | CoupledFriction
+    | ThermalDrift
+    | RotorInertia
+    | CoupledInertia
+    | Payload
+    | GravityTilt
+    | EncoderOffset
+    | JointSpring
+    | TorqueGain
+    | TorqueDelay
+    | TorqueRipple
+    | TorqueSaturation
+    | JointElasticity
+    | Backlash
+    | Contact
+    | DroppedSamples
+)
+"""Effects that the gap finder knows by name."""
+
+OutsideCatalogue = (
+    AngleDependentDrag
+    | AngleDependentFriction
+    | CrossDrag
+    | DamagedTooth
+    | Hose
+    | HysteresisLoop
+    | MassChange
+    | OneSidedStop
+    | Slosh
+    | SpeedLimitedTorque
+    | SupplySag
+    | TorqueDeadZone
+    | Vibration
+)
+"""Effects that nobody looks for, and that should be found without a name."""
+
+
+class HiddenFile(Section):
+    """A file of hidden effects."""
+
+    effects: tuple[Annotated[Known | OutsideCatalogue, Field(discriminator="effect")], ...]
+
+
+def read_hidden_file(path: Path) -> HiddenFile:
+    """The effects of a file, in its order.
+
+    Raises:
+        ConfigurationError: unreadable, or all its faults at once.
+    """
+    return validate(HiddenFile, read_yaml(path), path)
+
+
+def hidden(physics: Physics, file: HiddenFile, seed: int, source: Path) -> Physics:
+    """The same arm with the effects of a file in it.
+
+    Raises:
+        ConfigurationError: an effect that does not fit the arm.
+    """
+    for k, effect in enumerate(file.effects):
+        try:
+            physics = effect.hide(physics, seed)
+        except ValueError as error:
+            raise ConfigurationError(source, [f"effects.{k}.{effect.effect}: {error}"]) from error
+    return physics

@@ -1,0 +1,172 @@
+"""Effects between the drives and the joints: motors, cables, transmission.
+
+`joints` are motors in all of them but `RotorInertia`, `JointElasticity` and `Backlash`.
+"""
+
+from collections import deque
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+
+from sim_bus.hidden_effects.effect import (
+    Array,
+    AtJoints,
+    NotNegativeSizes,
+    Number,
+    Positive,
+    PositiveSizes,
+    Sizes,
+    at_encoders,
+    on_motors,
+)
+from sim_bus.plant.physics import Physics, StepState
+
+_STIFF = np.inf
+
+
+class RotorInertia(AtJoints):
+    """Inertia that turns with a joint."""
+
+    effect: Literal["rotor_inertia"]
+    kg_m2: NotNegativeSizes
+
+    def hide(self, physics: Physics, seed: int) -> Physics:
+        """Joint side."""
+        more = np.diag(self.spread(self.kg_m2, physics))
+        return replace(physics, armature=physics.armature + more)
+
+
+class CoupledInertia(AtJoints):
+    """Inertia of rotors, through the transmission."""
+
+    effect: Literal["coupled_inertia"]
+    kg_m2: NotNegativeSizes
+
+    def hide(self, physics: Physics, seed: int) -> Physics:
+        """Motor side."""
+        t = physics.truth.motor_from_joint
+        more = t.T @ np.diag(self.spread(self.kg_m2, physics)) @ t
+        return replace(physics, armature=physics.armature + more)
+
+
+class TorqueGain(AtJoints):
+    """Motors that make another torque than their drives believe."""
+
+    effect: Literal["torque_gain"]
+    factor: Sizes
+
+    def hide(self, physics: Physics, seed: int) -> Physics:
+        """The torque times the factor."""
+        factor = self.spread(self.factor, physics, elsewhere=1.0)
+
+        def act(state: StepState) -> None:
+            state.motor *= factor
+
+        return on_motors(physics, act)
+
+
+class TorqueDelay(AtJoints):
+    """Torque that comes late: after a pure delay, or through a lag of first order."""
+
+    effect: Literal["torque_delay"]
+    form: Literal["delay", "lag"] = "delay"
+    seconds: Positive
+
+    def hide(self, physics: Physics, seed: int) -> Physics:
+        """A delay is rounded to whole inner steps."""
+        here = self.spread(1.0, physics) > 0.0
+        past: deque[Array] = deque()
+        made = np.zeros(physics.dof)
+
+        def delay(state: StepState) -> None:
+            past.append(state.motor.copy())
+            if len(past) > round(self.seconds / state.step_s):
+                made[:] = past.popleft()
+            state.motor[here] = made[here]
+
+        def lag(state: StepState) -> None:
+            share = 1.0 - np.exp(-state.step_s / self.seconds)
+            made[:] += share * (state.motor - made)
+            state.motor[here] = made[here]
+
+        return on_motors(physics, delay if self.form == "delay" else lag)
+
+
+class TorqueRipple(AtJoints):
+    """Cogging: torque that is periodic in the motor's angle, whatever torque it makes."""
+
+    effect: Literal["torque_ripple"]
+    nm: Sizes
+    periods_per_turn: Positive = 12.0
+    phase_rad: Number = 0.0
+
+    def hide(self, physics: Physics, seed: int) -> Physics:
+        """Motor side."""
+        size = self.spread(self.nm, physics)
+        t = physics.truth.motor_from_joint
+
+        def act(state: StepState) -> None:
+            angle = self.periods_per_turn * (t @ state.q) + self.phase_rad
+            state.motor += size * np.sin(angle)
+
+        return on_motors(physics, act)
+
+
+class TorqueSaturation(AtJoints):
+    """Torque that stays below what was commanded, and that the drive shows as made."""
+
+    effect: Literal["torque_saturation"]
+    nm: PositiveSizes
+
+    def hide(self, physics: Physics, seed: int) -> Physics:
+        """Motor side."""
+        most = self.spread(self.nm, physics, elsewhere=np.inf)
+
+        def act(state: StepState) -> None:
+            np.clip(state.motor, -most, most, out=state.motor)
+
+        return on_motors(physics, act)
+
+
+class JointElasticity(AtJoints):
+    """A transmission that gives way under load; the encoder sits on the motor.
+
+    Quasi-static: the encoder shows the joint's angle and load / stiffness; the spring's own
+    vibration is left out.
+    """
+
+    effect: Literal["joint_elasticity"]
+    nm_rad: PositiveSizes
+
+    def hide(self, physics: Physics, seed: int) -> Physics:
+        """Joint side."""
+        stiffness = self.spread(self.nm_rad, physics, elsewhere=_STIFF)
+        return at_encoders(physics, lambda q, state: q + state.load / stiffness)
+
+
+class Backlash(AtJoints):
+    """A dead zone in the transmission: the motor leads by half of it, towards its torque.
+
+    Quasi-static: it changes sides within `crossing_s`, once the load has passed `crossing_nm`.
+    """
+
+    effect: Literal["backlash"]
+    rad: NotNegativeSizes
+    crossing_nm: Positive = 0.05
+    crossing_s: Positive = 0.01
+
+    def hide(self, physics: Physics, seed: int) -> Physics:
+        """Joint side."""
+        half = 0.5 * self.spread(self.rad, physics)
+        side = np.zeros(physics.dof)
+        last = np.zeros(1)
+
+        def reading(q: Array, state: StepState) -> Array:
+            share = 1.0 - np.exp(-max(0.0, state.time_s - last[0]) / self.crossing_s)
+            last[0] = state.time_s
+            towards = np.clip(state.load / self.crossing_nm, -1.0, 1.0)
+            side[:] += share * np.where(np.abs(towards) < 1.0, 0.0, towards - side)
+            return q + half * side
+
+        return at_encoders(physics, reading)

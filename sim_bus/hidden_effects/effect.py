@@ -1,0 +1,73 @@
+"""What every hidden effect is: parameters from a file, and what they do to the physics."""
+
+from dataclasses import replace
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from sim_bus.plant.physics import Act, EncoderModel, Physics
+from wamctl.arm.config import Section
+
+Array = NDArray[np.floating]
+Number = Annotated[float, Field(allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Sizes = Number | tuple[Number, ...]
+"""One number for all joints that an effect names, or one for each of them."""
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+PositiveSizes = Positive | tuple[Positive, ...]
+NotNegativeSizes = NotNegative | tuple[NotNegative, ...]
+JointNumbers = Annotated[
+    tuple[Annotated[int, Field(ge=1)], ...],
+    Field(min_length=1, description="which joints (or motors), counted from 1"),
+]
+
+
+class HiddenEffect(Section):
+    """One hidden effect; most act at some joints, or on their motors."""
+
+    def hide(self, physics: Physics, seed: int) -> Physics:
+        """The same arm with the effect in it; `seed` is for effects by chance."""
+        raise NotImplementedError
+
+
+class AtJoints(HiddenEffect):
+    """An effect at some joints, or on some motors."""
+
+    joints: JointNumbers
+
+    def spread(
+        self, sizes: float | tuple[float, ...], physics: Physics, elsewhere: float = 0.0
+    ) -> Array:
+        """Sizes at their joints, another value elsewhere, shape (n,).
+
+        Raises:
+            ValueError: a joint that the arm does not have, or a wrong number of sizes.
+        """
+        n = physics.dof
+        strangers = [j for j in self.joints if j > n]
+        if strangers:
+            raise ValueError(f"joint {strangers[0]} of an arm with {n} joints")
+        values = sizes if isinstance(sizes, tuple) else (sizes,) * len(self.joints)
+        if len(values) != len(self.joints):
+            raise ValueError(f"{len(values)} sizes for {len(self.joints)} joints")
+        spread = np.full(n, elsewhere)
+        spread[[j - 1 for j in self.joints]] = values
+        return spread
+
+
+def on_motors(physics: Physics, act: Act) -> Physics:
+    """The same arm, whose motors' torque meets one more effect."""
+    return replace(physics, on_motors=(*physics.on_motors, act))
+
+
+def on_joints(physics: Physics, act: Act) -> Physics:
+    """The same arm with one more effect at its joints."""
+    return replace(physics, on_joints=(*physics.on_joints, act))
+
+
+def at_encoders(physics: Physics, model: EncoderModel) -> Physics:
+    """The same arm, seen through one more effect."""
+    return replace(physics, encoder_models=(*physics.encoder_models, model))

@@ -1,0 +1,1 @@
+"""The physics of the arm: rigid bodies, dry friction, end stops, encoders."""

@@ -1,0 +1,1 @@
+"""Classic Pucks and the safety module of a classic arm."""
