@@ -16,13 +16,13 @@ import numpy as np
 import pytest
 import yaml
 
-from sim_bus import safety_node
 from sim_bus.assembly import Simulation, load_simulation
 from sim_bus.can_bus.frame import Frame
 from sim_bus.can_bus.hub import Hub, Received
 from sim_bus.can_bus.hubs import open_hub
 from sim_bus.can_bus.waiting import Source
 from sim_bus.faults.assembly import load_faulty_simulation
+from sim_bus.puck import safety_node
 from sim_bus.puck.drive import PuckDrive
 from sim_bus.puck.safety_module import Press
 from sim_bus.puck.safety_node import SafetyNode

@@ -6,9 +6,9 @@ import can
 import numpy as np
 import pytest
 
-from sim_bus import safety_node
 from sim_bus.can_bus.frame import ERROR, Frame
 from sim_bus.can_bus.frame_length import GAP_BITS, classic_frame_bits
+from sim_bus.puck import safety_node
 from sim_bus.puck.codec import Mode, SafetyState
 from sim_bus.puck.safety_module import Press
 from wamctl.errors import BusStopError
