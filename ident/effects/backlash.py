@@ -11,7 +11,7 @@ from ident.effects.effect import (
     Observed,
     Setting,
 )
-from ident.effects.transmission import LIGHT, Transmission, mass_in
+from ident.effects.motor_link import LIGHT, Transmission, mass_in
 from ident.simulation.arm import SimulatedArm
 
 _MOTOR = 0.1  # of the joint's inertia: a motor's, at first

@@ -9,9 +9,9 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.effects.slope import Slopes, torque_slopes
+from ident.dynamics.compiled_chain import Chain
+from ident.dynamics.derivatives import Slopes, torque_slopes
 from ident.simulation.arm import SimulatedArm
-from ident.simulation.chain import Chain
 
 Array = NDArray[np.floating]
 Direction = Callable[[int, Array], Array]

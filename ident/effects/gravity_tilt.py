@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ident.dynamics.compiled_chain import Chain, torques
 from ident.effects.effect import (
     ArmFacts,
     Array,
@@ -14,7 +15,6 @@ from ident.effects.effect import (
     Setting,
 )
 from ident.simulation.arm import SimulatedArm, Term, term
-from ident.simulation.chain import Chain, torques
 
 _NOTHING = 1e-6
 

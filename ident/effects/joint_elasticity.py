@@ -11,7 +11,7 @@ from ident.effects.effect import (
     Observed,
     Setting,
 )
-from ident.effects.transmission import LIGHT, Transmission, mass_in
+from ident.effects.motor_link import LIGHT, Transmission, mass_in
 from ident.simulation.arm import SimulatedArm
 
 _SWINGS_HZ = (6.0, 12.0, 40.0)  # of a link whose motor is held; softer is a lag by another name

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ident.dynamics.compiled_regressor import regressor
 from ident.effects.effect import (
     ArmFacts,
     Array,
@@ -14,7 +15,6 @@ from ident.effects.effect import (
     Setting,
 )
 from ident.simulation.arm import SimulatedArm
-from ident.simulation.regressor import regressor
 
 _FARTHEST_M = 1.0  # of a payload's centre from the last link's frame
 

@@ -1,209 +1,196 @@
-"""The model so far, and the next effect: fit, score, refine, take in."""
+"""The search for the gap, from recordings to a verdict."""
 
-import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.effects.catalogue import catalogue
-from ident.effects.effect import ArmFacts, Effect, Hypothesis, Linearises, Reshapes, Setting
-from ident.gap.fit import Choice, Fit, fit
-from ident.gap.region import SLOW, slow_speed
-from ident.gap.scan import EXACT_PER_PLACE, Score, choose_shapes, scan
-from ident.gap.table import Nominal, PresentModel, Table, on_links, tabulate
-from ident.gap.turning import USUAL, Mixture
+from ident.gap.data.data_checks import faults
+from ident.gap.data.experiment import Experiment, base_columns, facts_of
+from ident.gap.data.reference_model import known_torque
+from ident.gap.data.segments import stretches
+from ident.gap.data.windows import windows_for
+from ident.gap.lack_of_fit.remaining_structure import Leftover, leftovers
+from ident.gap.regression.current_model import Present, all_hypotheses, begin
+from ident.gap.regression.design_matrix import Nominal, nominal, tabulate
+from ident.gap.regression.scoring import Score
+from ident.gap.regression.weighted_fit import mean_squares
+from ident.gap.results.unclosed_gap import noise_of, remaining, unnamed
+from ident.gap.results.verdict import Nameless, Verdict, decide, nameless
+from ident.gap.selection.acceptance import Asked, next_effects, seat_of, taken_in
+from ident.gap.selection.backward_elimination import confirm, let_go, may_be_another, only_sure
+from ident.gap.selection.null_arms import Threshold, least_threshold
+from ident.gap.selection.null_distribution import calibrated
+from ident.gap.selection.state import Way
+from ident.gap.transients.detect import Burst, at_an_end, felt
+from ident.gap.transients.exclude import cut_out, stays
 
 Array = NDArray[np.floating]
+Tell = Callable[[str], None]
 
-SEARCHED = (0, 1)
-"""Folds on which effects are looked for."""
+CUTOFF_HZ = 10.0
+"""Cut-off of the windows, where the recordings carry it."""
 
-HELD_OUT = 2
-"""The fold that no search has seen."""
-
-_SETTLINGS = 6
-_REFINEMENTS = 3
-_EXACT_OF_REFINED = 20
-_LINEARISATIONS = 3
-_PROMISING = 0.8  # of the best form's gain: others are tuned no further
-_CLOSER = 2.5  # times closer with each refinement
-_FINER = 7  # points of each refinement
+_HIGHEST_SHARE = 0.2  # of the sampling rate
+_PLAIN = 0.3  # nats: so much is structure, even if noise drawn from the same residual shows as much
 
 
 @dataclass(frozen=True)
-class Present:
-    """The model so far.
+class Options:
+    """How the search is done.
 
     Attributes:
-        model: what columns of effects are formed with.
-        accepted: effects in the model.
-        fit: on the folds that are searched.
+        null_runs: effect-free runs that are simulated.
+        cutoff_hz: of the windows.
+        seed: of all that is drawn.
     """
 
-    model: PresentModel
-    accepted: tuple[Hypothesis, ...]
-    fit: Fit
+    null_runs: int = 4
+    cutoff_hz: float = CUTOFF_HZ
+    seed: int = 0
 
 
-def begin(rows: Nominal, facts: ArmFacts) -> Present:
-    """The rigid-body model with viscous and Coulomb friction."""
-    none = np.zeros(facts.dof)
-    slow = np.full(facts.dof, SLOW[0])
-    shapes = np.tile(USUAL, (facts.dof, 1))
-    model = PresentModel(facts, none, none, shapes, slow)
-    empty = np.zeros((facts.dof, 1))
-    nothing = Fit(Choice(shapes), empty[0], empty, empty.astype(int), empty)
-    return _settled(rows, Present(model, (), nothing))
+@dataclass(frozen=True)
+class Search:
+    """What the search went through.
 
-
-def extend(rows: Nominal, present: Present, hypotheses: Sequence[Hypothesis]) -> Present:
-    """The model with more effects, everything fitted again."""
-    return _settled(rows, replace(present, accepted=(*present.accepted, *hypotheses)))
-
-
-def _settled(rows: Nominal, present: Present) -> Present:
-    """Reversal curves, regions, and parameters that agree with each other.
-
-    A wide curve makes the region of turning wide, in which a narrow one may fit as well, which
-    makes it narrow again: after the first rounds it only grows.
+    Attributes:
+        source: the recordings.
+        rows: their rows.
+        start: the nominal model.
+        end: the model with all effects.
+        first_scores: of all hypotheses beside the nominal model.
+        last_scores: beside the model with all effects.
+        threshold: what an effect had to gain.
+        verdict: what it came to.
     """
-    for settling in range(_SETTLINGS):
-        slow = present.model.slow
-        table = tabulate(rows, present.model, present.accepted)
-        choice = Choice(present.model.shapes, tuple(table.slots.values()))
-        found = choose_shapes(table.grams.of(SEARCHED), choice)
-        least = slow if settling > 1 else np.zeros_like(slow)
-        model = _updated(rows, present, found, least)
-        present = Present(model, present.accepted, found)
-        if settling and (model.slow == slow).all():
-            break
-    return present
+
+    source: Experiment
+    rows: Nominal
+    start: Present
+    end: Present
+    first_scores: tuple[Score, ...]
+    last_scores: tuple[Score, ...]
+    threshold: Threshold
+    verdict: Verdict
 
 
-def _updated(rows: Nominal, present: Present, found: Fit, least: Array) -> PresentModel:
-    model = present.model
-    b, n = len(rows.kept), model.facts.dof
-    delta = model.facts.delta.copy()
-    if b:
-        delta[:] = 0.0
-        delta[rows.kept] = found.x[:b]
-    shapes = found.choice.shapes
-    return PresentModel(
-        replace(model.facts, delta=delta),
-        found.x[b : b + n],
-        found.x[b + n : b + 2 * n],
-        shapes,
-        np.maximum(least, [slow_speed(Mixture(s).width) for s in shapes]),
-        on_links(present.accepted, found.effects),
+def search(source: Experiment, options: Options, tell: Tell) -> Search:
+    """The effects that the nominal model misses in some recordings."""
+    tell("checking the data")
+    wrong = faults(source)
+    rate = source.datasets[0].rate_hz
+    windows = windows_for(rate, min(options.cutoff_hz, _HIGHEST_SHARE * rate))
+    tell("fitting the nominal model")
+    rows = nominal(
+        stretches(source.datasets, windows),
+        windows,
+        facts_of(source),
+        base_columns(source),
+        known_torque(source),
+    )
+    start = begin(rows, facts_of(source))
+    way = _sequence(source, rows, start, options, tell)
+    tell("looking at what is left")
+    end = way.present
+    rest = _nameless(way)
+    if rest and not way.calibrations:
+        runs = (options.null_runs, options.seed)
+        way.threshold = calibrated(source, way.rows, (end, end), way.threshold, runs, tell)
+    if not way.found:
+        plain = max(_PLAIN, least_threshold(source.trusted is not None).leftover)
+        way.threshold = replace(way.threshold, leftover=min(way.threshold.leftover, plain))
+    rest = _nameless(way)
+    left = 0.0 if way.bursts else remaining(way.noise, start, end, way.found)
+    if not way.found and not way.bursts:
+        rest += unnamed(way.noise, end, rest)
+        rest = rest or _doubtful(way)
+    bursts = felt(way.rows, way.bursts, end)
+    rest += _placed(way.rows, bursts)
+    verdict = decide(wrong, way.found, bursts, rest, left)
+    first, last = tuple(way.scores[0]), tuple(way.scores[-1])
+    return Search(source, way.rows, start, end, first, last, way.threshold, verdict)
+
+
+def _placed(rows: Nominal, bursts: Sequence[Burst]) -> tuple[Nameless, ...]:
+    """Contacts that happen wherever a joint comes so far: a stop, for all that is known."""
+    gain = max((b.gain for b in bursts), default=0.0)
+    share = float(1 - np.exp(-2 * gain))
+    return tuple(
+        Nameless(Leftover(j, f"the position of joint {j + 1}", gain, share), 1.0)
+        for j in at_an_end(rows, bursts)
     )
 
 
-def all_hypotheses(facts: ArmFacts) -> list[Hypothesis]:
-    """Everything that the catalogue can look for, in recordings alone or beside a trusted model."""
-    effects = [e for e in catalogue().values() if facts.trusted or not e.compares]
-    return [h for e in effects for h in e.hypotheses(facts)]
+def _doubtful(way: Way) -> tuple[Nameless, ...]:
+    """What an effect plainly explains on the whole, but not on every part of the data."""
+    best = way.scores[-1][0] if way.scores[-1] else None
+    if best is None or best.gain < max(_PLAIN, way.threshold.of(best.hypothesis.effect)):
+        return ()
+    name = "what is not the same in all parts of the recordings"
+    share = float(1 - np.exp(-2 * best.gain))
+    seat = seat_of(best, way.present.fit)
+    return tuple(Nameless(Leftover(j, name, best.gain, share), 1.0) for j in seat)
 
 
-def examine(
-    rows: Nominal,
-    present: Present,
-    hypotheses: Sequence[Hypothesis],
-    exact: int = EXACT_PER_PLACE,
-) -> tuple[Table, list[Score]]:
-    """Scores of hypotheses beside the model so far, on the folds that are searched."""
-    table = tabulate(rows, present.model, present.accepted, hypotheses)
-    searched = table.searched(SEARCHED)
-    accepted = len(present.accepted)
-    choice = Choice(present.model.shapes, tuple(table.slots[i] for i in range(accepted)))
-    now = fit(searched.grams, choice, present.fit.sigma)
-    return table, scan(searched, now, accepted, exact)
+def _nameless(way: Way) -> tuple[Nameless, ...]:
+    """Structure that is left and counts."""
+    end = way.present
+    table = tabulate(way.rows, end.model, end.accepted)
+    left = leftovers(way.rows, end.model, table, end.fit)
+    return nameless(left, way.found, mean_squares(end.fit), way.threshold)
 
 
-def refined(rows: Nominal, present: Present, score: Score) -> list[Score]:
-    """The same effect at the same place with its settings tuned, one of each form, best first."""
-    effect = catalogue()[score.hypothesis.effect]
-    if isinstance(effect, Linearises):
-        return [_linearised(rows, present, effect, score)]
-    best = {_form(effect, score.hypothesis): score}
-    for finer, late in itertools.product(range(_REFINEMENTS), (False, True)):
-        near = [n for s in best.values() for n in _neighbours(effect, s.hypothesis, finer, late)]
-        if not near:
+def _sequence(
+    source: Experiment, rows: Nominal, start: Present, options: Options, tell: Tell
+) -> Way:
+    """Effects taken in one after the other until nothing is left that may be believed."""
+    noise = noise_of(source, rows, start)
+    way = Way(rows, start, least_threshold(source.trusted is not None), noise)
+    _go(source, way, options, tell)
+    if way.bursts and not stays(way):
+        way = replace(way, rows=rows, present=start, found=[], bursts=[], may_cut=False)
+        _go(source, way, options, tell)
+    tell("confirming on held-out data")
+    confirm(way)
+    while let_go(way):
+        _go(source, way, options, tell)
+        confirm(way)
+    return way
+
+
+def _go(source: Experiment, way: Way, options: Options, tell: Tell) -> None:
+    while not way.full:
+        tell(f"scanning the catalogue, round {len(way.scores) + 1}")
+        candidates = [
+            h
+            for h in all_hypotheses(way.present.model.facts)
+            if (h.effect, h.joints) not in way.unsure
+        ]
+        fresh, scores = next_effects(
+            way.rows, way.present, candidates, Asked(way.threshold, way.noise), way.found
+        )
+        way.scores.append(scores)
+        larger = taken_in(way.rows, way.present, fresh) if fresh else way.present
+        if cut_out(source, way, larger, max((s.gain for s in scores), default=0.0)):
             continue
-        _, found = examine(rows, present, [score.hypothesis, *near], _EXACT_OF_REFINED)
-        for s in found:
-            form = _form(effect, s.hypothesis)
-            if form not in best or s.merit > best[form].merit:
-                best[form] = s
-        most = max(s.merit for s in best.values())
-        best = {form: s for form, s in best.items() if s.merit > _PROMISING * most}
-    return sorted(best.values(), key=lambda s: -s.merit)
-
-
-def _linearised(rows: Nominal, present: Present, effect: Linearises, score: Score) -> Score:
-    """An effect with its columns formed about the coefficients that it comes out with."""
-    for _ in range(_LINEARISATIONS):
-        _, found = examine(rows, present, [effect.about(score.hypothesis, score.values)])
-        if not found:
+        if not fresh:
             break
-        score = found[0]
-    return score
-
-
-def _moved(setting: Setting, value: float, finer: int) -> list[float]:
-    """Values about one, within the step of the setting's grid."""
-    closer, steps = _CLOSER**finer, np.linspace(-1.0, 1.0, _FINER)
-    if setting.even:
-        near = value + steps * np.diff(setting.grid).max() / closer
-        return np.clip(near, setting.lower, setting.upper).tolist()
-    sizes = abs(value) * np.exp(steps * _grid_step(setting.grid, value) / closer)
-    return np.copysign(np.clip(sizes, setting.lower, setting.upper), value).tolist()
-
-
-def _grid_step(grid: Sequence[float], value: float) -> float:
-    """Logarithmic step of a grid where a value lies, among the points of its sign."""
-    sizes = np.sort([abs(x) for x in grid if x * value > 0.0])
-    if len(sizes) < 2:
-        sizes = np.sort(np.abs(grid))
-    steps = np.diff(np.log(sizes))
-    here = int(np.abs(np.log(sizes / abs(value))).argmin())
-    return float(steps[max(here - 1, 0) : here + 1].max())
-
-
-def _form(effect: Effect, hypothesis: Hypothesis) -> tuple[float, ...]:
-    """Settings of which only the grid's own values make sense."""
-    names = [s.name for s in effect.settings if s.whole]
-    return tuple(hypothesis.settings[n] for n in names if n in hypothesis.settings)
-
-
-def _neighbours(effect: Effect, hypothesis: Hypothesis, finer: int, late: bool) -> list[Hypothesis]:
-    """Hypotheses with the settings moved by less than the step of their grids.
-
-    Settings are moved together, at first over all forms: a speed and an exponent stand in for each
-    other. Late ones have their own turn, in which they are moved one at a time.
-    """
-    own = [s for s in effect.settings if s.name in hypothesis.settings and len(s.grid) > 1]
-    value = hypothesis.settings
-    if late:
-        alone = [(s.name, x) for s in own if _turns(s) for x in _moved(s, value[s.name], 0)]
-        return [_with(effect, hypothesis, dict([changed])) for changed in alone]
-    moved = [s for s in own if not s.whole and not s.late]
-    forms = [s for s in own if s.whole and not finer]
-    if not moved and not any(s.late for s in forms):
-        return []
-    choices = [[(s.name, x) for x in _moved(s, value[s.name], finer)] for s in moved]
-    choices += [[(s.name, x) for x in s.grid] for s in forms]
-    return [_with(effect, hypothesis, dict(changed)) for changed in itertools.product(*choices)]
-
-
-def _turns(setting: Setting) -> bool:
-    return setting.late and not setting.whole
-
-
-def _with(effect: Effect, hypothesis: Hypothesis, changed: dict[str, float]) -> Hypothesis:
-    settings = {**hypothesis.settings, **changed}
-    shaped = replace(hypothesis, settings=settings)
-    if isinstance(effect, Reshapes):
-        shaped = replace(shaped, coefficients=effect.coefficients(settings))
-    return shaped
+        if way.calibrations <= (1 if way.found else 0):
+            way.calibrations += 1
+            runs = (options.null_runs, options.seed + 100 * way.calibrations)
+            way.threshold = calibrated(
+                source, way.rows, (way.present, larger), way.threshold, runs, tell
+            )
+            fresh = [f for f in fresh if f.score.gain >= way.threshold.of(f.hypothesis.effect)]
+        asked = fresh
+        fresh, larger = only_sure(way, fresh, larger)
+        if not fresh:
+            unsure = {(h.effect, h.joints) for f in asked if may_be_another(h := f.hypothesis)}
+            if not unsure:
+                break
+            way.unsure |= unsure
+            continue
+        way.present = larger
+        way.found += fresh

@@ -25,13 +25,13 @@ from pysindy.optimizers import STLSQ
 from sklearn.linear_model import ARDRegression, OrthogonalMatchingPursuit
 
 from ident.effects.effect import Hypothesis
-from ident.gap.experiment import base_columns, experiment, facts_of
-from ident.gap.fit import places
-from ident.gap.search import SEARCHED, all_hypotheses, begin
-from ident.gap.stretch import stretches
-from ident.gap.table import Table, nominal, tabulate
-from ident.gap.windows import windows_for
-from ident.gap.workflow import CUTOFF_HZ, Options, search
+from ident.gap.data.experiment import base_columns, experiment, facts_of
+from ident.gap.data.segments import stretches
+from ident.gap.data.windows import windows_for
+from ident.gap.regression.current_model import SEARCHED, all_hypotheses, begin
+from ident.gap.regression.design_matrix import Table, nominal, tabulate
+from ident.gap.regression.weighted_fit import places
+from ident.gap.search import CUTOFF_HZ, Options, search
 
 Array = NDArray[np.floating]
 

@@ -12,7 +12,7 @@ from gap_effects import Usual, make, together
 from gap_plants import DAHL, LUGRE, SLIP, Body, Hidden, Noise, record
 from numpy.typing import NDArray
 
-from ident.arm import arm_from_file
+from ident.model.arm import arm_from_file
 from wamctl.arm.config import load_arm_file, shipped_file
 from wamctl.arm.recording import Recording
 from wamctl.arm.robot import Robot, cad_parameters

@@ -21,18 +21,18 @@ import numpy as np
 from gap_cases import CHANGES, KNOWN, MOTION, STRANGE, Run, run, truth_of
 from gap_tables import Told, append, print_tables, read
 
-from ident.gap.experiment import Experiment, base_columns, experiment, facts_of
-from ident.gap.fit import Fit, predicted_rms
-from ident.gap.region import Region
-from ident.gap.search import Present, begin
-from ident.gap.stretch import stretches
-from ident.gap.table import FOLDS, Nominal, nominal, tabulate
-from ident.gap.trusted import known_torque
-from ident.gap.uncertainty import finished
-from ident.gap.verdict import Kind
-from ident.gap.workflow import Options, Search, search
-from ident.identification import identify, model_of
-from ident.model import Model
+from ident.gap.data.experiment import Experiment, base_columns, experiment, facts_of
+from ident.gap.data.noise_regions import Region
+from ident.gap.data.reference_model import known_torque
+from ident.gap.data.segments import stretches
+from ident.gap.regression.current_model import Present, begin
+from ident.gap.regression.design_matrix import FOLDS, Nominal, nominal, tabulate
+from ident.gap.regression.weighted_fit import Fit, predicted_rms
+from ident.gap.results.estimates import finished
+from ident.gap.results.verdict import Kind
+from ident.gap.search import Options, Search, search
+from ident.identification.identify import identify, model_of
+from ident.model.identified_model import Model
 from wamctl.arm.recording import Recording
 
 

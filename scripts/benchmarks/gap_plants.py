@@ -14,7 +14,7 @@ from gap_friction import Friction, Spring, integrate
 from numba import NumbaExperimentalFeatureWarning, njit, types
 from numpy.typing import NDArray
 
-from ident.simulation.chain import (
+from ident.dynamics.compiled_chain import (
     Chain,
     chain_of,
     inverse_dynamics,

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from closed_loop import moved, recorded, source_of, wam
 
+from ident.dynamics.compiled_chain import torques
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Coefficient, Hypothesis, Observed
-from ident.gap.apart import struck
-from ident.gap.contact import Burst
-from ident.gap.experiment import facts_of
-from ident.gap.table import tabulate
-from ident.gap.verdict import Kind
-from ident.gap.workflow import Options, search
-from ident.simulation.chain import torques
+from ident.gap.data.experiment import facts_of
+from ident.gap.regression.design_matrix import tabulate
+from ident.gap.results.verdict import Kind
+from ident.gap.search import Options, search
+from ident.gap.transients.detect import Burst
+from ident.gap.transients.exclude import struck
 
 HALF = 2e-3
 COUNT = 2.4e-4  # of the coarsest encoder, on the joint

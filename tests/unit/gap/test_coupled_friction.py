@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from closed_loop import recorded, source_of, wam
 
-from ident.gap.uncertainty import finished
-from ident.gap.workflow import Options, search
+from ident.gap.results.estimates import finished
+from ident.gap.search import Options, search
 from wamctl.arm.config import load_arm_file
 
 LEVELS = (0.12, 0.16)  # N m, of the two motors that turn joints 2 and 3

@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 from closed_loop import recorded, source_of, sticking, wam
 
+from ident.dynamics.compiled_chain import torques
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import ArmFacts, Hypothesis, Observed
-from ident.gap.fit import Choice, fit
-from ident.gap.naming import together
-from ident.gap.null import least_threshold
-from ident.gap.search import SEARCHED, all_hypotheses, examine, refined
-from ident.gap.table import tabulate
-from ident.gap.uncertainty import finished
-from ident.gap.workflow import Options, search
-from ident.identification import identify, model_of
+from ident.gap.regression.current_model import SEARCHED, all_hypotheses, examine, refined
+from ident.gap.regression.design_matrix import tabulate
+from ident.gap.regression.weighted_fit import Choice, fit
+from ident.gap.results.estimates import finished
+from ident.gap.search import Options, search
+from ident.gap.selection.acceptance import together
+from ident.gap.selection.null_arms import least_threshold
+from ident.identification.identify import identify, model_of
 from ident.simulation.arm import Term, term
-from ident.simulation.chain import torques
 
 OPTIONS = Options(null_runs=1)
 

@@ -6,21 +6,21 @@ import numpy as np
 import pytest
 from closed_loop import cord, recorded, source_of, wam
 
-from ident.gap.comparison import held_out, sides, where
-from ident.gap.detectable import visibility
-from ident.gap.experiment import base_columns, experiment, facts_of
-from ident.gap.faults import faults
-from ident.gap.feasible import possible
-from ident.gap.fit import places
-from ident.gap.region import Region
-from ident.gap.repeats import pairs
-from ident.gap.search import SEARCHED, all_hypotheses, begin
-from ident.gap.steps import steps
-from ident.gap.stretch import stretches
-from ident.gap.table import nominal, tabulate
-from ident.gap.verdict import Kind
-from ident.gap.windows import windows_for
-from ident.gap.workflow import Options, search
+from ident.gap.data.data_checks import faults
+from ident.gap.data.experiment import base_columns, experiment, facts_of
+from ident.gap.data.noise_regions import Region
+from ident.gap.data.segments import stretches
+from ident.gap.data.windows import windows_for
+from ident.gap.lack_of_fit.repeatability import pairs
+from ident.gap.regression.current_model import SEARCHED, all_hypotheses, begin
+from ident.gap.regression.design_matrix import nominal, tabulate
+from ident.gap.regression.weighted_fit import places
+from ident.gap.results.error_by_term import steps
+from ident.gap.results.feasible_model import possible
+from ident.gap.results.held_out_error import held_out, sides, where
+from ident.gap.results.minimum_detectable import visibility
+from ident.gap.results.verdict import Kind
+from ident.gap.search import Options, search
 from ident.simulation.arm import Term
 
 

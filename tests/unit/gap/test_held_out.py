@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from ident.effects.catalogue import catalogue
-from ident.gap.held_out import acts_on, holds
-from ident.gap.search import begin, examine, extend
+from ident.gap.regression.current_model import begin, examine, extend
+from ident.gap.selection.cross_validation import acts_on, holds
 
 JOINT = 3
 SIZE = 3.0  # N m/rad

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from closed_loop import loosening, push, recorded, source_of, sticking, wam
 
-from ident.gap.comparison import held_out, sides
-from ident.gap.feasible import possible
-from ident.gap.uncertainty import finished
-from ident.gap.verdict import Kind
-from ident.gap.workflow import Options, Search, search
+from ident.gap.results.estimates import finished
+from ident.gap.results.feasible_model import possible
+from ident.gap.results.held_out_error import held_out, sides
+from ident.gap.results.verdict import Kind
+from ident.gap.search import Options, Search, search
 from ident.simulation.arm import Term
 
 OPTIONS = Options(null_runs=1)

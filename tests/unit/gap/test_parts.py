@@ -8,22 +8,22 @@ import pytest
 
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Coefficient, Hypothesis, Value
-from ident.excitation.purpose import MOTIONS, REPEATED
-from ident.gap.apart import stays, unsettled
-from ident.gap.contact import Burst, at_an_end
-from ident.gap.experiment import facts_of
-from ident.gap.faults import Fault
-from ident.gap.fit import Choice, Fit
-from ident.gap.leftover import Leftover, elsewhere
-from ident.gap.naming import Found
-from ident.gap.null import least_threshold, raised, redrawn
-from ident.gap.region import SLOW, Region, regions, slow_speed
-from ident.gap.residual import Residual
-from ident.gap.scan import Score
-from ident.gap.search import Present
-from ident.gap.systematic import remaining, unnamed
-from ident.gap.verdict import Kind, Nameless, decide, nameless
-from ident.gap.windows import Windows, windows_for
+from ident.excitation.target_effect import MOTIONS, REPEATED
+from ident.gap.data.data_checks import Fault
+from ident.gap.data.experiment import facts_of
+from ident.gap.data.noise_regions import SLOW, Region, regions, slow_speed
+from ident.gap.data.windows import Windows, windows_for
+from ident.gap.lack_of_fit.remaining_structure import Leftover, elsewhere
+from ident.gap.regression.current_model import Present
+from ident.gap.regression.residuals import Residual
+from ident.gap.regression.scoring import Score
+from ident.gap.regression.weighted_fit import Choice, Fit
+from ident.gap.results.unclosed_gap import remaining, unnamed
+from ident.gap.results.verdict import Kind, Nameless, decide, nameless
+from ident.gap.selection.acceptance import Found
+from ident.gap.selection.null_arms import least_threshold, raised, redrawn
+from ident.gap.transients.detect import Burst, at_an_end
+from ident.gap.transients.exclude import stays, unsettled
 
 
 def score_of(effect: str) -> Score:

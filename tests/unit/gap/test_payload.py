@@ -8,10 +8,10 @@ from closed_loop import recorded, source_of, wam
 
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Linearises
-from ident.gap.experiment import facts_of
-from ident.gap.uncertainty import finished
-from ident.gap.workflow import Options, search
-from ident.identification import identify, model_of
+from ident.gap.data.experiment import facts_of
+from ident.gap.results.estimates import finished
+from ident.gap.search import Options, search
+from ident.identification.identify import identify, model_of
 
 MASS = 2.0  # kg
 CENTRE = (0.1, -0.1, 0.2)  # m, from the last link's frame

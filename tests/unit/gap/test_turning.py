@@ -4,8 +4,15 @@ import numpy as np
 import pytest
 from scipy.special import erf
 
-from ident.gap.stretch import DIRECTION_HZ
-from ident.gap.turning import TURNINGS, USUAL, Mixture, Turning, best_mixture, parts_of
+from ident.effects.reversal_friction import (
+    TURNINGS,
+    USUAL,
+    Mixture,
+    Turning,
+    best_mixture,
+    parts_of,
+)
+from ident.gap.data.segments import DIRECTION_HZ
 
 T = np.linspace(0.0, 20.0, 4000)
 Q = 0.3 * np.sin(0.7 * T) + 0.1 * np.sin(2.3 * T)

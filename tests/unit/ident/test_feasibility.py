@@ -8,12 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ident.dataset import dataset
-from ident.entropic_fit import entropic_path
-from ident.evidence import Evidence, gather
-from ident.feasibility import positive_fraction, verdict
-from ident.feasible_fit import feasible, nearest_to_cad
-from ident.feasible_set import (
+from ident.estimation.entropic import entropic_path
+from ident.estimation.feasible_sdp import feasible, nearest_to_cad
+from ident.estimation.feasible_set import (
     Constraint,
     feasible_set,
     link_matrix_map,
@@ -25,8 +22,11 @@ from ident.feasible_set import (
     smallest_eigenvalue,
     unpacked,
 )
-from ident.problem import ordinary, with_beta
-from ident.regression import squared_error
+from ident.estimation.problem import ordinary, with_beta
+from ident.estimation.regression_data import Evidence, gather
+from ident.identification.feasibility_test import positive_fraction, verdict
+from ident.recordings.dataset import dataset
+from ident.regression.reduction import squared_error
 from wamctl.arm.errors import ConfigurationError
 from wamctl.arm.inertial import pseudo_inertia
 

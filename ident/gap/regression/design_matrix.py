@@ -1,0 +1,363 @@
+"""From stretches to inner products: nominal columns, reversal curves, and candidates."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.dynamics.compiled_chain import torques
+from ident.dynamics.compiled_regressor import regressor
+from ident.effects.catalogue import catalogue
+from ident.effects.effect import ArmFacts, Hypothesis, LoadsLink, Observed
+from ident.effects.reversal_friction import TURNINGS, Mixture
+from ident.gap.data.noise_regions import Region, regions
+from ident.gap.data.segments import Stretch
+from ident.gap.data.windows import Windows
+from ident.gap.regression.normal_equations import Grams, Layout, joint_products
+from ident.gap.regression.weighted_fit import Slot
+
+Array = NDArray[np.floating]
+Known = Callable[[Stretch], Array]
+
+FOLDS = 3
+APART = -1
+"""Fold of the rows that stand apart."""
+
+_BODY_RATE_HZ = 100.0
+_ABSENT = 1e-12  # a base column this small beside the joint's torque is rounding
+
+
+@dataclass(frozen=True)
+class Nominal:
+    """Rows that do not depend on the present model.
+
+    Attributes:
+        stretches: the samples.
+        windows: of the rows.
+        kept: the inertial parameters that the base columns stand for, shape (b,).
+        base: windowed base columns, per stretch, shape (R, n, b).
+        turnings: windowed reversal curves, per stretch, shape (R, n, T).
+        viscous, torque: per stretch, shape (R, n).
+        least: error that a trusted model brings [N m], shape (n,), or None.
+        apart: rows that no fit may see, shape (R,), or None.
+        formed: windowed columns of hypotheses that later models can use again.
+    """
+
+    stretches: tuple[Stretch, ...]
+    windows: Windows
+    kept: NDArray[np.int64]
+    base: tuple[Array, ...]
+    turnings: tuple[Array, ...]
+    viscous: tuple[Array, ...]
+    torque: tuple[Array, ...]
+    least: Array | None = None
+    apart: NDArray[np.bool_] | None = None
+    formed: dict[tuple[object, ...], Array] = field(default_factory=dict, repr=False)
+
+
+@dataclass(frozen=True)
+class PresentModel:
+    """What the columns of effects are formed with.
+
+    Attributes:
+        facts: of the arm, with the present inertial parameters.
+        viscous, coulomb: joint friction, each of shape (n,).
+        shapes: parts of the reversal curves of each joint, shape (n, T).
+        slow: speed below which each joint counts as turning [rad/s], shape (n,).
+        carried: effects that act on the links, with their coefficients.
+    """
+
+    facts: ArmFacts
+    viscous: Array
+    coulomb: Array
+    shapes: Array
+    slow: Array
+    carried: tuple[tuple[Hypothesis, Array], ...] = ()
+
+
+@dataclass(frozen=True)
+class Table:
+    """All rows, as inner products, and where each hypothesis' columns stand.
+
+    Attributes:
+        grams: inner products.
+        slots: columns of each hypothesis, by its number.
+        hypotheses: what the candidate columns stand for.
+        columns: per joint, shape (R, p), in the order of its layout.
+        fold: of each row, shape (R,).
+        region: of each row and joint, shape (R, n).
+        stretch: of each row, shape (R,).
+        t: time of each row since its recording's start [s], shape (R,).
+    """
+
+    grams: Grams
+    slots: dict[int, Slot]
+    hypotheses: tuple[Hypothesis, ...]
+    columns: tuple[Array, ...]
+    fold: NDArray[np.int64]
+    region: NDArray[np.int64]
+    stretch: NDArray[np.int64]
+    t: Array
+
+    def searched(self, folds: Sequence[int]) -> "Table":
+        """The same with the inner products of some folds, taken together."""
+        return replace(self, grams=self.grams.of(folds))
+
+
+def nominal(
+    parts: Sequence[Stretch],
+    windows: Windows,
+    facts: ArmFacts,
+    kept: NDArray[np.int64],
+    known: tuple[Known, Array] | None = None,
+) -> Nominal:
+    """The rows of the rigid-body model with friction.
+
+    Args:
+        parts: the samples.
+        windows: of the rows.
+        facts: of the arm.
+        kept: base inertial parameters, to be fitted.
+        known: of a trusted model: its torque [N m], shape (S, n), which is taken off the measured
+            one, and its error [N m], shape (n,).
+    """
+    every = body_step(windows)
+    coarse = windows.coarser(every)
+    base, turnings = [], []
+    for s in parts:
+        still = np.where(facts.moving, 1.0, 0.0)
+        middle = slice(every // 2, None, every)
+        motion = (s.q[middle], s.qd[middle] * still, s.qdd[middle] * still)
+        columns = regressor(facts.chain, *(np.ascontiguousarray(m) for m in motion))[:, :, kept]
+        base.append(coarse.mean(columns))
+        turnings.append(_turning_columns(s, windows))
+    return Nominal(
+        tuple(parts),
+        windows,
+        kept,
+        tuple(base),
+        tuple(turnings),
+        tuple(windows.mean(s.qd) for s in parts),
+        tuple(windows.mean(s.tau if known is None else s.tau - known[0](s)) for s in parts),
+        None if known is None else known[1],
+    )
+
+
+def body_step(windows: Windows) -> int:
+    """Every so-manieth sample suffices for what varies as slowly as the links move.
+
+    The step is odd, so that the middle one of so many samples stands for all of them.
+    """
+    most = max(1, int(windows.rate_hz / _BODY_RATE_HZ))
+    return next(k for k in range(most, 0, -1) if windows.hop % k == 0 and k % 2 == 1)
+
+
+def _turning_columns(s: Stretch, windows: Windows) -> Array:
+    joints = range(s.q.shape[1])
+    return np.stack(
+        [
+            windows.mean(np.stack([t(s.q[:, j], s.speeds[..., j]) for j in joints], axis=-1))
+            for t in TURNINGS
+        ],
+        axis=-1,
+    )
+
+
+def on_links(
+    effects: Sequence[Hypothesis], values: Sequence[Array]
+) -> tuple[tuple[Hypothesis, Array], ...]:
+    """Those effects that act on the links, with their coefficients."""
+    pairs = zip(effects, values, strict=True)
+    return tuple((h, v) for h, v in pairs if isinstance(catalogue()[h.effect], LoadsLink))
+
+
+def observed(s: Stretch, model: PresentModel, every: int) -> tuple[Observed, Observed]:
+    """What effects may look at in a stretch: all samples, and every so-manieth.
+
+    The model's torque varies as slowly as the links move; between its samples it is interpolated.
+    """
+    facts = model.facts
+    middle = slice(every // 2, None, every)
+    q, qd, qdd = (np.ascontiguousarray(a[middle]) for a in (s.q, s.qd, s.qdd))
+    still = np.zeros_like(q)
+    load = torques(facts.chain, facts.delta, q, qd, qdd)
+    gravity = torques(facts.chain, facts.delta, q, still, still)
+    carried = np.zeros_like(q)
+    coarse = _seen(s, model, middle, every, (load, carried, gravity))
+    for h, values in model.carried:
+        carried[:, list(h.rows)] += catalogue()[h.effect].columns(coarse, h) @ values
+    fine = tuple(
+        np.column_stack([np.interp(s.t, coarse.t, column) for column in part.T])
+        for part in (load, carried, gravity)
+    )
+    return _seen(s, model, slice(None), 1, (fine[0], fine[1], fine[2])), coarse
+
+
+def _seen(
+    s: Stretch,
+    model: PresentModel,
+    samples: slice,
+    every: int,
+    torque: tuple[Array, Array, Array],
+) -> Observed:
+    shapes = [Mixture(parts) for parts in model.shapes]
+    direction = [m(s.q[:, j], s.speeds[..., j])[samples] for j, m in enumerate(shapes)]
+    speed = [s.speeds[m.cutoff, samples, j] for j, m in enumerate(shapes)]
+    friction = model.viscous * s.qd[samples] + model.coulomb * np.stack(direction, axis=-1)
+    return Observed(
+        arm=model.facts,
+        rate_hz=s.rate_hz / every,
+        t=s.t[samples],
+        q=s.q[samples],
+        qd=s.qd[samples],
+        qdd=s.qdd[samples],
+        tau=s.tau[samples] if model.facts.commanded else torque[0] + friction,
+        speed=np.stack(speed, axis=-1),
+        direction=np.stack(direction, axis=-1),
+        load=torque[0],
+        carried=torque[1],
+        gravity=torque[2],
+        viscous=model.viscous,
+        coulomb=model.coulomb,
+        along=lambda joint, other: shapes[joint].along(other),
+    )
+
+
+def tabulate(
+    rows: Nominal,
+    model: PresentModel,
+    accepted: Sequence[Hypothesis],
+    candidates: Sequence[Hypothesis] = (),
+) -> Table:
+    """Inner products of the model's columns, and of each candidate's with them.
+
+    Args:
+        rows: what does not depend on the model.
+        model: what columns of effects are formed with.
+        accepted: effects that are in the model together.
+        candidates: effects of which at most one is looked at in any fit.
+    """
+    dof = model.facts.dof
+    hypotheses = [*accepted, *candidates]
+    slots, widths = _slots(hypotheses, dof)
+    extras = [
+        _extra_columns(rows, model, hypotheses, slots, widths, i)
+        for i in range(len(rows.stretches))
+    ]
+    region = np.concatenate(
+        [
+            regions(s.speeds[1], model.slow, model.facts.motor_from_joint, rows.windows)
+            for s in rows.stretches
+        ]
+    )
+    lengths = [len(t) for t in rows.torque]
+    fold = np.repeat([s.fold for s in rows.stretches], lengths)
+    if rows.apart is not None:
+        fold[rows.apart] = APART
+    stretch = np.repeat(np.arange(len(lengths)), lengths)
+    base, turnings = np.concatenate(rows.base), np.concatenate(rows.turnings)
+    viscous, torque = np.concatenate(rows.viscous), np.concatenate(rows.torque)
+    layouts, products, counts, kept = [], [], [], []
+    for j in range(dof):
+        extra = np.concatenate([e[j] for e in extras])
+        present = np.abs(base[:, j]).max(axis=0) > _ABSENT
+        where = np.flatnonzero(present)
+        columns = np.column_stack(
+            [base[:, j, where], viscous[:, j], turnings[:, j], extra, torque[:, j]]
+        )
+        if not model.facts.moving[j]:
+            columns = columns[:0]
+        use = slice(None) if len(columns) else slice(0)
+        layout = Layout(where, turnings.shape[2], extra.shape[1])
+        tried = _places_of(slots, range(len(accepted), len(hypotheses)), j, layout.first_extra)
+        size = (FOLDS, len(Region))
+        product, count = joint_products(columns, fold[use], region[use, j], size, tried)
+        kept.append(columns)
+        layouts.append(layout)
+        products.append(product)
+        counts.append(count)
+    grams = Grams(base.shape[2], tuple(layouts), tuple(products), np.array(counts), rows.least)
+    t = np.concatenate(
+        [
+            rows.windows.centres(s.t)[: len(y)]
+            for s, y in zip(rows.stretches, rows.torque, strict=True)
+        ]
+    )
+    return Table(grams, slots, tuple(hypotheses), tuple(kept), fold, region, stretch, t)
+
+
+def _slots(hypotheses: Sequence[Hypothesis], dof: int) -> tuple[dict[int, Slot], list[int]]:
+    widths = [0] * dof
+    slots = {}
+    for i, h in enumerate(hypotheses):
+        k = len(h.coefficients)
+        slots[i] = Slot(h.rows, tuple(widths[j] for j in h.rows), k)
+        for j in h.rows:
+            widths[j] += k
+    return slots, widths
+
+
+def _places_of(
+    slots: dict[int, Slot], which: Iterable[int], joint: int, first: int
+) -> list[tuple[int, int]]:
+    """First column and number of columns of some hypotheses on a joint."""
+    chosen = [slots[i] for i in which if joint in slots[i].joints]
+    return [(first + s.starts[s.joints.index(joint)], s.width) for s in chosen]
+
+
+def _extra_columns(
+    rows: Nominal,
+    model: PresentModel,
+    hypotheses: Sequence[Hypothesis],
+    slots: dict[int, Slot],
+    widths: list[int],
+    stretch: int,
+) -> list[Array]:
+    """Windowed columns of all hypotheses in one stretch, per joint, shape (R, extra)."""
+    s, windows = rows.stretches[stretch], rows.windows
+    count = len(rows.torque[stretch])
+    found: list[Array] = [np.zeros((count, w)) for w in widths]
+    if not hypotheses:
+        return found
+    views = _Views(s, model, windows)
+    for i, h in enumerate(hypotheses):
+        key = _key(h, model, stretch)
+        if key not in rows.formed:
+            rows.formed[key] = views.mean(h)[:count]
+        for row, (j, start) in enumerate(zip(slots[i].joints, slots[i].starts, strict=True)):
+            found[j][:, start : start + slots[i].width] = rows.formed[key][:, row]
+    return found
+
+
+def _key(h: Hypothesis, model: PresentModel, stretch: int) -> tuple[object, ...]:
+    """What the windowed columns of a hypothesis depend on."""
+    uses = catalogue()[h.effect].uses
+    direction = model.shapes[list(h.joints)].tobytes() if "direction" in uses else b""
+    parameters = model.facts.delta.tobytes() if "model" in uses else b""
+    if "friction" in uses or ("torque" in uses and not model.facts.commanded):
+        whole = (model.facts.delta, model.viscous, model.coulomb, model.shapes)
+        parameters = b"".join(x.tobytes() for x in (*whole, *(v for _, v in model.carried)))
+    return (stretch, *h.key, direction, parameters)
+
+
+class _Views:
+    """What effects may look at in one stretch, formed when the first of them asks."""
+
+    def __init__(self, s: Stretch, model: PresentModel, windows: Windows) -> None:
+        self._stretch, self._model, self._windows = s, model, windows
+        self._every = body_step(windows)
+        self._seen: tuple[Observed, Observed] | None = None
+
+    def mean(self, h: Hypothesis) -> Array:
+        """Windowed columns of a hypothesis, shape (R, len(rows), k)."""
+        effect = catalogue()[h.effect]
+        if self._seen is None:
+            self._seen = observed(self._stretch, self._model, self._every)
+        fine, coarse = self._seen
+        if effect.smooth:
+            columns = self._windows.coarser(self._every).mean(effect.columns(coarse, h))
+        else:
+            columns = self._windows.mean(effect.columns(fine, h))
+        elsewhere = h.settings.get("log", self._stretch.log) != self._stretch.log
+        return columns * (0.0 if elsewhere else 1.0)
