@@ -30,7 +30,7 @@ def gap(
 
     Example: ident gap excitation.mcap --out gap
     """
-    from ident.gap.search import Options
+    from ident.gap.results.outcome import Options
     from ident.recordings.loading import Reading
     from ident.workflows.gap import gap_logs
 

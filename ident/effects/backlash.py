@@ -2,16 +2,9 @@
 
 import numpy as np
 
-from ident.effects.effect import (
-    ArmFacts,
-    Array,
-    Coefficient,
-    Freedom,
-    Hypothesis,
-    Observed,
-    Setting,
-)
+from ident.effects.effect import Array, Coefficient, Freedom, Hypothesis, Setting
 from ident.effects.motor_link import LIGHT, Transmission, mass_in
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
 _MOTOR = 0.1  # of the joint's inertia: a motor's, at first

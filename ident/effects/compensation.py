@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import chain_of
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import ArmFacts, Hypothesis
-from ident.effects.reversal_friction import USUAL, Mixture
-from ident.gap.data.noise_regions import slow_speed
-from ident.gap.data.segments import Stretch, smoothed
-from ident.gap.regression.design_matrix import PresentModel, observed, on_links
-from ident.gap.results.effect_model import effect_of
+from ident.effects.effect import Hypothesis
+from ident.effects.identified_effect import effect_of
+from ident.effects.observation import ArmFacts
+from ident.effects.observing import PresentModel, observed, on_links
+from ident.effects.reversal_friction import USUAL, Mixture, slow_speed
+from ident.effects.smoothed_segment import Stretch, smoothed
 from ident.model.identified_model import Model
 from ident.recordings.dataset import Dataset, Segment, in_memory
 from wamctl.arm.errors import DataError

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Freedom, Hypothesis, Observed
+from ident.effects.effect import Array, Freedom, Hypothesis
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
 

@@ -5,15 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from ident.dynamics.compiled_chain import Chain, torques
-from ident.effects.effect import (
-    ArmFacts,
-    Array,
-    Coefficient,
-    Freedom,
-    Hypothesis,
-    Observed,
-    Setting,
-)
+from ident.effects.effect import Array, Coefficient, Freedom, Hypothesis, Setting
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
 _NOTHING = 1e-6

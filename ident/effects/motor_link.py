@@ -7,7 +7,8 @@ from numba import njit
 
 from ident.dynamics.compiled_chain import Chain, inverse_dynamics, mass_matrix, workspace
 from ident.dynamics.derivatives import rates
-from ident.effects.effect import Array, Observed
+from ident.effects.effect import Array
+from ident.effects.observation import Observed
 from ident.simulation.arm import SimulatedArm
 
 _SUBSTEPS = 5

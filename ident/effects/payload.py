@@ -5,15 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from ident.dynamics.compiled_regressor import regressor
-from ident.effects.effect import (
-    ArmFacts,
-    Array,
-    Coefficient,
-    Freedom,
-    Hypothesis,
-    Observed,
-    Setting,
-)
+from ident.effects.effect import Array, Coefficient, Freedom, Hypothesis, Setting
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
 _FARTHEST_M = 1.0  # of a payload's centre from the last link's frame

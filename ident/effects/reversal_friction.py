@@ -13,7 +13,7 @@ import scipy.optimize
 from numpy.typing import NDArray
 
 from ident.effects.presliding import stretch
-from ident.gap.data.segments import DIRECTION_HZ
+from ident.effects.smoothed_segment import DIRECTION_HZ
 
 Array = NDArray[np.floating]
 
@@ -140,3 +140,19 @@ def parts_of(weights: Array, otherwise: Array) -> Array:
     """Weights as parts of one, shape (T,); `otherwise` where there are none."""
     total = float(weights.sum())
     return weights / total if total > 0.0 else otherwise
+
+
+SLOW = (0.02, 0.12)
+"""Speeds below which a joint counts as turning [rad/s]: least, and most (wide friction curves)."""
+
+
+_WIDTHS_TO_CLEAR = 1.5
+
+
+def slow_speed(width: float) -> float:
+    """Speed below which a joint counts as turning [rad/s].
+
+    Args:
+        width: speed at which its friction has turned [rad/s].
+    """
+    return float(np.clip(_WIDTHS_TO_CLEAR * width, *SLOW))

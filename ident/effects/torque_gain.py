@@ -2,7 +2,8 @@
 
 from dataclasses import replace
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Freedom, Hypothesis, Observed, Value
+from ident.effects.effect import Array, Coefficient, Freedom, Hypothesis, Value
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
 

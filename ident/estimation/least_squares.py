@@ -11,7 +11,7 @@ from ident.estimation.huber import irls
 from ident.estimation.instrumental_variables import bias_test, instrumental_solution, joined
 from ident.estimation.problem import Estimate, Problem, ordinary
 from ident.estimation.regression_data import FOLDS, Evidence, held_out, noise_weights
-from ident.identification.prediction_error import sums
+from ident.regression.squared_errors import sums
 
 Array = NDArray[np.floating]
 

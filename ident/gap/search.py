@@ -1,7 +1,7 @@
 """The search for the gap, from recordings to a verdict."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,13 +14,13 @@ from ident.gap.data.windows import windows_for
 from ident.gap.lack_of_fit.remaining_structure import Leftover, leftovers
 from ident.gap.regression.current_model import Present, all_hypotheses, begin
 from ident.gap.regression.design_matrix import Nominal, nominal, tabulate
-from ident.gap.regression.scoring import Score
 from ident.gap.regression.weighted_fit import mean_squares
+from ident.gap.results.outcome import Options, Search
 from ident.gap.results.unclosed_gap import noise_of, remaining, unnamed
-from ident.gap.results.verdict import Nameless, Verdict, decide, nameless
+from ident.gap.results.verdict import Nameless, decide, nameless
 from ident.gap.selection.acceptance import Asked, next_effects, seat_of, taken_in
 from ident.gap.selection.backward_elimination import confirm, let_go, may_be_another, only_sure
-from ident.gap.selection.null_arms import Threshold, least_threshold
+from ident.gap.selection.null_arms import least_threshold
 from ident.gap.selection.null_distribution import calibrated
 from ident.gap.selection.state import Way
 from ident.gap.transients.detect import Burst, at_an_end, felt
@@ -29,51 +29,9 @@ from ident.gap.transients.exclude import cut_out, stays
 Array = NDArray[np.floating]
 Tell = Callable[[str], None]
 
-CUTOFF_HZ = 10.0
-"""Cut-off of the windows, where the recordings carry it."""
 
 _HIGHEST_SHARE = 0.2  # of the sampling rate
 _PLAIN = 0.3  # nats: so much is structure, even if noise drawn from the same residual shows as much
-
-
-@dataclass(frozen=True)
-class Options:
-    """How the search is done.
-
-    Attributes:
-        null_runs: effect-free runs that are simulated.
-        cutoff_hz: of the windows.
-        seed: of all that is drawn.
-    """
-
-    null_runs: int = 4
-    cutoff_hz: float = CUTOFF_HZ
-    seed: int = 0
-
-
-@dataclass(frozen=True)
-class Search:
-    """What the search went through.
-
-    Attributes:
-        source: the recordings.
-        rows: their rows.
-        start: the nominal model.
-        end: the model with all effects.
-        first_scores: of all hypotheses beside the nominal model.
-        last_scores: beside the model with all effects.
-        threshold: what an effect had to gain.
-        verdict: what it came to.
-    """
-
-    source: Experiment
-    rows: Nominal
-    start: Present
-    end: Present
-    first_scores: tuple[Score, ...]
-    last_scores: tuple[Score, ...]
-    threshold: Threshold
-    verdict: Verdict
 
 
 def search(source: Experiment, options: Options, tell: Tell) -> Search:

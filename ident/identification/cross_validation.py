@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from ident.estimation.least_squares import ESTIMATORS
 from ident.estimation.regression_data import FOLDS, Evidence, held_out
-from ident.identification.prediction_error import Errors, Sums, added, sums
 from ident.regression.reduction import BLOCKS, block_of
+from ident.regression.squared_errors import Errors, Sums, added, sums
 
 Array = NDArray[np.floating]
 

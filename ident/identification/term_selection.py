@@ -13,10 +13,10 @@ import numpy as np
 
 from ident.estimation.regression_data import Hear, gather
 from ident.identification.cross_validation import held_out_sums, jackknife
-from ident.identification.prediction_error import Sums
 from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset
 from ident.regression.progress import Tell, silent
+from ident.regression.squared_errors import Sums
 
 ON_DEMAND = "auto"
 """The word of the settings that asks for this choice."""

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from ident.effects.compensation import without_effects
 from ident.estimation.regression_data import Evidence, gather
 from ident.identification.cross_validation import spread
-from ident.identification.prediction_error import Errors, Sums, sums
 from ident.model.arm import TERM_NAMES, Arm
 from ident.model.identified_model import Model
 from ident.recordings.dataset import Dataset
+from ident.regression.squared_errors import Errors, Sums, sums
 from wamctl.arm.config import IdentificationSection
 from wamctl.arm.errors import DataError
 

@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-import yaml
 
 from ident.dynamics.parameters import Terms, unit_rows
+from ident.model.attachments import HasAttachments, attached_config, attached_urdf, config_source
 from wamctl.arm.config import (
     ArmFile,
     IdentificationSection,
@@ -18,27 +18,11 @@ from wamctl.arm.config import (
     load_robot_file,
     validate,
 )
-from wamctl.arm.errors import ConfigurationError, DataError
+from wamctl.arm.errors import ConfigurationError
 from wamctl.arm.robot import Robot, load_robot
 
 TERM_NAMES = ("viscous", "coulomb", "offset", "rotor_inertia")
 """Terms that a model may hold beside the links: fields of `Terms`, and words of the settings."""
-
-_CONFIG, _URDF = "config.yaml", "robot.urdf"
-
-
-class Carrier(Protocol):
-    """What an arm's files can travel in: a recording, or the survey of one."""
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Its joints."""
-        ...
-
-    @property
-    def attachments(self) -> dict[str, bytes]:
-        """The files by name."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -94,27 +78,18 @@ def arm_from_file(path: Path, joints: tuple[str, ...]) -> Arm:
     return _plain(_text(found), joints, str(found))
 
 
-def arm_from_log(carrier: Carrier, log: str) -> Arm:
+def arm_from_log(carrier: HasAttachments, log: str) -> Arm:
     """The arm whose configuration and URDF travel inside the log.
 
     Raises:
         DataError: the log carries no URDF.
-        ConfigurationError: what it carries is invalid.
+        ConfigurationError: the configuration or the URDF inside the log is invalid.
     """
-    attached = carrier.attachments
-    if _URDF not in attached:
-        raise DataError(f"{log} carries no {_URDF}: name the arm with --robot FILE.yaml or .urdf.")
-    urdf = attached[_URDF].decode("utf-8", errors="replace")
-    if _CONFIG not in attached:
-        return _plain(urdf, carrier.joint_names, f"{log}:{_URDF}")
-    source = f"{log}:{_CONFIG}"
-    try:
-        content = yaml.safe_load(attached[_CONFIG])
-    except yaml.YAMLError as error:
-        raise ConfigurationError(source, [f"not valid YAML ({error})"]) from error
-    full = isinstance(content, dict) and "drives" in content
-    file = validate(ArmFile if full else RobotFile, content, source)
-    return _arm(file, urdf, f"{log}:{_URDF}", source)
+    urdf, urdf_source = attached_urdf(carrier, log)
+    file = attached_config(carrier, log)
+    if file is None:
+        return _plain(urdf, carrier.joint_names, urdf_source)
+    return _arm(file, urdf, urdf_source, config_source(log))
 
 
 def _plain(urdf: str, joints: tuple[str, ...], source: str) -> Arm:

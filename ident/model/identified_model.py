@@ -1,7 +1,6 @@
 """The identified arm: what `model.yaml` holds, and its inverse dynamics."""
 
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,7 +8,6 @@ from numpy.typing import NDArray
 
 from ident.dynamics.parameters import Parameter, Terms, standard_parameters
 from ident.dynamics.regressor import SHARP, Motion, sharp_columns, smooth_columns
-from wamctl.arm.recording import Recording
 from wamctl.arm.robot import Robot
 
 Array = NDArray[np.floating]
@@ -122,23 +120,3 @@ class Model:
             sharp_columns(self.terms, motion.qd, [named[i] for i in sharp]) @ self.delta[sharp]
         )
         return torque.reshape(np.shape(q))
-
-    def simulate(self, trajectory: Path | None = None, config: str | None = None) -> Recording:
-        """What a recording of this arm with its controller would hold, as `ident simulate`.
-
-        Args:
-            trajectory: the motion; None: the one of the recording of the fit, or the
-                configuration's.
-            config: the arm's file with controller and drives; None: the recording's, or the shipped
-                one of the arm's name.
-
-        Returns:
-            Positions [rad], shape (S, n), beside the commanded torque and the wanted motion.
-
-        Raises:
-            UserError: a file that cannot be used, or nothing that says how the arm is moved.
-        """
-        # What simulates needs this module, and takes longer to load.
-        from ident.workflows.simulate import simulated
-
-        return simulated(self, trajectory, config)

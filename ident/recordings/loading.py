@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 
-from ident.model.arm import Arm, Carrier, arm_from_file, arm_from_log
+from ident.model.arm import Arm, arm_from_file, arm_from_log
+from ident.model.attachments import HasAttachments
 from ident.recordings.dataset import Dataset, dataset_of
 from ident.recordings.errors import ArmsDifferError
 from ident.recordings.log_summary import Survey, survey
@@ -94,7 +95,7 @@ def _dataset(found: Survey, arm: Arm, reading: Reading) -> Dataset:
     return only_steady_state(data, found, found.name)
 
 
-def arm_of(logs: Sequence[Carrier], paths: Sequence[Path], robot: Path | None) -> Arm:
+def arm_of(logs: Sequence[HasAttachments], paths: Sequence[Path], robot: Path | None) -> Arm:
     """The arm that all logs belong to: of the robot file, or of what travels inside them.
 
     Raises:

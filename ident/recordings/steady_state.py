@@ -7,23 +7,19 @@ from itertools import groupby
 from operator import itemgetter
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
-from ident.model.arm import Carrier
+from ident.model.attachments import HasAttachments, attached_trajectory
 from ident.recordings.dataset import Dataset, Segment, Span
-from wamctl.arm.config import validate
-from wamctl.arm.errors import ConfigurationError
-from wamctl.arm.trajectory import FourierSeries, TrajectoryFile, sample
+from wamctl.arm.trajectory import FourierSeries, sample
 
 Array = NDArray[np.floating]
 
-_TRAJECTORY = "trajectory.yaml"
 _TOLERANCE = 1e-6
 _PROBES = 9
 
 
-def only_steady_state(data: Dataset, carrier: Carrier, name: str) -> Dataset:
+def only_steady_state(data: Dataset, carrier: HasAttachments, name: str) -> Dataset:
     """The dataset, with rows wanted only from the counted periods of its excitation.
 
     A log without trajectory or reference stays as it is.
@@ -31,9 +27,9 @@ def only_steady_state(data: Dataset, carrier: Carrier, name: str) -> Dataset:
     Raises:
         ConfigurationError: the trajectory inside the log is invalid.
     """
-    if _TRAJECTORY not in carrier.attachments or not data.has_reference:
+    file = attached_trajectory(carrier, name) if data.has_reference else None
+    if file is None:
         return data
-    file = _trajectory(carrier.attachments[_TRAJECTORY], f"{name}:{_TRAJECTORY}")
     series = FourierSeries(
         file.joints, file.fundamental_rad_s, np.array(file.a), np.array(file.b), np.array(file.q0)
     )
@@ -45,14 +41,6 @@ def only_steady_state(data: Dataset, carrier: Carrier, name: str) -> Dataset:
         for number, parts in groupby(data.read(), key=itemgetter(0))
     )
     return replace(data, spans=spans) if any(s.used[1] for s in spans) else data
-
-
-def _trajectory(text: bytes, source: str) -> TrajectoryFile:
-    try:
-        content = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise ConfigurationError(source, [f"not valid YAML ({error})"]) from error
-    return validate(TrajectoryFile, content, source)
 
 
 def _counted(

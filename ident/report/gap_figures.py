@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ident.gap.results.forward_simulation import Forward
 from ident.gap.results.held_out_error import Sides
-from ident.gap.search import Search
+from ident.gap.results.outcome import Search
 from ident.report.figures import Series, torque_over_time
 from ident.report.gap_page import RegionMap
 from ident.report.page import Block, Gallery

@@ -10,14 +10,15 @@ import numpy as np
 
 from ident.effects.catalogue import catalogue
 from ident.gap.data.experiment import read_experiment, trusting
-from ident.gap.results.effect_model import model_with
+from ident.gap.regression.feasible_fit import Possible, possible
 from ident.gap.results.error_by_term import steps
-from ident.gap.results.estimates import Final, finished
-from ident.gap.results.feasible_model import Possible, possible
 from ident.gap.results.forward_simulation import Forward, forward, rms
+from ident.gap.results.full_model import model_with
 from ident.gap.results.held_out_error import Sides, held_out, sides, where
 from ident.gap.results.minimum_detectable import visibility
-from ident.gap.search import Options, Search, search
+from ident.gap.results.outcome import Options, Search
+from ident.gap.search import search
+from ident.gap.selection.estimates import Final, finished
 from ident.model.model_file import write_model
 from ident.recordings.loading import Reading
 from ident.report.gap_figures import maps, motion_blocks, torque_blocks

@@ -11,12 +11,12 @@ from ident.effects.catalogue import catalogue
 from ident.effects.effect import Value
 from ident.gap.regression.scoring import Score
 from ident.gap.results.error_by_term import Step
-from ident.gap.results.estimates import Final
 from ident.gap.results.held_out_error import Errors, HeldOut, Share
 from ident.gap.results.minimum_detectable import Visibility
+from ident.gap.results.outcome import Search
 from ident.gap.results.verdict import Nameless
-from ident.gap.search import Search
 from ident.gap.selection.acceptance import Found
+from ident.gap.selection.estimates import Final
 from ident.gap.transients.detect import Burst
 from ident.workflows.run_json import numbers
 

@@ -17,9 +17,10 @@ from ident.dynamics.parameters import turns
 from ident.estimation.regression_data import Log
 from ident.identification.cross_validation import HeldOut
 from ident.identification.identify import Identification
-from ident.identification.prediction_error import Assessment, Errors
+from ident.identification.prediction_error import Assessment
 from ident.identification.velocity_threshold import Sweep
 from ident.model.arm import TERM_NAMES
+from ident.regression.squared_errors import Errors
 from wamctl.arm.errors import DataError
 from wamctl.arm.robot import Robot
 

@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.gap.data.experiment import file_of
-from ident.gap.lack_of_fit.repeatability import trajectory_file
-from ident.gap.results.effect_model import simulation_of
+from ident.effects.simulated_model import simulation_of
+from ident.model.attachments import attached_config, attached_trajectory
 from ident.model.identified_model import Model
 from ident.model.model_file import load_model
 from ident.simulation.configuration import controller_for, wire_for
@@ -53,20 +52,20 @@ def simulate_model(
 
     Args:
         model_path: the model.
-        trajectory: as of `simulated`.
-        config: as of `simulated`.
+        trajectory: as of `simulate`.
+        config: as of `simulate`.
         out: the log.
 
     Raises:
         UserError: a file that cannot be used, or nothing that says how the arm is moved.
     """
-    recording = simulated(load_model(model_path), trajectory, config)
+    recording = simulate(load_model(model_path), trajectory, config)
     write_recording(out, recording)
     return recording
 
 
-def simulated(model: Model, trajectory: Path | None, config: str | None) -> Recording:
-    """What a recording of the identified arm with its controller would hold.
+def simulate(model: Model, trajectory: Path | None = None, config: str | None = None) -> Recording:
+    """Simulate the identified arm with its controller along a motion.
 
     Args:
         model: the arm.
@@ -98,7 +97,7 @@ def _setting(model: Model, trajectory: Path | None, config: str | None) -> _Sett
     file, attachments = _file(model, log, config)
     if trajectory is not None:
         found = read_trajectory(trajectory)
-    elif log is not None and (inside := trajectory_file(log, model.logs[0])) is not None:
+    elif log is not None and (inside := attached_trajectory(log, model.logs[0])) is not None:
         series = FourierSeries(
             inside.joints,
             inside.fundamental_rad_s,
@@ -134,7 +133,7 @@ def _file(
     model: Model, log: Recording | None, config: str | None
 ) -> tuple[ArmFile, dict[str, bytes]]:
     if config is None and log is not None:
-        file = file_of(log, model.logs[0], None)
+        file = attached_config(log, model.logs[0])
         if isinstance(file, ArmFile):
             return file, {k: v for k, v in log.attachments.items() if k == "config.yaml"}
     try:

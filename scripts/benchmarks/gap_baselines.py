@@ -31,7 +31,8 @@ from ident.gap.data.windows import windows_for
 from ident.gap.regression.current_model import SEARCHED, all_hypotheses, begin
 from ident.gap.regression.design_matrix import Table, nominal, tabulate
 from ident.gap.regression.weighted_fit import places
-from ident.gap.search import CUTOFF_HZ, Options, search
+from ident.gap.results.outcome import CUTOFF_HZ, Options
+from ident.gap.search import search
 
 Array = NDArray[np.floating]
 

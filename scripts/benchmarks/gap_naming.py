@@ -28,9 +28,10 @@ from ident.gap.data.segments import stretches
 from ident.gap.regression.current_model import Present, begin
 from ident.gap.regression.design_matrix import FOLDS, Nominal, nominal, tabulate
 from ident.gap.regression.weighted_fit import Fit, predicted_rms
-from ident.gap.results.estimates import finished
+from ident.gap.results.outcome import Options, Search
 from ident.gap.results.verdict import Kind
-from ident.gap.search import Options, Search, search
+from ident.gap.search import search
+from ident.gap.selection.estimates import finished
 from ident.identification.identify import identify, model_of
 from ident.model.identified_model import Model
 from wamctl.arm.recording import Recording

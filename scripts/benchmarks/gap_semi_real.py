@@ -18,7 +18,8 @@ from scipy.signal import savgol_filter
 
 from ident.gap.data.experiment import Experiment, read_experiment
 from ident.gap.regression.weighted_fit import mean_squares
-from ident.gap.search import Options, Search, search
+from ident.gap.results.outcome import Options, Search
+from ident.gap.search import search
 from ident.recordings.dataset import in_memory
 
 Array = NDArray[np.floating]

@@ -5,29 +5,27 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 from ident.dynamics.base_parameters import base_map
 from ident.dynamics.compiled_chain import chain_of
 from ident.dynamics.parameters import Terms
-from ident.effects.effect import ArmFacts
+from ident.effects.observation import ArmFacts
 from ident.estimation.regression_data import posture
 from ident.model.arm import Arm
+from ident.model.attachments import attached_config
 from ident.model.identified_model import Model
 from ident.model.model_file import load_model
 from ident.recordings.dataset import Dataset, TorqueSource, dataset
 from ident.recordings.loading import Reading, arm_of, joints_to_read
 from ident.simulation.configuration import controller_for, wire_for
 from ident.simulation.loop import Controller, Wire
-from wamctl.arm.config import ArmFile, RobotFile, load_robot_file, validate
-from wamctl.arm.errors import ConfigurationError, DataError
+from wamctl.arm.config import ArmFile, RobotFile, load_robot_file
+from wamctl.arm.errors import DataError
 from wamctl.arm.recording import Recording, read_recording
 from wamctl.arm.robot import cad_parameters
 
 Array = NDArray[np.floating]
-
-_CONFIG = "config.yaml"
 
 
 @dataclass(frozen=True)
@@ -104,16 +102,7 @@ def file_of(recording: Recording, name: str, robot: Path | None) -> RobotFile | 
     """
     if robot is not None and robot.suffix in (".yaml", ".yml"):
         return load_robot_file(robot)
-    if _CONFIG not in recording.attachments:
-        return None
-    source = f"{name}:{_CONFIG}"
-    try:
-        content = yaml.safe_load(recording.attachments[_CONFIG])
-    except yaml.YAMLError as error:
-        raise ConfigurationError(source, [f"not valid YAML ({error})"]) from error
-    if isinstance(content, dict) and "drives" in content:
-        return validate(ArmFile, content, source)
-    return validate(RobotFile, content, source)
+    return attached_config(recording, name)
 
 
 def base_columns(source: Experiment) -> NDArray[np.int64]:

@@ -23,21 +23,6 @@ class Region(IntEnum):
     """It moves, and a motor that it shares with another joint turns round."""
 
 
-SLOW = (0.02, 0.12)
-"""Speeds below which a joint counts as turning [rad/s]: least, and most (wide friction curves)."""
-
-_WIDTHS_TO_CLEAR = 1.5
-
-
-def slow_speed(width: float) -> float:
-    """Speed below which a joint counts as turning [rad/s].
-
-    Args:
-        width: speed at which its friction has turned [rad/s].
-    """
-    return float(np.clip(_WIDTHS_TO_CLEAR * width, *SLOW))
-
-
 def regions(
     speed: Array, slow: Array, motor_from_joint: Array | None, windows: Windows
 ) -> NDArray[np.int64]:

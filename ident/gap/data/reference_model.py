@@ -1,15 +1,17 @@
 """The torque of a model that was trusted before."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import Chain, chain_of, torques
+from ident.effects.smoothed_segment import Stretch
 from ident.gap.data.experiment import Experiment
-from ident.gap.data.segments import Stretch
-from ident.gap.regression.design_matrix import Known
 from ident.model.identified_model import Model
 
 Array = NDArray[np.floating]
+Known = Callable[[Stretch], Array]
 
 
 def known_torque(source: Experiment) -> tuple[Known, Array] | None:

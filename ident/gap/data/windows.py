@@ -64,3 +64,15 @@ class Windows:
 def windows_for(rate_hz: float, cutoff_hz: float) -> Windows:
     """Windows whose mean has about this cut-off; at least two samples to a hop."""
     return Windows(max(2, round(rate_hz / (2 * cutoff_hz))), rate_hz)
+
+
+_BODY_RATE_HZ = 100.0
+
+
+def body_step(windows: Windows) -> int:
+    """Every so-manieth sample suffices for what varies as slowly as the links move.
+
+    The step is odd, so that the middle one of so many samples stands for all of them.
+    """
+    most = max(1, int(windows.rate_hz / _BODY_RATE_HZ))
+    return next(k for k in range(most, 0, -1) if windows.hop % k == 0 and k % 2 == 1)

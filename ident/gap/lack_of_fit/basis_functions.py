@@ -10,8 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.effects.effect import Freedom, Observed
-from ident.gap.regression.design_matrix import Nominal, PresentModel, body_step, observed
+from ident.effects.effect import Freedom
+from ident.effects.observation import Observed
+from ident.effects.observing import PresentModel, observed
+from ident.gap.data.windows import body_step
+from ident.gap.regression.design_matrix import Nominal
 
 Array = NDArray[np.floating]
 

@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.effects.observing import PresentModel
 from ident.gap.data.noise_regions import Region
 from ident.gap.lack_of_fit.basis_functions import BEAT, GROUPS, Views, beat_columns, group_columns
 from ident.gap.regression.current_model import HELD_OUT, SEARCHED, Present
-from ident.gap.regression.design_matrix import APART, Nominal, PresentModel, Table, tabulate
+from ident.gap.regression.design_matrix import APART, Nominal, Table, tabulate
 from ident.gap.regression.projection import joint_rows, projected
 from ident.gap.regression.residuals import Residual, memory_of, residuals
 from ident.gap.regression.weighted_fit import Fit, trusted

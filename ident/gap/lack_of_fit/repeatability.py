@@ -1,41 +1,20 @@
 """The noise floor: how much the residual differs when the same motion is repeated."""
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 from ident.gap.data.experiment import Experiment
 from ident.gap.data.noise_regions import Region
 from ident.gap.regression.design_matrix import Nominal, Table
 from ident.gap.regression.residuals import Residual
-from wamctl.arm.config import validate
-from wamctl.arm.errors import ConfigurationError
-from wamctl.arm.recording import Recording
-from wamctl.arm.trajectory import TrajectoryFile
+from ident.model.attachments import attached_trajectory
 
 Array = NDArray[np.floating]
 
-_TRAJECTORY = "trajectory.yaml"
 _SAME_PLACE = 0.01  # rad: two rows count as repeats when no joint is further away
 _LEAST_PAIRS = 20
 _APART = 10.0  # times `_SAME_PLACE`: so far the motion must go before it can come again
 _LEAST_SHARE = 0.1  # of a recording's rows must come again
-
-
-def trajectory_file(recording: Recording, name: str) -> TrajectoryFile | None:
-    """The excitation that travels inside a log, if one does.
-
-    Raises:
-        ConfigurationError: it is invalid.
-    """
-    if _TRAJECTORY not in recording.attachments:
-        return None
-    source = f"{name}:{_TRAJECTORY}"
-    try:
-        content = yaml.safe_load(recording.attachments[_TRAJECTORY])
-    except yaml.YAMLError as error:
-        raise ConfigurationError(source, [f"not valid YAML ({error})"]) from error
-    return validate(TrajectoryFile, content, source)
 
 
 def noise_floor(
@@ -81,7 +60,7 @@ def pairs(
         hops = np.round(table.t[here] / hop_s).astype(int)
         place = np.full(hops.max(initial=-1) + 1, -1)
         place[hops] = here
-        file = trajectory_file(recording, data.name)
+        file = attached_trajectory(recording, data.name)
         lag = _period(q, place) if file is None else 2 * np.pi / file.fundamental_rad_s / hop_s
         if lag is not None:
             one, two = _together(q, place, round(lag))

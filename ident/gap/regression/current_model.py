@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import ArmFacts, Effect, Hypothesis, Linearises, Reshapes, Setting
-from ident.effects.reversal_friction import USUAL, Mixture
-from ident.gap.data.noise_regions import SLOW, slow_speed
-from ident.gap.regression.design_matrix import Nominal, PresentModel, Table, on_links, tabulate
+from ident.effects.effect import Effect, Hypothesis, Linearises, Reshapes, Setting
+from ident.effects.observation import ArmFacts
+from ident.effects.observing import PresentModel, on_links
+from ident.effects.reversal_friction import SLOW, USUAL, Mixture, slow_speed
+from ident.gap.regression.design_matrix import Nominal, Table, tabulate
 from ident.gap.regression.scoring import EXACT_PER_PLACE, Score, choose_shapes, scan
 from ident.gap.regression.weighted_fit import Choice, Fit, fit
 

@@ -1,30 +1,30 @@
 """From stretches to inner products: nominal columns, reversal curves, and candidates."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.dynamics.compiled_chain import torques
 from ident.dynamics.compiled_regressor import regressor
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import ArmFacts, Hypothesis, LoadsLink, Observed
-from ident.effects.reversal_friction import TURNINGS, Mixture
+from ident.effects.effect import Hypothesis
+from ident.effects.observation import ArmFacts, Observed
+from ident.effects.observing import PresentModel, observed
+from ident.effects.reversal_friction import TURNINGS
+from ident.effects.smoothed_segment import Stretch
 from ident.gap.data.noise_regions import Region, regions
-from ident.gap.data.segments import Stretch
-from ident.gap.data.windows import Windows
+from ident.gap.data.reference_model import Known
+from ident.gap.data.windows import Windows, body_step
 from ident.gap.regression.normal_equations import Grams, Layout, joint_products
 from ident.gap.regression.weighted_fit import Slot
 
 Array = NDArray[np.floating]
-Known = Callable[[Stretch], Array]
 
 FOLDS = 3
 APART = -1
 """Fold of the rows that stand apart."""
 
-_BODY_RATE_HZ = 100.0
 _ABSENT = 1e-12  # a base column this small beside the joint's torque is rounding
 
 
@@ -54,26 +54,6 @@ class Nominal:
     least: Array | None = None
     apart: NDArray[np.bool_] | None = None
     formed: dict[tuple[object, ...], Array] = field(default_factory=dict, repr=False)
-
-
-@dataclass(frozen=True)
-class PresentModel:
-    """What the columns of effects are formed with.
-
-    Attributes:
-        facts: of the arm, with the present inertial parameters.
-        viscous, coulomb: joint friction, each of shape (n,).
-        shapes: parts of the reversal curves of each joint, shape (n, T).
-        slow: speed below which each joint counts as turning [rad/s], shape (n,).
-        carried: effects that act on the links, with their coefficients.
-    """
-
-    facts: ArmFacts
-    viscous: Array
-    coulomb: Array
-    shapes: Array
-    slow: Array
-    carried: tuple[tuple[Hypothesis, Array], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -144,15 +124,6 @@ def nominal(
     )
 
 
-def body_step(windows: Windows) -> int:
-    """Every so-manieth sample suffices for what varies as slowly as the links move.
-
-    The step is odd, so that the middle one of so many samples stands for all of them.
-    """
-    most = max(1, int(windows.rate_hz / _BODY_RATE_HZ))
-    return next(k for k in range(most, 0, -1) if windows.hop % k == 0 and k % 2 == 1)
-
-
 def _turning_columns(s: Stretch, windows: Windows) -> Array:
     joints = range(s.q.shape[1])
     return np.stack(
@@ -161,66 +132,6 @@ def _turning_columns(s: Stretch, windows: Windows) -> Array:
             for t in TURNINGS
         ],
         axis=-1,
-    )
-
-
-def on_links(
-    effects: Sequence[Hypothesis], values: Sequence[Array]
-) -> tuple[tuple[Hypothesis, Array], ...]:
-    """Those effects that act on the links, with their coefficients."""
-    pairs = zip(effects, values, strict=True)
-    return tuple((h, v) for h, v in pairs if isinstance(catalogue()[h.effect], LoadsLink))
-
-
-def observed(s: Stretch, model: PresentModel, every: int) -> tuple[Observed, Observed]:
-    """What effects may look at in a stretch: all samples, and every so-manieth.
-
-    The model's torque varies as slowly as the links move; between its samples it is interpolated.
-    """
-    facts = model.facts
-    middle = slice(every // 2, None, every)
-    q, qd, qdd = (np.ascontiguousarray(a[middle]) for a in (s.q, s.qd, s.qdd))
-    still = np.zeros_like(q)
-    load = torques(facts.chain, facts.delta, q, qd, qdd)
-    gravity = torques(facts.chain, facts.delta, q, still, still)
-    carried = np.zeros_like(q)
-    coarse = _seen(s, model, middle, every, (load, carried, gravity))
-    for h, values in model.carried:
-        carried[:, list(h.rows)] += catalogue()[h.effect].columns(coarse, h) @ values
-    fine = tuple(
-        np.column_stack([np.interp(s.t, coarse.t, column) for column in part.T])
-        for part in (load, carried, gravity)
-    )
-    return _seen(s, model, slice(None), 1, (fine[0], fine[1], fine[2])), coarse
-
-
-def _seen(
-    s: Stretch,
-    model: PresentModel,
-    samples: slice,
-    every: int,
-    torque: tuple[Array, Array, Array],
-) -> Observed:
-    shapes = [Mixture(parts) for parts in model.shapes]
-    direction = [m(s.q[:, j], s.speeds[..., j])[samples] for j, m in enumerate(shapes)]
-    speed = [s.speeds[m.cutoff, samples, j] for j, m in enumerate(shapes)]
-    friction = model.viscous * s.qd[samples] + model.coulomb * np.stack(direction, axis=-1)
-    return Observed(
-        arm=model.facts,
-        rate_hz=s.rate_hz / every,
-        t=s.t[samples],
-        q=s.q[samples],
-        qd=s.qd[samples],
-        qdd=s.qdd[samples],
-        tau=s.tau[samples] if model.facts.commanded else torque[0] + friction,
-        speed=np.stack(speed, axis=-1),
-        direction=np.stack(direction, axis=-1),
-        load=torque[0],
-        carried=torque[1],
-        gravity=torque[2],
-        viscous=model.viscous,
-        coulomb=model.coulomb,
-        along=lambda joint, other: shapes[joint].along(other),
     )
 
 

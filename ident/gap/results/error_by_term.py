@@ -10,7 +10,7 @@ from ident.gap.regression.current_model import HELD_OUT, SEARCHED
 from ident.gap.regression.design_matrix import tabulate
 from ident.gap.regression.normal_equations import Grams
 from ident.gap.regression.weighted_fit import Choice, Fit, fit, predicted_rms
-from ident.gap.search import Search
+from ident.gap.results.outcome import Search
 
 FRICTION = ("coulomb", "viscous")
 """What every nominal model has beside the rigid body."""

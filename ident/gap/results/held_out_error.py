@@ -11,7 +11,7 @@ from ident.gap.lack_of_fit.repeatability import noise_floor
 from ident.gap.regression.current_model import HELD_OUT
 from ident.gap.regression.design_matrix import Table, tabulate
 from ident.gap.regression.residuals import Residual, residuals
-from ident.gap.search import Search
+from ident.gap.results.outcome import Search
 
 Array = NDArray[np.floating]
 

@@ -10,7 +10,7 @@ from ident.effects.effect import Hypothesis
 from ident.gap.regression.current_model import SEARCHED, all_hypotheses
 from ident.gap.regression.design_matrix import Table, tabulate
 from ident.gap.regression.weighted_fit import Fit, fit, places, solve
-from ident.gap.search import Search
+from ident.gap.results.outcome import Search
 
 Array = NDArray[np.floating]
 

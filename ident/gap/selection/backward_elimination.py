@@ -6,9 +6,9 @@ from ident.effects.effect import Hypothesis
 from ident.gap.regression.current_model import HELD_OUT, Present
 from ident.gap.regression.design_matrix import tabulate
 from ident.gap.regression.weighted_fit import mean_log_ratio, predicted_rms
-from ident.gap.results.estimates import clear
 from ident.gap.selection.acceptance import Found, taken_in
 from ident.gap.selection.cross_validation import acts_on
+from ident.gap.selection.estimates import clear
 from ident.gap.selection.state import Way, with_just
 
 _BORNE = 0.1  # of an effect's gain: what it must bring on the held-out fold beside all others

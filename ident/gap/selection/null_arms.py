@@ -15,8 +15,8 @@ from ident.effects.catalogue import catalogue
 from ident.effects.effect import Hypothesis
 from ident.gap.data.experiment import Experiment
 from ident.gap.data.noise_regions import Region
+from ident.gap.regression.feasible_fit import Possible
 from ident.gap.regression.residuals import Residual
-from ident.gap.results.feasible_model import Possible
 from ident.recordings.dataset import Dataset, Segment, in_memory
 from ident.recordings.samples import held_mean
 from ident.simulation.arm import SimulatedArm

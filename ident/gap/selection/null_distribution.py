@@ -22,10 +22,10 @@ from ident.gap.regression.current_model import (
     extend,
 )
 from ident.gap.regression.design_matrix import FOLDS, Nominal, Table, nominal, tabulate
+from ident.gap.regression.feasible_fit import possible
 from ident.gap.regression.residuals import Residual, residuals
 from ident.gap.regression.scoring import chance_gains
 from ident.gap.regression.weighted_fit import Fit, fit
-from ident.gap.results.feasible_model import possible
 from ident.gap.selection.null_arms import (
     Threshold,
     can_simulate,

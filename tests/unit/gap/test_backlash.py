@@ -8,11 +8,13 @@ from closed_loop import moved, recorded, source_of, wam
 
 from ident.dynamics.compiled_chain import torques
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Coefficient, Hypothesis, Observed
+from ident.effects.effect import Coefficient, Hypothesis
+from ident.effects.observation import Observed
 from ident.gap.data.experiment import facts_of
 from ident.gap.regression.design_matrix import tabulate
+from ident.gap.results.outcome import Options
 from ident.gap.results.verdict import Kind
-from ident.gap.search import Options, search
+from ident.gap.search import search
 from ident.gap.transients.detect import Burst
 from ident.gap.transients.exclude import struck
 

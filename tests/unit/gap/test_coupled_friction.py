@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 from closed_loop import recorded, source_of, wam
 
-from ident.gap.results.estimates import finished
-from ident.gap.search import Options, search
+from ident.gap.results.outcome import Options
+from ident.gap.search import search
+from ident.gap.selection.estimates import finished
 from wamctl.arm.config import load_arm_file
 
 LEVELS = (0.12, 0.16)  # N m, of the two motors that turn joints 2 and 3

@@ -9,13 +9,15 @@ from closed_loop import recorded, source_of, sticking, wam
 
 from ident.dynamics.compiled_chain import torques
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import ArmFacts, Hypothesis, Observed
+from ident.effects.effect import Hypothesis
+from ident.effects.observation import ArmFacts, Observed
 from ident.gap.regression.current_model import SEARCHED, all_hypotheses, examine, refined
 from ident.gap.regression.design_matrix import tabulate
 from ident.gap.regression.weighted_fit import Choice, fit
-from ident.gap.results.estimates import finished
-from ident.gap.search import Options, search
+from ident.gap.results.outcome import Options
+from ident.gap.search import search
 from ident.gap.selection.acceptance import together
+from ident.gap.selection.estimates import finished
 from ident.gap.selection.null_arms import least_threshold
 from ident.identification.identify import identify, model_of
 from ident.simulation.arm import Term, term

@@ -14,13 +14,14 @@ from ident.gap.data.windows import windows_for
 from ident.gap.lack_of_fit.repeatability import pairs
 from ident.gap.regression.current_model import SEARCHED, all_hypotheses, begin
 from ident.gap.regression.design_matrix import nominal, tabulate
+from ident.gap.regression.feasible_fit import possible
 from ident.gap.regression.weighted_fit import places
 from ident.gap.results.error_by_term import steps
-from ident.gap.results.feasible_model import possible
 from ident.gap.results.held_out_error import held_out, sides, where
 from ident.gap.results.minimum_detectable import visibility
+from ident.gap.results.outcome import Options
 from ident.gap.results.verdict import Kind
-from ident.gap.search import Options, search
+from ident.gap.search import search
 from ident.simulation.arm import Term
 
 

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from closed_loop import loosening, push, recorded, source_of, sticking, wam
 
-from ident.gap.results.estimates import finished
-from ident.gap.results.feasible_model import possible
+from ident.gap.regression.feasible_fit import possible
 from ident.gap.results.held_out_error import held_out, sides
+from ident.gap.results.outcome import Options, Search
 from ident.gap.results.verdict import Kind
-from ident.gap.search import Options, Search, search
+from ident.gap.search import search
+from ident.gap.selection.estimates import finished
 from ident.simulation.arm import Term
 
 OPTIONS = Options(null_runs=1)

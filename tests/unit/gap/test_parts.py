@@ -8,10 +8,11 @@ import pytest
 
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Coefficient, Hypothesis, Value
+from ident.effects.reversal_friction import SLOW, slow_speed
 from ident.excitation.target_effect import MOTIONS, REPEATED
 from ident.gap.data.data_checks import Fault
 from ident.gap.data.experiment import facts_of
-from ident.gap.data.noise_regions import SLOW, Region, regions, slow_speed
+from ident.gap.data.noise_regions import Region, regions
 from ident.gap.data.windows import Windows, windows_for
 from ident.gap.lack_of_fit.remaining_structure import Leftover, elsewhere
 from ident.gap.regression.current_model import Present

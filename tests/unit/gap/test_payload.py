@@ -9,8 +9,9 @@ from closed_loop import recorded, source_of, wam
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Linearises
 from ident.gap.data.experiment import facts_of
-from ident.gap.results.estimates import finished
-from ident.gap.search import Options, search
+from ident.gap.results.outcome import Options
+from ident.gap.search import search
+from ident.gap.selection.estimates import finished
 from ident.identification.identify import identify, model_of
 
 MASS = 2.0  # kg

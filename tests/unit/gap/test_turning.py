@@ -12,7 +12,7 @@ from ident.effects.reversal_friction import (
     best_mixture,
     parts_of,
 )
-from ident.gap.data.segments import DIRECTION_HZ
+from ident.effects.smoothed_segment import DIRECTION_HZ
 
 T = np.linspace(0.0, 20.0, 4000)
 Q = 0.3 * np.sin(0.7 * T) + 0.1 * np.sin(2.3 * T)
