@@ -13,7 +13,7 @@ _STEP = 1e-6
 
 
 @dataclass(frozen=True)
-class Slopes:
+class InverseDynamicsDerivatives:
     """Derivatives of the rigid-body torque by the motion of one joint, each of shape (S, n).
 
     Attributes:
@@ -37,7 +37,7 @@ class Slopes:
 
 def torque_slopes(
     chain: Chain, delta: Array, motion: tuple[Array, Array, Array], torque: Array, joint: int
-) -> Slopes:
+) -> InverseDynamicsDerivatives:
     """The slopes along a motion.
 
     Args:
@@ -52,7 +52,7 @@ def torque_slopes(
         moved = [np.ascontiguousarray(m).copy() for m in motion]
         moved[part][:, joint] += _STEP
         found.append((torques(chain, delta, *moved) - torque) / _STEP)
-    return Slopes(*found)
+    return InverseDynamicsDerivatives(*found)
 
 
 def rates(values: Array, period: float) -> tuple[Array, Array]:

@@ -11,9 +11,9 @@ from ident.effects.catalogue import catalogue
 from ident.effects.effect import Hypothesis
 from ident.effects.identified_effect import effect_of
 from ident.effects.observation import ArmFacts
-from ident.effects.observing import PresentModel, observed, on_links
-from ident.effects.reversal_friction import USUAL, Mixture, slow_speed
-from ident.effects.smoothed_segment import Stretch, smoothed
+from ident.effects.observing import CurrentModel, observed, on_links
+from ident.effects.reversal_friction import USUAL, MaxwellSlipMixture, reversal_speed
+from ident.effects.smoothed_segment import SmoothedSegment, smoothed
 from ident.model.identified_model import Model
 from ident.recordings.dataset import Dataset, Segment, in_memory
 from wamctl.arm.errors import DataError
@@ -45,7 +45,7 @@ def without_effects(model: Model, data: Dataset) -> Dataset:
 
 def _present(
     model: Model, data: Dataset, effects: Sequence[tuple[Hypothesis, Array]]
-) -> PresentModel:
+) -> CurrentModel:
     n = model.robot.dof
     tau = np.max([np.abs(s.tau).max(axis=0) for s in data.segments], axis=0)
     pose = np.nan_to_num(np.concatenate([s.q for s in data.segments]).mean(axis=0))
@@ -59,16 +59,16 @@ def _present(
         data.samples / data.rate_hz,
         commanded=data.torque == "commanded",
     )
-    slow = np.full(n, slow_speed(Mixture(USUAL).width))
+    slow = np.full(n, reversal_speed(MaxwellSlipMixture(USUAL).width))
     viscous, coulomb = model.parameter("fv"), model.parameter("fc")
     carried = on_links([h for h, _ in effects], [values for _, values in effects])
-    return PresentModel(facts, viscous, coulomb, np.tile(USUAL, (n, 1)), slow, carried)
+    return CurrentModel(facts, viscous, coulomb, np.tile(USUAL, (n, 1)), slow, carried)
 
 
 def _cleaned(
     segment: Segment,
-    motion: Stretch | None,
-    present: PresentModel,
+    motion: SmoothedSegment | None,
+    present: CurrentModel,
     effects: Sequence[tuple[Hypothesis, Array]],
 ) -> Segment | None:
     if motion is None:

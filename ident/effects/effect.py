@@ -95,7 +95,7 @@ class Hypothesis:
         return (self.effect, self.joints, self.rows, self.variant, *self.settings.items())
 
 
-class Freedom(Enum):
+class FormUncertainty(Enum):
     """What the form of an effect may get wrong."""
 
     NONE = "nothing: its equation leaves no freedom"
@@ -135,7 +135,7 @@ class Effect(Protocol):
     contains: tuple[str, ...]
     experiment: str
     compares: bool
-    freedom: Freedom
+    freedom: FormUncertainty
     smooth: bool
     uses: tuple[str, ...]
     settings: tuple[Setting, ...]

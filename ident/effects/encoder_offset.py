@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from ident.effects.effect import Array, Coefficient, Freedom, Hypothesis
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
@@ -20,7 +20,7 @@ class EncoderOffset:
     experiment = "all joints over their whole range; better, a kinematic calibration"
     loads_link = True
     compares = False
-    freedom = Freedom.NONE
+    freedom = FormUncertainty.NONE
     smooth = True
     uses = ("model",)
     settings = ()

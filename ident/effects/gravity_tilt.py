@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from ident.dynamics.compiled_chain import Chain, torques
-from ident.effects.effect import Array, Coefficient, Freedom, Hypothesis, Setting
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
@@ -32,7 +32,7 @@ class GravityTilt:
     experiment = "turn joint 1 through more than 180 degrees with the arm stretched out level"
     loads_link = True
     compares = False
-    freedom = Freedom.NONE
+    freedom = FormUncertainty.NONE
     smooth = True
     uses = ("model",)
     settings = (

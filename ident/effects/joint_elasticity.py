@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ident.effects.effect import Array, Coefficient, Freedom, Hypothesis, Setting
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting
 from ident.effects.motor_link import LIGHT, Transmission, mass_in
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
@@ -23,7 +23,7 @@ class JointElasticity:
     contains = ()
     experiment = "a chirp up to 50 Hz; an encoder on the joint's side"
     compares = False
-    freedom = Freedom.ANY
+    freedom = FormUncertainty.ANY
     smooth = True
     uses = ("model", "friction")
     twice = ("compliance", "give")

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import Chain
-from ident.dynamics.derivatives import Slopes, torque_slopes
+from ident.dynamics.derivatives import InverseDynamicsDerivatives, torque_slopes
 
 Array = NDArray[np.floating]
 Direction = Callable[[int, Array], Array]
@@ -115,9 +115,11 @@ class Observed:
     coulomb: Array
     along: Direction
     memo: dict[str, Array] = field(default_factory=dict, repr=False, compare=False)
-    _slopes: dict[int, Slopes] = field(default_factory=dict, repr=False, compare=False)
+    _slopes: dict[int, InverseDynamicsDerivatives] = field(
+        default_factory=dict, repr=False, compare=False
+    )
 
-    def slopes(self, joint: int) -> Slopes:
+    def slopes(self, joint: int) -> InverseDynamicsDerivatives:
         """How the rigid-body torque changes with one joint's motion; formed once."""
         if joint not in self._slopes:
             self._slopes[joint] = torque_slopes(

@@ -10,14 +10,14 @@ from ident.dynamics.compiled_chain import torques
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Hypothesis, LoadsLink
 from ident.effects.observation import ArmFacts, Observed
-from ident.effects.reversal_friction import Mixture
-from ident.effects.smoothed_segment import Stretch
+from ident.effects.reversal_friction import MaxwellSlipMixture
+from ident.effects.smoothed_segment import SmoothedSegment
 
 Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
-class PresentModel:
+class CurrentModel:
     """What the columns of effects are formed with.
 
     Attributes:
@@ -44,7 +44,7 @@ def on_links(
     return tuple((h, v) for h, v in pairs if isinstance(catalogue()[h.effect], LoadsLink))
 
 
-def observed(s: Stretch, model: PresentModel, every: int) -> tuple[Observed, Observed]:
+def observed(s: SmoothedSegment, model: CurrentModel, every: int) -> tuple[Observed, Observed]:
     """What effects may look at in a stretch: all samples, and every so-manieth.
 
     The model's torque varies as slowly as the links move; between its samples it is interpolated.
@@ -67,13 +67,13 @@ def observed(s: Stretch, model: PresentModel, every: int) -> tuple[Observed, Obs
 
 
 def _seen(
-    s: Stretch,
-    model: PresentModel,
+    s: SmoothedSegment,
+    model: CurrentModel,
     samples: slice,
     every: int,
     torque: tuple[Array, Array, Array],
 ) -> Observed:
-    shapes = [Mixture(parts) for parts in model.shapes]
+    shapes = [MaxwellSlipMixture(parts) for parts in model.shapes]
     direction = [m(s.q[:, j], s.speeds[..., j])[samples] for j, m in enumerate(shapes)]
     speed = [s.speeds[m.cutoff, samples, j] for j, m in enumerate(shapes)]
     friction = model.viscous * s.qd[samples] + model.coulomb * np.stack(direction, axis=-1)

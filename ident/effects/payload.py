@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from ident.dynamics.compiled_regressor import regressor
-from ident.effects.effect import Array, Coefficient, Freedom, Hypothesis, Setting
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
@@ -25,7 +25,7 @@ class Payload:
     experiment = "the same motion with and without the load"
     loads_link = True
     compares = True
-    freedom = Freedom.NONE
+    freedom = FormUncertainty.NONE
     smooth = True
     uses = ()
     settings = tuple(

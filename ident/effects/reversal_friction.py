@@ -27,7 +27,7 @@ _TIE = 1e-7  # of a curve's own square: beyond what rounding makes of alike curv
 
 
 @dataclass(frozen=True)
-class Turning:
+class SmoothedSign:
     """A smoothed sign of the velocity.
 
     Attributes:
@@ -67,32 +67,32 @@ class Turning:
         return float(self.scale <= speed)
 
 
-TURNINGS = (
-    *(Turning(w, c) for c in range(len(DIRECTION_HZ)) for w in _WIDTHS),
-    *(Turning(w, 1, True) for w in _TAILED),
-    *(Turning(d, None) for d in _DISTANCES),
+BASIS = (
+    *(SmoothedSign(w, c) for c in range(len(DIRECTION_HZ)) for w in _WIDTHS),
+    *(SmoothedSign(w, 1, True) for w in _TAILED),
+    *(SmoothedSign(d, None) for d in _DISTANCES),
 )
 """What is mixed."""
 
-USUAL = np.array([float(t == Turning(_USUAL_WIDTH, 1)) for t in TURNINGS])
+USUAL = np.array([float(t == SmoothedSign(_USUAL_WIDTH, 1)) for t in BASIS])
 """Where the choice begins."""
 
 
 @dataclass(frozen=True)
-class Mixture:
-    """Parts of the curves in `TURNINGS`, shape (T,), which sum to one."""
+class MaxwellSlipMixture:
+    """Parts of the curves in `BASIS`, shape (T,), which sum to one."""
 
     parts: Array
 
     def __call__(self, q: Array, speeds: Array) -> Array:
-        """Values between -1 and 1, shape (S,); arguments as of `Turning`."""
-        used = [(p, t) for p, t in zip(self.parts, TURNINGS, strict=True) if p > 0.0]
+        """Values between -1 and 1, shape (S,); arguments as of `SmoothedSign`."""
+        used = [(p, t) for p, t in zip(self.parts, BASIS, strict=True) if p > 0.0]
         return np.sum([p * t(q, speeds) for p, t in used], axis=0)
 
     @property
-    def of_speed(self) -> list[tuple[float, Turning]]:
+    def of_speed(self) -> list[tuple[float, SmoothedSign]]:
         """The parts that follow velocity."""
-        used = [(float(p), t) for p, t in zip(self.parts, TURNINGS, strict=True) if p > 0.0]
+        used = [(float(p), t) for p, t in zip(self.parts, BASIS, strict=True) if p > 0.0]
         return [x for x in used if x[1].cutoff is not None]
 
     @property
@@ -106,7 +106,7 @@ class Mixture:
     @property
     def width(self) -> float:
         """Speed at which nearly all of it has turned [rad/s]."""
-        used = [(p, t) for p, t in zip(self.parts, TURNINGS, strict=True) if p > 0.0]
+        used = [(p, t) for p, t in zip(self.parts, BASIS, strict=True) if p > 0.0]
         for speed in (0.0, *_WIDTHS):
             if sum(p * t.turned(speed) for p, t in used) >= _NEARLY_ALL:
                 return speed
@@ -114,7 +114,7 @@ class Mixture:
 
     def along(self, speed: Array) -> Array:
         """The smoothed sign of another speed [rad/s], shape (S,)."""
-        turnings = self.of_speed or [(1.0, Turning(_NARROW, 1))]
+        turnings = self.of_speed or [(1.0, SmoothedSign(_NARROW, 1))]
         total = sum(p for p, _ in turnings)
         return np.sum([p / total * t.along(speed) for p, t in turnings], axis=0)
 
@@ -149,7 +149,7 @@ SLOW = (0.02, 0.12)
 _WIDTHS_TO_CLEAR = 1.5
 
 
-def slow_speed(width: float) -> float:
+def reversal_speed(width: float) -> float:
     """Speed below which a joint counts as turning [rad/s].
 
     Args:

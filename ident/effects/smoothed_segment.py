@@ -28,7 +28,7 @@ _HIGHEST_SHARE = 0.4  # of the sampling rate
 
 
 @dataclass(frozen=True)
-class Stretch:
+class SmoothedSegment:
     """Samples without a hole; their ends, where filters have no past or future, are left out.
 
     Attributes:
@@ -51,9 +51,9 @@ class Stretch:
     tau: Array
     speeds: Array
 
-    def part(self, samples: slice, fold: int) -> "Stretch":
-        """Some of the samples, as another stretch."""
-        return Stretch(
+    def part(self, samples: slice, fold: int) -> "SmoothedSegment":
+        """Some of the samples, as another segment."""
+        return SmoothedSegment(
             self.log,
             fold,
             self.rate_hz,
@@ -66,8 +66,8 @@ class Stretch:
         )
 
 
-def smoothed(segment: Segment, rate_hz: float, log: int) -> Stretch | None:
-    """A segment's samples but for its ends, as one stretch; None if it is too short for that."""
+def smoothed(segment: Segment, rate_hz: float, log: int) -> SmoothedSegment | None:
+    """A segment's samples but for its ends, as one segment; None if it is too short for that."""
     edge = round(_EDGE_S * rate_hz)
     samples = len(segment.q)
     if samples < 8 * edge:
@@ -82,7 +82,7 @@ def smoothed(segment: Segment, rate_hz: float, log: int) -> Stretch | None:
         q.signal(Lowpass(min(f, highest), _ORDER, rate_hz), derivative=1)[kept]
         for f in DIRECTION_HZ
     ]
-    return Stretch(
+    return SmoothedSegment(
         log,
         0,
         rate_hz,

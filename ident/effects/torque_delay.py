@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import Array, Coefficient, Freedom, Hypothesis, Setting
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
@@ -27,7 +27,7 @@ class TorqueDelay:
     contains = ()
     experiment = "fast torque changes: a chirp, or motion with many reversals"
     compares = False
-    freedom = Freedom.ANY
+    freedom = FormUncertainty.ANY
     smooth = False
     uses = ("torque",)
     settings = (

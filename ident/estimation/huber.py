@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.estimation.problem import Estimate, ordinary, solved
-from ident.estimation.regression_data import Evidence
+from ident.estimation.regression_data import RegressionData
 
 Array = NDArray[np.floating]
 
@@ -14,7 +14,7 @@ _ROUNDS = 30
 _CHANGE = 1e-4
 
 
-def irls(evidence: Evidence) -> Estimate:
+def irls(evidence: RegressionData) -> Estimate:
     """Least squares that outliers cannot pull: full weight up to 1.345 sigma of each log and joint.
 
     Works on the excerpts, since single rows need single weights.

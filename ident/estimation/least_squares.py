@@ -10,32 +10,32 @@ from ident.estimation.feasible_sdp import feasible
 from ident.estimation.huber import irls
 from ident.estimation.instrumental_variables import bias_test, instrumental_solution, joined
 from ident.estimation.problem import Estimate, Problem, ordinary
-from ident.estimation.regression_data import FOLDS, Evidence, held_out, noise_weights
+from ident.estimation.regression_data import FOLDS, RegressionData, held_out, noise_weights
 from ident.regression.squared_errors import sums
 
 Array = NDArray[np.floating]
 
-Estimator = Callable[[Evidence], Estimate]
+Estimator = Callable[[RegressionData], Estimate]
 
 _CAD_WEIGHTS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 
 
-def cad(evidence: Evidence) -> Estimate:
+def cad(evidence: RegressionData) -> Estimate:
     """The CAD model, whose friction is unknown and left out."""
     return Estimate(evidence.base.K @ evidence.prior, evidence.prior)
 
 
-def ols(evidence: Evidence) -> Estimate:
+def ols(evidence: RegressionData) -> Estimate:
     """Ordinary least squares (16)."""
     return Estimate(ordinary(evidence.problem()))
 
 
-def wls(evidence: Evidence) -> Estimate:
+def wls(evidence: RegressionData) -> Estimate:
     """Least squares with each log's and joint's rows in units of its noise."""
     return Estimate(ordinary(evidence.problem(noise_weights(evidence))))
 
 
-def instrumental_variables(evidence: Evidence) -> Estimate:
+def instrumental_variables(evidence: RegressionData) -> Estimate:
     """The reference motion as instrument (IDIM-IV), with a test whether noise biased OLS."""
     found = joined([log.moments for log in evidence.logs if log.moments])
     test = bias_test(found)
@@ -44,22 +44,22 @@ def instrumental_variables(evidence: Evidence) -> Estimate:
     return Estimate(instrumental_solution(found), note=note)
 
 
-def feasible_least_squares(evidence: Evidence) -> Estimate:
+def feasible_least_squares(evidence: RegressionData) -> Estimate:
     """Feasible least squares (44)."""
     return feasible(evidence.problem())
 
 
-def feasible_wls(evidence: Evidence) -> Estimate:
+def feasible_wls(evidence: RegressionData) -> Estimate:
     """Feasible least squares with rows in units of their noise."""
     return feasible(evidence.problem(noise_weights(evidence)))
 
 
-def feasible_cad(evidence: Evidence) -> Estimate:
+def feasible_cad(evidence: RegressionData) -> Estimate:
     """Feasible least squares with a squared distance to CAD, weighted by cross-validation."""
     return _best_prior(evidence, _cad_path)
 
 
-def feasible_entropic(evidence: Evidence) -> Estimate:
+def feasible_entropic(evidence: RegressionData) -> Estimate:
     """Feasible least squares with an entropic distance to CAD, weighted by cross-validation."""
     return _best_prior(evidence, entropic_path)
 
@@ -68,7 +68,7 @@ def _cad_path(problem: Problem) -> list[Estimate]:
     return [feasible(problem, weight) for weight in _CAD_WEIGHTS]
 
 
-def _best_prior(evidence: Evidence, path: Callable[[Problem], list[Estimate]]) -> Estimate:
+def _best_prior(evidence: RegressionData, path: Callable[[Problem], list[Estimate]]) -> Estimate:
     """The estimate of that weight whose fits predict left-out stretches best."""
     errors = []
     for fold in range(FOLDS):
@@ -81,7 +81,7 @@ def _best_prior(evidence: Evidence, path: Callable[[Problem], list[Estimate]]) -
     return final[int(np.argmin(np.sum([e[:common] for e in errors], axis=0)))]
 
 
-def _squared_error(evidence: Evidence, beta: Array) -> float:
+def _squared_error(evidence: RegressionData, beta: Array) -> float:
     return float(sums(evidence.triangles, evidence.counts, beta).residual.sum())
 
 
@@ -101,7 +101,7 @@ ALWAYS = ("cad", "ols", "wls", "feasible")
 """Estimators that every run compares."""
 
 
-def wanted_estimators(evidence: Evidence) -> list[str]:
+def wanted_estimators(evidence: RegressionData) -> list[str]:
     """Names of the estimators to run, in the order of `ESTIMATORS`; cad only where there is one."""
     settings = evidence.arm.settings
     wanted = {*ALWAYS, *settings.estimators, settings.estimator}

@@ -61,7 +61,7 @@ class Log:
 
 
 @dataclass(frozen=True)
-class Evidence:
+class RegressionData:
     """What the estimators know.
 
     Attributes:
@@ -111,7 +111,7 @@ class Evidence:
         rows = int(self.counts.sum())
         return Problem(self.base, merged(triangles), rows, self.prior, self.sizes, self.constraints)
 
-    def only(self, stretches: NDArray[np.bool_]) -> "Evidence":
+    def only(self, stretches: NDArray[np.bool_]) -> "RegressionData":
         """The same recordings, with only some of their stretches.
 
         Args:
@@ -129,7 +129,7 @@ def _deaf(share: float) -> None:
     """Hears nothing."""
 
 
-def gather(data: Sequence[Dataset], arm: Arm, hear: Hear = _deaf) -> Evidence:
+def gather(data: Sequence[Dataset], arm: Arm, hear: Hear = _deaf) -> RegressionData:
     """Recordings filtered, turned into rows, and reduced.
 
     Args:
@@ -148,7 +148,7 @@ def gather(data: Sequence[Dataset], arm: Arm, hear: Hear = _deaf) -> Evidence:
     sizes = link_sizes(prior, base.parameters)
     constraints = feasible_set(base.parameters, sizes, arm.settings.feasible_set)
     constraints += bounds(arm.settings, base.parameters, prior)
-    return Evidence(arm, base, logs, prior, sizes, constraints)
+    return RegressionData(arm, base, logs, prior, sizes, constraints)
 
 
 def posture(data: Dataset) -> Posture:
@@ -189,14 +189,14 @@ def _heard(stream: Iterator[Rows], span_s: tuple[float, float], hear: Hear) -> I
         hear((float(rows.t[-1]) - span_s[0]) / (span_s[1] - span_s[0]))
 
 
-def noise(evidence: Evidence, beta: Array) -> Array:
+def noise(evidence: RegressionData, beta: Array) -> Array:
     """Residual rms per log and joint [N m], shape (logs, n); NaN for held joints."""
     errors = squared_error(evidence.triangles, beta).sum(axis=1)
     counts = evidence.counts.sum(axis=1)
     return np.sqrt(np.divide(errors, counts, out=np.full(errors.shape, np.nan), where=counts > 0))
 
 
-def noise_weights(evidence: Evidence) -> Array:
+def noise_weights(evidence: RegressionData) -> Array:
     """Weights 1 / sigma of each log's and joint's rows, from the OLS residual, shape (logs, n)."""
     sigma = noise(evidence, least_squares(evidence.problem().R))
     floor = 1e-6 * np.nanmax(sigma)

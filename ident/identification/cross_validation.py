@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.estimation.least_squares import ESTIMATORS
-from ident.estimation.regression_data import FOLDS, Evidence, held_out
+from ident.estimation.regression_data import FOLDS, RegressionData, held_out
 from ident.regression.reduction import BLOCKS, block_of
 from ident.regression.squared_errors import Errors, Sums, added, sums
 
@@ -32,7 +32,7 @@ class HeldOut:
     predicted: tuple[Array, ...]
 
 
-def check_held_out(evidence: Evidence, names: Sequence[str]) -> dict[str, HeldOut]:
+def check_held_out(evidence: RegressionData, names: Sequence[str]) -> dict[str, HeldOut]:
     """Every stretch of every recording is left out once, with every third pair of others."""
     training = [evidence.only(~mask) for mask in _MASKS]
     return {
@@ -40,12 +40,12 @@ def check_held_out(evidence: Evidence, names: Sequence[str]) -> dict[str, HeldOu
     }
 
 
-def held_out_sums(evidence: Evidence, name: str) -> list[Sums]:
+def held_out_sums(evidence: RegressionData, name: str) -> list[Sums]:
     """Of each stretch that has rows, what an estimator leaves that has not seen it."""
     return _sums(evidence, [ESTIMATORS[name](evidence.only(~mask)).beta for mask in _MASKS])
 
 
-def _sums(evidence: Evidence, betas: Sequence[Array]) -> list[Sums]:
+def _sums(evidence: RegressionData, betas: Sequence[Array]) -> list[Sums]:
     return [
         sums(evidence.triangles[:, b], evidence.counts[:, b], beta)
         for mask, beta in zip(_MASKS, betas, strict=True)
@@ -54,7 +54,7 @@ def _sums(evidence: Evidence, betas: Sequence[Array]) -> list[Sums]:
     ]
 
 
-def _test(evidence: Evidence, betas: Sequence[Array]) -> HeldOut:
+def _test(evidence: RegressionData, betas: Sequence[Array]) -> HeldOut:
     stretches = _sums(evidence, betas)
     return HeldOut(added(stretches).errors(), spread(stretches), _predictions(evidence, betas))
 
@@ -80,7 +80,7 @@ def jackknife(figure: Callable[..., float], *parts: Sequence[Sums]) -> tuple[flo
     return figure(*totals), float(np.sqrt((count - 1) / count * spread))
 
 
-def _predictions(evidence: Evidence, betas: Sequence[Array]) -> tuple[Array, ...]:
+def _predictions(evidence: RegressionData, betas: Sequence[Array]) -> tuple[Array, ...]:
     fold_of = np.zeros(BLOCKS, dtype=np.int64)
     for fold, mask in enumerate(_MASKS):
         fold_of[mask] = fold

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ident.estimation.feasible_sdp import nearest_to_cad
 from ident.estimation.least_squares import ESTIMATORS, wanted_estimators
 from ident.estimation.problem import Estimate, with_beta
-from ident.estimation.regression_data import Evidence, gather
+from ident.estimation.regression_data import RegressionData, gather
 from ident.identification.cross_validation import HeldOut, check_held_out
 from ident.identification.identifiability import Identifiability, identifiability
 from ident.identification.prediction_error import Assessment, assess
@@ -46,7 +46,7 @@ class Identification:
         seconds: time spent by step [s].
     """
 
-    evidence: Evidence
+    evidence: RegressionData
     estimates: dict[str, Estimate]
     assessments: dict[str, Assessment]
     held_out: dict[str, HeldOut]

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ident.estimation.feasible_set import smallest_eigenvalue
 from ident.estimation.problem import Estimate, with_beta
-from ident.estimation.regression_data import Evidence
+from ident.estimation.regression_data import RegressionData
 from ident.identification.feasibility_test import positive_fraction, verdict
 from ident.regression.squared_errors import Errors, sums
 
@@ -37,7 +37,7 @@ class Assessment:
     positive_fraction: float
 
 
-def assess(evidence: Evidence, estimate: Estimate) -> Assessment:
+def assess(evidence: RegressionData, estimate: Estimate) -> Assessment:
     """The estimate on all rows of the fit, and its feasibility."""
     base, arm = evidence.base, evidence.arm
     raw = np.stack([log.reduction.R_raw for log in evidence.logs])
@@ -59,7 +59,7 @@ def assess(evidence: Evidence, estimate: Estimate) -> Assessment:
     )
 
 
-def _with_masses(evidence: Evidence) -> Array:
+def _with_masses(evidence: RegressionData) -> Array:
     """The prior with a mass for every link, which Pinocchio asks for."""
     masses = [
         evidence.sizes[p.index].mass if p.kind == "inertial" and p.unit == "kg" else value

@@ -8,7 +8,7 @@ the error, whatever the correlation inside a stretch and between joints (delete-
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.estimation.regression_data import Evidence
+from ident.estimation.regression_data import RegressionData
 
 Array = NDArray[np.floating]
 
@@ -16,7 +16,7 @@ QUANTILE_90 = 1.69
 """Half width of a 90 % interval in standard errors: Student's t with 35 degrees of freedom."""
 
 
-def standard_errors(evidence: Evidence, weights: Array | None = None) -> Array:
+def standard_errors(evidence: RegressionData, weights: Array | None = None) -> Array:
     """Standard error of each base parameter of the least-squares solution, shape (b,).
 
     Args:

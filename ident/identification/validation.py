@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.effects.compensation import without_effects
-from ident.estimation.regression_data import Evidence, gather
+from ident.estimation.regression_data import RegressionData, gather
 from ident.identification.cross_validation import spread
 from ident.model.arm import TERM_NAMES, Arm
 from ident.model.identified_model import Model
@@ -31,7 +31,7 @@ class Prediction:
         sd_percent: standard error of the relative error on filtered torque, by estimator [%].
     """
 
-    evidence: Evidence
+    evidence: RegressionData
     betas: Mapping[str, Array]
     filtered: dict[str, Errors]
     raw: dict[str, Errors]

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.regression.reduction import Excerpt
+from ident.regression.reduction import Subsample
 
 Array = NDArray[np.floating]
 
@@ -55,7 +55,7 @@ class Sweep:
     choice: float
 
 
-def sweep(excerpts: Sequence[Excerpt], thresholds: Sequence[float] = THRESHOLDS) -> Sweep:
+def sweep(excerpts: Sequence[Subsample], thresholds: Sequence[float] = THRESHOLDS) -> Sweep:
     """The effect of culling, on rows before any culling.
 
     Args:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.recordings.errors import JointMismatchError
-from ident.recordings.log_summary import GAP_PERIODS, Survey, survey
+from ident.recordings.log_summary import GAP_PERIODS, LogSummary, survey
 from ident.recordings.samples import Instants, TorqueSource, chosen_torque, instants
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import Recording
@@ -151,7 +151,7 @@ def dataset(
 
 
 def dataset_of(
-    found: Survey,
+    found: LogSummary,
     joint_names: Sequence[str],
     torque: TorqueSource | None = None,
     sliding: Sequence[bool] = (),
@@ -215,7 +215,7 @@ def _place(middle: Array, sliding: Sequence[bool]) -> Array:
     return np.where(turning & (np.abs(middle - right_angle) < _HELD), right_angle, middle)
 
 
-def _columns(found: Survey, joint_names: Sequence[str]) -> list[int]:
+def _columns(found: LogSummary, joint_names: Sequence[str]) -> list[int]:
     present = found.joint_names
     missing = [j for j in joint_names if j not in present]
     if missing:
@@ -229,7 +229,7 @@ def _span(start_s: float, stop_s: float, period: float) -> Span:
 
 
 def _uniform(
-    found: Survey,
+    found: LogSummary,
     spans: Sequence[Span],
     torque: TorqueSource,
     columns: Sequence[int],

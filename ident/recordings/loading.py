@@ -10,7 +10,7 @@ from ident.model.arm import Arm, arm_from_file, arm_from_log
 from ident.model.attachments import HasAttachments
 from ident.recordings.dataset import Dataset, dataset_of
 from ident.recordings.errors import ArmsDifferError
-from ident.recordings.log_summary import Survey, survey
+from ident.recordings.log_summary import LogSummary, survey
 from ident.recordings.samples import TorqueSource
 from ident.recordings.steady_state import only_steady_state
 from wamctl.arm.joint_groups import joint_groups
@@ -81,11 +81,11 @@ def joints_to_read(path: Path, robot: Path | None, reading: Reading) -> tuple[st
     return tuple(j for j in most if j in of_arm)
 
 
-def _survey(path: Path, reading: Reading, joints: tuple[str, ...]) -> Survey:
+def _survey(path: Path, reading: Reading, joints: tuple[str, ...]) -> LogSummary:
     return survey(LogFile(path, reading.joint_states, reading.joint_commands, joints), str(path))
 
 
-def _dataset(found: Survey, arm: Arm, reading: Reading) -> Dataset:
+def _dataset(found: LogSummary, arm: Arm, reading: Reading) -> Dataset:
     data = dataset_of(found, arm.robot.joint_names, reading.torque, arm.robot.sliding.tolist())
     if arm.unrecorded:
         fact = (

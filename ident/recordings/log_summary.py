@@ -30,7 +30,7 @@ class Log(Protocol):
 
 
 @dataclass(frozen=True)
-class Survey:
+class LogSummary:
     """What a log holds.
 
     Attributes:
@@ -62,7 +62,7 @@ class Survey:
     reference: bool
 
 
-def survey(log: Log, name: str) -> Survey:
+def survey(log: Log, name: str) -> LogSummary:
     """The survey of a log.
 
     Args:
@@ -90,7 +90,7 @@ def survey(log: Log, name: str) -> Survey:
         if piece.reference is not None:
             wanted += len(piece.reference.stamp_ns)
             widths.add(piece.reference.q.shape[1])
-    return Survey(
+    return LogSummary(
         name=name,
         log=log,
         joint_names=joints,

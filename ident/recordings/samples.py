@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.recordings.log_summary import Survey
+from ident.recordings.log_summary import LogSummary
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import Piece
 from wamctl.arm.ros2.joint_series import Stamps
@@ -65,7 +65,7 @@ class Instants:
         return Instants(grid, q, tau, wanted)
 
 
-def chosen_torque(found: Survey, torque: TorqueSource | None) -> TorqueSource:
+def chosen_torque(found: LogSummary, torque: TorqueSource | None) -> TorqueSource:
     """Which torque to use: as asked for, else the commanded one where there is one.
 
     Raises:
@@ -77,7 +77,7 @@ def chosen_torque(found: Survey, torque: TorqueSource | None) -> TorqueSource:
     return torque
 
 
-def instants(found: Survey, torque: TorqueSource, columns: Sequence[int]) -> Iterator[Instants]:
+def instants(found: LogSummary, torque: TorqueSource, columns: Sequence[int]) -> Iterator[Instants]:
     """The samples of a log, part by part; those that repeat a stamp are left out.
 
     Args:
@@ -114,7 +114,7 @@ class _Queue:
 class _Waiting:
     """Messages that came, and samples that can be made of them."""
 
-    def __init__(self, found: Survey, torque: TorqueSource, columns: Sequence[int]) -> None:
+    def __init__(self, found: LogSummary, torque: TorqueSource, columns: Sequence[int]) -> None:
         n = len(columns)
         self._found, self._columns = found, columns
         self._last = -np.inf

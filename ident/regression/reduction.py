@@ -40,7 +40,7 @@ def triangle(rows: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Excerpt:
+class Subsample:
     """Single rows, evenly thinned: for figures, and for what no triangle can tell.
 
     Attributes:
@@ -91,7 +91,7 @@ class Reduction:
     count: NDArray[np.int64]
     culled: NDArray[np.int64]
     span_s: tuple[float, float]
-    excerpt: Excerpt
+    excerpt: Subsample
     regressor_s: float
 
     @property
@@ -103,13 +103,13 @@ class Reduction:
     def only(self, stretches: NDArray[np.bool_]) -> "Reduction":
         """The same recording, with only some of its stretches, shape (BLOCKS,)."""
         inside = stretches[block_of(self.excerpt.t, self.span_s)]
-        rows = {f.name: getattr(self.excerpt, f.name)[inside] for f in fields(Excerpt)}
+        rows = {f.name: getattr(self.excerpt, f.name)[inside] for f in fields(Subsample)}
         keep = stretches[:, None]
         return replace(
             self,
             R=self.R * keep[..., None, None],
             count=self.count * keep,
-            excerpt=Excerpt(**rows),
+            excerpt=Subsample(**rows),
         )
 
 
@@ -139,7 +139,7 @@ def reduction(
     parts: dict[tuple[int, int], Array] = {}
     raw: dict[int, Array] = {}
     count = np.zeros((BLOCKS, n), dtype=np.int64)
-    excerpts: list[Excerpt] = []
+    excerpts: list[Subsample] = []
     stride, regressor_s = 1, 0.0
     for rows in stream:
         regressor_s += rows.regressor_s
@@ -175,14 +175,14 @@ def _add(parts: dict[K, Array], key: K, W: Array, tau: Array) -> None:
 
 def _excerpt(
     rows: Rows, kept: NDArray[np.bool_], stride: int, joints: NDArray[np.intp], n: int
-) -> Excerpt:
+) -> Subsample:
     def of_all_joints(values: NDArray) -> NDArray:
         part = values[::stride]
         result = np.zeros((len(part), n, *values.shape[2:]), dtype=values.dtype)
         result[:, joints] = part
         return result
 
-    return Excerpt(
+    return Subsample(
         t=rows.t[::stride],
         speed=of_all_joints(rows.speed),
         kept=of_all_joints(kept),
@@ -192,14 +192,14 @@ def _excerpt(
     )
 
 
-def _thinned(e: Excerpt) -> Excerpt:
+def _thinned(e: Subsample) -> Subsample:
     """Every other row; a copy, since a view would keep all of them."""
-    return Excerpt(*(getattr(e, f.name)[::2].copy() for f in fields(e)))
+    return Subsample(*(getattr(e, f.name)[::2].copy() for f in fields(e)))
 
 
-def _joined(parts: list[Excerpt]) -> Excerpt:
-    names = [f.name for f in fields(Excerpt)]
-    return Excerpt(*(np.concatenate([getattr(p, name) for p in parts]) for name in names))
+def _joined(parts: list[Subsample]) -> Subsample:
+    names = [f.name for f in fields(Subsample)]
+    return Subsample(*(np.concatenate([getattr(p, name) for p in parts]) for name in names))
 
 
 def merged(triangles: Array) -> Array:

@@ -10,15 +10,15 @@ import numpy as np
 
 from ident.effects.catalogue import catalogue
 from ident.gap.data.experiment import read_experiment, trusting
-from ident.gap.regression.feasible_fit import Possible, possible
+from ident.gap.regression.feasible_fit import FeasibleModel, feasible_fit
 from ident.gap.results.error_by_term import steps
 from ident.gap.results.forward_simulation import Forward, forward, rms
 from ident.gap.results.full_model import model_with
-from ident.gap.results.held_out_error import Sides, held_out, sides, where
-from ident.gap.results.minimum_detectable import visibility
+from ident.gap.results.held_out_error import BeforeAfter, held_out, sides, where
+from ident.gap.results.minimum_detectable import minimum_detectable
 from ident.gap.results.outcome import Options, Search
 from ident.gap.search import search
-from ident.gap.selection.estimates import Final, finished
+from ident.gap.selection.estimates import FinalEstimates, final_estimates
 from ident.model.model_file import write_model
 from ident.recordings.loading import Reading
 from ident.report.gap_figures import maps, motion_blocks, torque_blocks
@@ -55,9 +55,9 @@ class _Outcome:
     """
 
     found: Search
-    final: Final
-    whole: Possible
-    both: Sides
+    final: FinalEstimates
+    whole: FeasibleModel
+    both: BeforeAfter
     before: list[Forward]
     after: list[Forward]
 
@@ -113,10 +113,10 @@ def gap_logs(
 
 def _outcome(found: Search, tell: Tell) -> _Outcome:
     tell("fitting all data")
-    final = finished(found.rows, found.end, found.verdict.found)
+    final = final_estimates(found.rows, found.end, found.verdict.found)
     b = len(found.rows.kept)
-    before, after = (possible(found.source, p.fit, b) for p in (found.start, found.end))
-    whole = possible(found.source, final.fit, b) if found.end.accepted else after
+    before, after = (feasible_fit(found.source, p.fit, b) for p in (found.start, found.end))
+    whole = feasible_fit(found.source, final.fit, b) if found.end.accepted else after
     tell("simulating the recordings")
     old = forward(found.source, before, ())
     new = forward(found.source, whole, final.hypotheses) if found.end.accepted else old
@@ -127,7 +127,7 @@ def _content(outcome: _Outcome) -> dict[str, Any]:
     """The content of `gap.json`, but for provenance and time."""
     found, both = outcome.found, outcome.both
     source = found.source
-    unseen, sizes = visibility_content(visibility(found))
+    unseen, sizes = visibility_content(minimum_detectable(found))
     errors = (rms(runs, source.moving) for runs in (outcome.before, outcome.after))
     return {
         "verdict": str(found.verdict.kind),

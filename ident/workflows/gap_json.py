@@ -12,12 +12,12 @@ from ident.effects.effect import Value
 from ident.gap.regression.scoring import Score
 from ident.gap.results.error_by_term import Step
 from ident.gap.results.held_out_error import Errors, HeldOut, Share
-from ident.gap.results.minimum_detectable import Visibility
+from ident.gap.results.minimum_detectable import MinimumDetectable
 from ident.gap.results.outcome import Search
-from ident.gap.results.verdict import Nameless
-from ident.gap.selection.acceptance import Found
-from ident.gap.selection.estimates import Final
-from ident.gap.transients.detect import Burst
+from ident.gap.results.verdict import UnexplainedStructure
+from ident.gap.selection.acceptance import AcceptedEffect
+from ident.gap.selection.estimates import FinalEstimates
+from ident.gap.transients.detect import Transient
 from ident.workflows.run_json import numbers
 
 Array = NDArray[np.floating]
@@ -26,7 +26,7 @@ Content = dict[str, Any]
 _NEAREST = 2
 
 
-def effects_content(found: Search, final: Final | None) -> list[Content]:
+def effects_content(found: Search, final: FinalEstimates | None) -> list[Content]:
     """All effects, with the first rivals first.
 
     Args:
@@ -43,10 +43,10 @@ def effects_content(found: Search, final: Final | None) -> list[Content]:
     entries = [
         _found(found, f, values) for f, values in zip(verdict.found, parameters, strict=True)
     ]
-    return [*entries, *(_contact(found, b) for b in verdict.bursts)]
+    return [*entries, *(_contact(found, b) for b in verdict.transients)]
 
 
-def _found(found: Search, item: Found, values: Mapping[str, Value]) -> Content:
+def _found(found: Search, item: AcceptedEffect, values: Mapping[str, Value]) -> Content:
     h = item.hypothesis
     effect = catalogue()[h.effect]
     evidence = {
@@ -77,27 +77,27 @@ def _experiment(effect: str, joints: Sequence[int]) -> str:
     return f"{effect}:{joints[0] + 1}" if joints else effect
 
 
-def _contact(found: Search, burst: Burst) -> Content:
+def _contact(found: Search, transient: Transient) -> Content:
     sd = found.end.fit.sigma.max(axis=1)
-    count = max(int(burst.rows.sum()), 1)
+    count = max(int(transient.rows.sum()), 1)
     parameters: dict[str, Any] = {
         f"torque_{j + 1}": {
             "value": float(torque),
             "sd": float(sd[j] / math.sqrt(count)),
             "unit": "N m",
         }
-        for j, torque in zip(burst.joints, burst.torque, strict=True)
+        for j, torque in zip(transient.joints, transient.torque, strict=True)
     }
     step = found.rows.windows.hop / found.rows.windows.rate_hz
-    parameters["start"] = {"value": burst.start_s, "sd": step, "unit": "s"}
-    parameters["end"] = {"value": burst.end_s, "sd": step, "unit": "s"}
+    parameters["start"] = {"value": transient.start_s, "sd": step, "unit": "s"}
+    parameters["end"] = {"value": transient.end_s, "sd": step, "unit": "s"}
     evidence = {
-        "gain_nats_per_sample": burst.gain,
+        "gain_nats_per_sample": transient.gain,
         "asked_nats_per_sample": found.threshold.of("contact"),
-        "log": burst.log + 1,
+        "log": transient.log + 1,
     }
     equation = catalogue()["contact"].equation
-    return _entry("contact", burst.joints, parameters, equation, evidence, [], None)
+    return _entry("contact", transient.joints, parameters, equation, evidence, [], None)
 
 
 def _entry(
@@ -122,10 +122,10 @@ def _entry(
 
 def unexplained_content(found: Search) -> list[Content]:
     """Structure without a name: where, on what it depends, and which effects come nearest."""
-    return [_nameless(found, n) for n in found.verdict.nameless]
+    return [_nameless(found, n) for n in found.verdict.unexplained_structures]
 
 
-def _nameless(found: Search, item: Nameless) -> Content:
+def _nameless(found: Search, item: UnexplainedStructure) -> Content:
     left = item.leftover
     nearest: dict[str, float] = {}
     for score in (*found.last_scores, *found.first_scores):
@@ -185,7 +185,7 @@ def forward_content(before: Array, after: Array) -> Content:
     }
 
 
-def visibility_content(seen: Visibility) -> tuple[list[Content], Content]:
+def visibility_content(seen: MinimumDetectable) -> tuple[list[Content], Content]:
     """`not_observable` and `minimum_detectable`."""
     unseen = [
         {"name": name, "joints": [j + 1 for j in joints]} for name, joints in seen.unseen.items()

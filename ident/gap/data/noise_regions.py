@@ -13,13 +13,13 @@ Array = NDArray[np.floating]
 class Region(IntEnum):
     """Where a row of one joint lies."""
 
-    TURNING = 0
+    REVERSAL = 0
     """The joint stands still or turns round inside the window."""
 
     SLIDING = 1
     """It moves, and so do the motors that it shares."""
 
-    MOTOR_TURNING = 2
+    MOTOR_REVERSAL = 2
     """It moves, and a motor that it shares with another joint turns round."""
 
 
@@ -41,6 +41,6 @@ def regions(
             if len(shared) > 1:
                 unit = row / np.abs(row).max()
                 turning = windows.least(np.abs(speed @ unit)) < slow[shared].max()
-                found[np.ix_(turning, shared)] = int(Region.MOTOR_TURNING)
-    found[windows.least(np.abs(speed)) < slow] = int(Region.TURNING)
+                found[np.ix_(turning, shared)] = int(Region.MOTOR_REVERSAL)
+    found[windows.least(np.abs(speed)) < slow] = int(Region.REVERSAL)
     return found

@@ -6,16 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import Chain, chain_of, torques
-from ident.effects.smoothed_segment import Stretch
+from ident.effects.smoothed_segment import SmoothedSegment
 from ident.gap.data.experiment import Experiment
 from ident.model.identified_model import Model
 
 Array = NDArray[np.floating]
-Known = Callable[[Stretch], Array]
+Known = Callable[[SmoothedSegment], Array]
 
 
 def known_torque(source: Experiment) -> tuple[Known, Array] | None:
-    """What the trusted model says of a stretch, but for the joints' own friction, and its error.
+    """What the trusted model says of a segment, but for the joints' own friction, and its error.
 
     None without a trusted model. The error is the residual of the model's own fit, per joint [N m].
 
@@ -25,10 +25,10 @@ def known_torque(source: Experiment) -> tuple[Known, Array] | None:
     if model is None:
         return None
     chain = chain_of(source.arm.robot)
-    return lambda stretch: _torque(model, chain, stretch), np.nan_to_num(model.noise)
+    return lambda segment: _torque(model, chain, segment), np.nan_to_num(model.noise)
 
 
-def _torque(model: Model, chain: Chain, s: Stretch) -> Array:
+def _torque(model: Model, chain: Chain, s: SmoothedSegment) -> Array:
     drive = model.terms.drive_matrix
     motion = (np.ascontiguousarray(a) for a in (s.q, s.qd, s.qdd))
     speed = s.qd @ drive.T

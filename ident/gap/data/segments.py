@@ -1,4 +1,4 @@
-"""Unbroken stretches of the recordings, smoothed and differentiated."""
+"""Unbroken segments of the recordings, smoothed and differentiated."""
 
 import itertools
 from collections.abc import Sequence
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.effects.smoothed_segment import Stretch, smoothed
+from ident.effects.smoothed_segment import SmoothedSegment, smoothed
 from ident.gap.data.windows import Windows
 from ident.recordings.dataset import Dataset
 
@@ -17,8 +17,8 @@ _FOLDS = 3
 _BLOCKS_OF_SHORT_LOG, _BLOCKS_OF_LONG_LOG, _SHORT_S = 18, 9, 30.0
 
 
-def stretches(datasets: Sequence[Dataset], windows: Windows) -> list[Stretch]:
-    """All stretches of some recordings, divided into folds.
+def segments(datasets: Sequence[Dataset], windows: Windows) -> list[SmoothedSegment]:
+    """All segments of some recordings, divided into folds.
 
     Three recordings or more are divided as whole recordings; fewer in blocks, every third of which
     goes to the same fold.
@@ -36,7 +36,7 @@ def stretches(datasets: Sequence[Dataset], windows: Windows) -> list[Stretch]:
     return found
 
 
-def _blocks(whole: Stretch, windows: Windows) -> list[Stretch]:
+def _blocks(whole: SmoothedSegment, windows: Windows) -> list[SmoothedSegment]:
     duration = len(whole.t) / whole.rate_hz
     count = _BLOCKS_OF_SHORT_LOG if duration < _SHORT_S else _BLOCKS_OF_LONG_LOG
     hops = len(whole.t) // windows.hop

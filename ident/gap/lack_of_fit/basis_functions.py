@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.effects.effect import Freedom
+from ident.effects.effect import FormUncertainty
 from ident.effects.observation import Observed
-from ident.effects.observing import PresentModel, observed
+from ident.effects.observing import CurrentModel, observed
 from ident.gap.data.windows import body_step
-from ident.gap.regression.design_matrix import Nominal
+from ident.gap.regression.design_matrix import WindowedRows
 
 Array = NDArray[np.floating]
 
@@ -39,7 +39,7 @@ class Group:
     single: bool = False
 
 
-BEAT = Group("time, periodically", 0, single=True)
+PERIODIC_IN_TIME = Group("time, periodically", 0, single=True)
 """Its columns are formed by `beat_columns`: too many frequencies to form all."""
 
 GROUPS = (
@@ -51,7 +51,7 @@ GROUPS = (
     Group("time since the start of the run", _KNOTS),
     Group("time since the start, following the direction of joint {j}", _KNOTS),
     Group("the angle of joint {j}, periodically", 2 * _WAVES, single=True),
-    BEAT,
+    PERIODIC_IN_TIME,
     Group("the motion of other joints", 0),
 )
 """The last group has six columns for each other joint."""
@@ -72,19 +72,19 @@ class Range:
 
 
 class Views:
-    """All stretches, as often as the links move, to form free columns of."""
+    """All segments, as often as the links move, to form free columns of."""
 
-    def __init__(self, rows: Nominal, model: PresentModel) -> None:
-        whole = np.concatenate([s.q for s in rows.stretches])
-        last = max(float(s.t[-1]) for s in rows.stretches)
+    def __init__(self, rows: WindowedRows, model: CurrentModel) -> None:
+        whole = np.concatenate([s.q for s in rows.segments])
+        last = max(float(s.t[-1]) for s in rows.segments)
         every = body_step(rows.windows)
         self._extent = Range(whole.min(axis=0), whole.max(axis=0), last)
         self._windows = rows.windows.coarser(every)
-        self._seen = [observed(s, model, every)[1] for s in rows.stretches]
+        self._seen = [observed(s, model, every)[1] for s in rows.segments]
         self._counts = [len(y) for y in rows.torque]
 
     def windowed(self, curves: Callable[[Observed, Range], list[Array]]) -> list[Array]:
-        """Columns of all rows, each of shape (R, size), of those of each stretch."""
+        """Columns of all rows, each of shape (R, size), of those of each segment."""
         formed = [curves(seen, self._extent) for seen in self._seen]
         return [
             np.concatenate(
@@ -94,15 +94,17 @@ class Views:
         ]
 
 
-def form_columns(seen: Observed, extent: Range, joint: int, freedom: Freedom) -> list[Array]:
+def form_columns(
+    seen: Observed, extent: Range, joint: int, freedom: FormUncertainty
+) -> list[Array]:
     """What the form of an effect on a joint may get wrong, shape (S, size); nothing: no column."""
     place, fast, late = _over(seen, extent, joint)
     qd, way = seen.qd[:, [joint]], seen.direction[:, [joint]]
     columns = {
-        Freedom.SPEED: fast * way,
-        Freedom.EITHER_WAY: fast,
-        Freedom.POSITION: place,
-        Freedom.TIME: np.column_stack([late * way, late * qd]),
+        FormUncertainty.SPEED: fast * way,
+        FormUncertainty.EITHER_WAY: fast,
+        FormUncertainty.POSITION: place,
+        FormUncertainty.TIME: np.column_stack([late * way, late * qd]),
     }
     return [columns.get(freedom, np.zeros((len(qd), 0)))]
 
@@ -111,9 +113,9 @@ def _over(seen: Observed, extent: Range, joint: int) -> tuple[Array, Array, Arra
     """Hats over a joint's position, its speed, and time, each of shape (S, _KNOTS)."""
     low, high = extent.low[joint], extent.high[joint]
     return (
-        _tents((seen.q[:, joint] - low) / max(high - low, 1e-9)),
-        _tents(np.sqrt(np.minimum(np.abs(seen.qd[:, joint]) / 1.5, 1.0))),
-        _tents(seen.t / extent.end_s),
+        _hat_functions((seen.q[:, joint] - low) / max(high - low, 1e-9)),
+        _hat_functions(np.sqrt(np.minimum(np.abs(seen.qd[:, joint]) / 1.5, 1.0))),
+        _hat_functions(seen.t / extent.end_s),
     )
 
 
@@ -162,7 +164,7 @@ def beat_columns(t: Array, rows: NDArray[np.bool_], error: Array) -> tuple[Array
     return _pairs(t[:, None] * beats[power.argmax()]), len(beats)
 
 
-def _tents(u: Array) -> Array:
+def _hat_functions(u: Array) -> Array:
     """Piecewise-linear hats over 0 to 1, shape (S, _KNOTS)."""
     centres = np.linspace(0.0, 1.0, _KNOTS)
     return np.maximum(0.0, 1.0 - np.abs(u[:, None] - centres) * (_KNOTS - 1))

@@ -7,11 +7,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.effects.observing import PresentModel
+from ident.effects.observing import CurrentModel
 from ident.gap.data.noise_regions import Region
-from ident.gap.lack_of_fit.basis_functions import BEAT, GROUPS, Views, beat_columns, group_columns
-from ident.gap.regression.current_model import HELD_OUT, SEARCHED, Present
-from ident.gap.regression.design_matrix import APART, Nominal, Table, tabulate
+from ident.gap.lack_of_fit.basis_functions import (
+    GROUPS,
+    PERIODIC_IN_TIME,
+    Views,
+    beat_columns,
+    group_columns,
+)
+from ident.gap.regression.current_model import HELD_OUT, SEARCHED, CurrentFit
+from ident.gap.regression.design_matrix import EXCLUDED, Table, WindowedRows, build_design_matrix
 from ident.gap.regression.projection import joint_rows, projected
 from ident.gap.regression.residuals import Residual, memory_of, residuals
 from ident.gap.regression.weighted_fit import Fit, trusted
@@ -29,7 +35,7 @@ _APART = 6  # rows: noise has forgotten itself by then, the motion has not
 
 
 @dataclass(frozen=True)
-class Leftover:
+class RemainingStructure:
     """Structure in one joint's residual.
 
     Attributes:
@@ -49,7 +55,9 @@ class Leftover:
     ahead: bool = False
 
 
-def leftovers(rows: Nominal, model: PresentModel, table: Table, now: Fit) -> list[Leftover]:
+def remaining_structures(
+    rows: WindowedRows, model: CurrentModel, table: Table, now: Fit
+) -> list[RemainingStructure]:
     """Structure of all joints and groups, the strongest first.
 
     It is searched where effects are, and counts as far as it holds on what no search has seen.
@@ -63,14 +71,16 @@ def leftovers(rows: Nominal, model: PresentModel, table: Table, now: Fit) -> lis
     left = residuals(table, now)
     found = []
     for j, groups in _groups(rows, model):
-        sliding = table.region[:, j] != Region.TURNING
+        sliding = table.region[:, j] != Region.REVERSAL
         here = [sliding & np.isin(table.fold, SEARCHED), sliding & (table.fold == HELD_OUT)]
         found += _joint(table, now, j, groups, here, left[j].values)
     found += elsewhere(left, table.fold, trusted(table.grams))
     return sorted(found, key=lambda x: -x.gain)
 
 
-def elsewhere(left: list[Residual], fold: NDArray[np.int64], least: Array) -> list[Leftover]:
+def elsewhere(
+    left: list[Residual], fold: NDArray[np.int64], least: Array
+) -> list[RemainingStructure]:
     """Joints at which the model fails on the held-out data alone: the recordings disagree.
 
     A moment, as when a joint that is held slips, is no such failure, and neither is louder noise:
@@ -83,7 +93,7 @@ def elsewhere(left: list[Residual], fold: NDArray[np.int64], least: Array) -> li
     """
     found = []
     for j, r in enumerate(left):
-        sliding = r.region != Region.TURNING
+        sliding = r.region != Region.REVERSAL
         folds = fold[: len(sliding)]
         here = _usual_square(r, sliding & np.isin(folds, SEARCHED), 0)
         beyond = _usual_square(r, sliding & (folds == HELD_OUT), _APART)
@@ -91,7 +101,9 @@ def elsewhere(left: list[Residual], fold: NDArray[np.int64], least: Array) -> li
         gain = 0.5 * float(np.log(max(beyond, floor) / max(here, floor)))
         if gain > _DISAGREE:
             name = "which part of the recordings it is"
-            found.append(Leftover(j, name, gain, float(1 - np.exp(-2 * gain)), ahead=True))
+            found.append(
+                RemainingStructure(j, name, gain, float(1 - np.exp(-2 * gain)), ahead=True)
+            )
     return found
 
 
@@ -103,16 +115,16 @@ def _usual_square(left: Residual, chosen: NDArray[np.bool_], lag: int) -> float:
         values = np.clip(values, -most, most)
     ahead = slice(lag, None)
     back = slice(0, len(values) - lag)
-    both = chosen[ahead] & chosen[back] & (left.stretch[ahead] == left.stretch[back])
+    both = chosen[ahead] & chosen[back] & (left.segment[ahead] == left.segment[back])
     return float(values[ahead] @ (values[back] * both)) / max(int(both.sum()), 1)
 
 
-def noise(rows: Nominal, present: Present) -> list[Residual]:
+def noise(rows: WindowedRows, present: CurrentFit) -> list[Residual]:
     """What the model leaves, without what free curves can explain of it, of all joints."""
-    table = tabulate(rows, present.model, present.accepted)
+    table = build_design_matrix(rows, present.model, present.accepted)
     left = residuals(table, present.fit)
     for j, groups in _groups(rows, present.model):
-        sliding = (table.fold != APART) & (table.region[:, j] != Region.TURNING)
+        sliding = (table.fold != EXCLUDED) & (table.region[:, j] != Region.REVERSAL)
         columns = np.column_stack([g[sliding] for g in groups])
         values = left[j].values.copy()
         curves, _, rank, _ = np.linalg.lstsq(columns, values[sliding], rcond=_FREE)
@@ -122,7 +134,7 @@ def noise(rows: Nominal, present: Present) -> list[Residual]:
     return left
 
 
-def _groups(rows: Nominal, model: PresentModel) -> Iterator[tuple[int, list[Array]]]:
+def _groups(rows: WindowedRows, model: CurrentModel) -> Iterator[tuple[int, list[Array]]]:
     """Windowed columns of each group, for each moving joint."""
     views = Views(rows, model)
     for j in model.facts.moving_joints:
@@ -136,7 +148,7 @@ def _joint(
     groups: list[Array],
     rows: list[NDArray[np.bool_]],
     residual: Array,
-) -> list[Leftover]:
+) -> list[RemainingStructure]:
     """Structure of one joint; `rows` are those to search, and those to test it on."""
     searched, unseen = (joint_rows(table, now, joint, chosen, residual) for chosen in rows)
     e = searched.error
@@ -145,28 +157,28 @@ def _joint(
     tried = []
     for group, formed in zip(GROUPS, groups, strict=True):
         columns, choices = formed, max(formed.shape[1] // 2, 1)
-        if group is BEAT and len(e):
+        if group is PERIODIC_IN_TIME and len(e):
             columns, choices = beat_columns(table.t, searched.chosen, e / searched.sigma)
         if columns.shape[1] == 0:
             continue
         curves = projected(now, searched, columns)
         fitted = curves.fitted(e, group.single)
-        explained = (curves.scaled - searched.nominal @ curves.absorbed) @ fitted.values
-        there = unseen.scaled(columns) - unseen.nominal @ curves.absorbed
+        explained = (curves.scaled - searched.windowed_rows @ curves.absorbed) @ fitted.values
+        there = unseen.scaled(columns) - unseen.windowed_rows @ curves.absorbed
         beyond = unseen.error - there @ fitted.values
         many = np.log(choices) + 1 if group.single else len(fitted.values) / 2
         tried.append((group, fitted, e - explained, beyond, many))
     if not tried:
         return []
     least = min((rest for _, _, rest, _, _ in tried), key=lambda r: float(r @ r))
-    effective = len(e) / memory_of(least, table.stretch[searched.chosen])
+    effective = len(e) / memory_of(least, table.segment[searched.chosen])
     found = []
     for group, fitted, rest, beyond, many in tried:
         share = float(np.clip((square - float(rest @ rest)) / most, 0.0, 1 - 1e-9))
         nats = -0.5 * np.log(1 - share) - many / effective
         held = _log_ratio(unseen.error, beyond)
         name = group.name.format(j=joint + 1)
-        found.append(Leftover(joint, name, float(min(nats, held)), share, fitted.place))
+        found.append(RemainingStructure(joint, name, float(min(nats, held)), share, fitted.place))
     return found
 
 

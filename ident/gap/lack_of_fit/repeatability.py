@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from ident.gap.data.experiment import Experiment
 from ident.gap.data.noise_regions import Region
-from ident.gap.regression.design_matrix import Nominal, Table
+from ident.gap.regression.design_matrix import Table, WindowedRows
 from ident.gap.regression.residuals import Residual
 from ident.model.attachments import attached_trajectory
 
@@ -18,7 +18,7 @@ _LEAST_SHARE = 0.1  # of a recording's rows must come again
 
 
 def noise_floor(
-    source: Experiment, rows: Nominal, table: Table, left: list[Residual]
+    source: Experiment, rows: WindowedRows, table: Table, left: list[Residual]
 ) -> Array | None:
     """Rms noise per joint and region [N m], shape (n, regions), from one period to the next.
 
@@ -42,7 +42,7 @@ def noise_floor(
 
 
 def pairs(
-    source: Experiment, rows: Nominal, table: Table
+    source: Experiment, rows: WindowedRows, table: Table
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Rows of one period, and the same rows of the next.
 
@@ -50,8 +50,8 @@ def pairs(
     the arm in the same place.
     """
     hop_s = rows.windows.hop / rows.windows.rate_hz
-    log = np.array([s.log for s in rows.stretches])[table.stretch]
-    q = np.concatenate([rows.windows.mean(s.q) for s in rows.stretches])
+    log = np.array([s.log for s in rows.segments])[table.segment]
+    q = np.concatenate([rows.windows.mean(s.q) for s in rows.segments])
     first, second = [], []
     for number, (recording, data) in enumerate(
         zip(source.recordings, source.datasets, strict=True)

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Effect, Hypothesis, Linearises, Reshapes, Setting
 from ident.effects.observation import ArmFacts
-from ident.effects.observing import PresentModel, on_links
-from ident.effects.reversal_friction import SLOW, USUAL, Mixture, slow_speed
-from ident.gap.regression.design_matrix import Nominal, Table, tabulate
+from ident.effects.observing import CurrentModel, on_links
+from ident.effects.reversal_friction import SLOW, USUAL, MaxwellSlipMixture, reversal_speed
+from ident.gap.regression.design_matrix import Table, WindowedRows, build_design_matrix
 from ident.gap.regression.scoring import EXACT_PER_PLACE, Score, choose_shapes, scan
-from ident.gap.regression.weighted_fit import Choice, Fit, fit
+from ident.gap.regression.weighted_fit import Fit, ModelStructure, fit
 
 Array = NDArray[np.floating]
 
@@ -34,7 +34,7 @@ _FINER = 7  # points of each refinement
 
 
 @dataclass(frozen=True)
-class Present:
+class CurrentFit:
     """The model so far.
 
     Attributes:
@@ -43,28 +43,28 @@ class Present:
         fit: on the folds that are searched.
     """
 
-    model: PresentModel
+    model: CurrentModel
     accepted: tuple[Hypothesis, ...]
     fit: Fit
 
 
-def begin(rows: Nominal, facts: ArmFacts) -> Present:
+def nominal_fit(rows: WindowedRows, facts: ArmFacts) -> CurrentFit:
     """The rigid-body model with viscous and Coulomb friction."""
     none = np.zeros(facts.dof)
     slow = np.full(facts.dof, SLOW[0])
     shapes = np.tile(USUAL, (facts.dof, 1))
-    model = PresentModel(facts, none, none, shapes, slow)
+    model = CurrentModel(facts, none, none, shapes, slow)
     empty = np.zeros((facts.dof, 1))
-    nothing = Fit(Choice(shapes), empty[0], empty, empty.astype(int), empty)
-    return _settled(rows, Present(model, (), nothing))
+    nothing = Fit(ModelStructure(shapes), empty[0], empty, empty.astype(int), empty)
+    return _settled(rows, CurrentFit(model, (), nothing))
 
 
-def extend(rows: Nominal, present: Present, hypotheses: Sequence[Hypothesis]) -> Present:
+def extend(rows: WindowedRows, present: CurrentFit, hypotheses: Sequence[Hypothesis]) -> CurrentFit:
     """The model with more effects, everything fitted again."""
     return _settled(rows, replace(present, accepted=(*present.accepted, *hypotheses)))
 
 
-def _settled(rows: Nominal, present: Present) -> Present:
+def _settled(rows: WindowedRows, present: CurrentFit) -> CurrentFit:
     """Reversal curves, regions, and parameters that agree with each other.
 
     A wide curve makes the region of turning wide, in which a narrow one may fit as well, which
@@ -72,18 +72,18 @@ def _settled(rows: Nominal, present: Present) -> Present:
     """
     for settling in range(_SETTLINGS):
         slow = present.model.slow
-        table = tabulate(rows, present.model, present.accepted)
-        choice = Choice(present.model.shapes, tuple(table.slots.values()))
+        table = build_design_matrix(rows, present.model, present.accepted)
+        choice = ModelStructure(present.model.shapes, tuple(table.slots.values()))
         found = choose_shapes(table.grams.of(SEARCHED), choice)
         least = slow if settling > 1 else np.zeros_like(slow)
         model = _updated(rows, present, found, least)
-        present = Present(model, present.accepted, found)
+        present = CurrentFit(model, present.accepted, found)
         if settling and (model.slow == slow).all():
             break
     return present
 
 
-def _updated(rows: Nominal, present: Present, found: Fit, least: Array) -> PresentModel:
+def _updated(rows: WindowedRows, present: CurrentFit, found: Fit, least: Array) -> CurrentModel:
     model = present.model
     b, n = len(rows.kept), model.facts.dof
     delta = model.facts.delta.copy()
@@ -91,12 +91,12 @@ def _updated(rows: Nominal, present: Present, found: Fit, least: Array) -> Prese
         delta[:] = 0.0
         delta[rows.kept] = found.x[:b]
     shapes = found.choice.shapes
-    return PresentModel(
+    return CurrentModel(
         replace(model.facts, delta=delta),
         found.x[b : b + n],
         found.x[b + n : b + 2 * n],
         shapes,
-        np.maximum(least, [slow_speed(Mixture(s).width) for s in shapes]),
+        np.maximum(least, [reversal_speed(MaxwellSlipMixture(s).width) for s in shapes]),
         on_links(present.accepted, found.effects),
     )
 
@@ -108,21 +108,23 @@ def all_hypotheses(facts: ArmFacts) -> list[Hypothesis]:
 
 
 def examine(
-    rows: Nominal,
-    present: Present,
+    rows: WindowedRows,
+    present: CurrentFit,
     hypotheses: Sequence[Hypothesis],
     exact: int = EXACT_PER_PLACE,
 ) -> tuple[Table, list[Score]]:
     """Scores of hypotheses beside the model so far, on the folds that are searched."""
-    table = tabulate(rows, present.model, present.accepted, hypotheses)
+    table = build_design_matrix(rows, present.model, present.accepted, hypotheses)
     searched = table.searched(SEARCHED)
     accepted = len(present.accepted)
-    choice = Choice(present.model.shapes, tuple(table.slots[i] for i in range(accepted)))
+    choice = ModelStructure(present.model.shapes, tuple(table.slots[i] for i in range(accepted)))
     now = fit(searched.grams, choice, present.fit.sigma)
     return table, scan(searched, now, accepted, exact)
 
 
-def refined(rows: Nominal, present: Present, score: Score) -> list[Score]:
+def refine_nonlinear_parameters(
+    rows: WindowedRows, present: CurrentFit, score: Score
+) -> list[Score]:
     """The same effect at the same place with its settings tuned, one of each form, best first."""
     effect = catalogue()[score.hypothesis.effect]
     if isinstance(effect, Linearises):
@@ -135,14 +137,14 @@ def refined(rows: Nominal, present: Present, score: Score) -> list[Score]:
         _, found = examine(rows, present, [score.hypothesis, *near], _EXACT_OF_REFINED)
         for s in found:
             form = _form(effect, s.hypothesis)
-            if form not in best or s.merit > best[form].merit:
+            if form not in best or s.penalised_gain > best[form].penalised_gain:
                 best[form] = s
-        most = max(s.merit for s in best.values())
-        best = {form: s for form, s in best.items() if s.merit > _PROMISING * most}
-    return sorted(best.values(), key=lambda s: -s.merit)
+        most = max(s.penalised_gain for s in best.values())
+        best = {form: s for form, s in best.items() if s.penalised_gain > _PROMISING * most}
+    return sorted(best.values(), key=lambda s: -s.penalised_gain)
 
 
-def _linearised(rows: Nominal, present: Present, effect: Linearises, score: Score) -> Score:
+def _linearised(rows: WindowedRows, present: CurrentFit, effect: Linearises, score: Score) -> Score:
     """An effect with its columns formed about the coefficients that it comes out with."""
     for _ in range(_LINEARISATIONS):
         _, found = examine(rows, present, [effect.about(score.hypothesis, score.values)])

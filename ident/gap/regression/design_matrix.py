@@ -1,4 +1,4 @@
-"""From stretches to inner products: nominal columns, reversal curves, and candidates."""
+"""From segments to inner products: nominal columns, reversal curves, and candidates."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
@@ -10,41 +10,41 @@ from ident.dynamics.compiled_regressor import regressor
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Hypothesis
 from ident.effects.observation import ArmFacts, Observed
-from ident.effects.observing import PresentModel, observed
-from ident.effects.reversal_friction import TURNINGS
-from ident.effects.smoothed_segment import Stretch
+from ident.effects.observing import CurrentModel, observed
+from ident.effects.reversal_friction import BASIS
+from ident.effects.smoothed_segment import SmoothedSegment
 from ident.gap.data.noise_regions import Region, regions
 from ident.gap.data.reference_model import Known
 from ident.gap.data.windows import Windows, body_step
-from ident.gap.regression.normal_equations import Grams, Layout, joint_products
-from ident.gap.regression.weighted_fit import Slot
+from ident.gap.regression.normal_equations import Layout, NormalEquations, joint_products
+from ident.gap.regression.weighted_fit import ColumnIndex
 
 Array = NDArray[np.floating]
 
 FOLDS = 3
-APART = -1
+EXCLUDED = -1
 """Fold of the rows that stand apart."""
 
 _ABSENT = 1e-12  # a base column this small beside the joint's torque is rounding
 
 
 @dataclass(frozen=True)
-class Nominal:
+class WindowedRows:
     """Rows that do not depend on the present model.
 
     Attributes:
-        stretches: the samples.
+        segments: the samples.
         windows: of the rows.
         kept: the inertial parameters that the base columns stand for, shape (b,).
-        base: windowed base columns, per stretch, shape (R, n, b).
-        turnings: windowed reversal curves, per stretch, shape (R, n, T).
-        viscous, torque: per stretch, shape (R, n).
+        base: windowed base columns, per segment, shape (R, n, b).
+        turnings: windowed reversal curves, per segment, shape (R, n, T).
+        viscous, torque: per segment, shape (R, n).
         least: error that a trusted model brings [N m], shape (n,), or None.
         apart: rows that no fit may see, shape (R,), or None.
         formed: windowed columns of hypotheses that later models can use again.
     """
 
-    stretches: tuple[Stretch, ...]
+    segments: tuple[SmoothedSegment, ...]
     windows: Windows
     kept: NDArray[np.int64]
     base: tuple[Array, ...]
@@ -67,17 +67,17 @@ class Table:
         columns: per joint, shape (R, p), in the order of its layout.
         fold: of each row, shape (R,).
         region: of each row and joint, shape (R, n).
-        stretch: of each row, shape (R,).
+        segment: of each row, shape (R,).
         t: time of each row since its recording's start [s], shape (R,).
     """
 
-    grams: Grams
-    slots: dict[int, Slot]
+    grams: NormalEquations
+    slots: dict[int, ColumnIndex]
     hypotheses: tuple[Hypothesis, ...]
     columns: tuple[Array, ...]
     fold: NDArray[np.int64]
     region: NDArray[np.int64]
-    stretch: NDArray[np.int64]
+    segment: NDArray[np.int64]
     t: Array
 
     def searched(self, folds: Sequence[int]) -> "Table":
@@ -85,13 +85,13 @@ class Table:
         return replace(self, grams=self.grams.of(folds))
 
 
-def nominal(
-    parts: Sequence[Stretch],
+def windowed_rows(
+    parts: Sequence[SmoothedSegment],
     windows: Windows,
     facts: ArmFacts,
     kept: NDArray[np.int64],
     known: tuple[Known, Array] | None = None,
-) -> Nominal:
+) -> WindowedRows:
     """The rows of the rigid-body model with friction.
 
     Args:
@@ -112,7 +112,7 @@ def nominal(
         columns = regressor(facts.chain, *(np.ascontiguousarray(m) for m in motion))[:, :, kept]
         base.append(coarse.mean(columns))
         turnings.append(_turning_columns(s, windows))
-    return Nominal(
+    return WindowedRows(
         tuple(parts),
         windows,
         kept,
@@ -124,20 +124,20 @@ def nominal(
     )
 
 
-def _turning_columns(s: Stretch, windows: Windows) -> Array:
+def _turning_columns(s: SmoothedSegment, windows: Windows) -> Array:
     joints = range(s.q.shape[1])
     return np.stack(
         [
             windows.mean(np.stack([t(s.q[:, j], s.speeds[..., j]) for j in joints], axis=-1))
-            for t in TURNINGS
+            for t in BASIS
         ],
         axis=-1,
     )
 
 
-def tabulate(
-    rows: Nominal,
-    model: PresentModel,
+def build_design_matrix(
+    rows: WindowedRows,
+    model: CurrentModel,
     accepted: Sequence[Hypothesis],
     candidates: Sequence[Hypothesis] = (),
 ) -> Table:
@@ -153,20 +153,19 @@ def tabulate(
     hypotheses = [*accepted, *candidates]
     slots, widths = _slots(hypotheses, dof)
     extras = [
-        _extra_columns(rows, model, hypotheses, slots, widths, i)
-        for i in range(len(rows.stretches))
+        _extra_columns(rows, model, hypotheses, slots, widths, i) for i in range(len(rows.segments))
     ]
     region = np.concatenate(
         [
             regions(s.speeds[1], model.slow, model.facts.motor_from_joint, rows.windows)
-            for s in rows.stretches
+            for s in rows.segments
         ]
     )
     lengths = [len(t) for t in rows.torque]
-    fold = np.repeat([s.fold for s in rows.stretches], lengths)
+    fold = np.repeat([s.fold for s in rows.segments], lengths)
     if rows.apart is not None:
-        fold[rows.apart] = APART
-    stretch = np.repeat(np.arange(len(lengths)), lengths)
+        fold[rows.apart] = EXCLUDED
+    segment = np.repeat(np.arange(len(lengths)), lengths)
     base, turnings = np.concatenate(rows.base), np.concatenate(rows.turnings)
     viscous, torque = np.concatenate(rows.viscous), np.concatenate(rows.torque)
     layouts, products, counts, kept = [], [], [], []
@@ -188,29 +187,31 @@ def tabulate(
         layouts.append(layout)
         products.append(product)
         counts.append(count)
-    grams = Grams(base.shape[2], tuple(layouts), tuple(products), np.array(counts), rows.least)
+    grams = NormalEquations(
+        base.shape[2], tuple(layouts), tuple(products), np.array(counts), rows.least
+    )
     t = np.concatenate(
         [
             rows.windows.centres(s.t)[: len(y)]
-            for s, y in zip(rows.stretches, rows.torque, strict=True)
+            for s, y in zip(rows.segments, rows.torque, strict=True)
         ]
     )
-    return Table(grams, slots, tuple(hypotheses), tuple(kept), fold, region, stretch, t)
+    return Table(grams, slots, tuple(hypotheses), tuple(kept), fold, region, segment, t)
 
 
-def _slots(hypotheses: Sequence[Hypothesis], dof: int) -> tuple[dict[int, Slot], list[int]]:
+def _slots(hypotheses: Sequence[Hypothesis], dof: int) -> tuple[dict[int, ColumnIndex], list[int]]:
     widths = [0] * dof
     slots = {}
     for i, h in enumerate(hypotheses):
         k = len(h.coefficients)
-        slots[i] = Slot(h.rows, tuple(widths[j] for j in h.rows), k)
+        slots[i] = ColumnIndex(h.rows, tuple(widths[j] for j in h.rows), k)
         for j in h.rows:
             widths[j] += k
     return slots, widths
 
 
 def _places_of(
-    slots: dict[int, Slot], which: Iterable[int], joint: int, first: int
+    slots: dict[int, ColumnIndex], which: Iterable[int], joint: int, first: int
 ) -> list[tuple[int, int]]:
     """First column and number of columns of some hypotheses on a joint."""
     chosen = [slots[i] for i in which if joint in slots[i].joints]
@@ -218,22 +219,22 @@ def _places_of(
 
 
 def _extra_columns(
-    rows: Nominal,
-    model: PresentModel,
+    rows: WindowedRows,
+    model: CurrentModel,
     hypotheses: Sequence[Hypothesis],
-    slots: dict[int, Slot],
+    slots: dict[int, ColumnIndex],
     widths: list[int],
-    stretch: int,
+    segment: int,
 ) -> list[Array]:
-    """Windowed columns of all hypotheses in one stretch, per joint, shape (R, extra)."""
-    s, windows = rows.stretches[stretch], rows.windows
-    count = len(rows.torque[stretch])
+    """Windowed columns of all hypotheses in one segment, per joint, shape (R, extra)."""
+    s, windows = rows.segments[segment], rows.windows
+    count = len(rows.torque[segment])
     found: list[Array] = [np.zeros((count, w)) for w in widths]
     if not hypotheses:
         return found
     views = _Views(s, model, windows)
     for i, h in enumerate(hypotheses):
-        key = _key(h, model, stretch)
+        key = _key(h, model, segment)
         if key not in rows.formed:
             rows.formed[key] = views.mean(h)[:count]
         for row, (j, start) in enumerate(zip(slots[i].joints, slots[i].starts, strict=True)):
@@ -241,7 +242,7 @@ def _extra_columns(
     return found
 
 
-def _key(h: Hypothesis, model: PresentModel, stretch: int) -> tuple[object, ...]:
+def _key(h: Hypothesis, model: CurrentModel, segment: int) -> tuple[object, ...]:
     """What the windowed columns of a hypothesis depend on."""
     uses = catalogue()[h.effect].uses
     direction = model.shapes[list(h.joints)].tobytes() if "direction" in uses else b""
@@ -249,13 +250,13 @@ def _key(h: Hypothesis, model: PresentModel, stretch: int) -> tuple[object, ...]
     if "friction" in uses or ("torque" in uses and not model.facts.commanded):
         whole = (model.facts.delta, model.viscous, model.coulomb, model.shapes)
         parameters = b"".join(x.tobytes() for x in (*whole, *(v for _, v in model.carried)))
-    return (stretch, *h.key, direction, parameters)
+    return (segment, *h.key, direction, parameters)
 
 
 class _Views:
-    """What effects may look at in one stretch, formed when the first of them asks."""
+    """What effects may look at in one segment, formed when the first of them asks."""
 
-    def __init__(self, s: Stretch, model: PresentModel, windows: Windows) -> None:
+    def __init__(self, s: SmoothedSegment, model: CurrentModel, windows: Windows) -> None:
         self._stretch, self._model, self._windows = s, model, windows
         self._every = body_step(windows)
         self._seen: tuple[Observed, Observed] | None = None

@@ -22,7 +22,7 @@ _TIE = 1e-13  # of the largest entry: keeps the triangle of a rounding-tight fit
 
 
 @dataclass(frozen=True)
-class Possible:
+class FeasibleModel:
     """A physically possible arm.
 
     Attributes:
@@ -62,7 +62,7 @@ def friction_terms(arm: Arm) -> Terms:
     )
 
 
-def possible(source: Experiment, model: Fit, base_size: int) -> Possible:
+def feasible_fit(source: Experiment, model: Fit, base_size: int) -> FeasibleModel:
     """The possible parameters nearest to a fit, in units of its noise.
 
     The effects' coefficients are left free; what they explain is projected off first. A trusted
@@ -102,7 +102,7 @@ def possible(source: Experiment, model: Fit, base_size: int) -> Possible:
         x[rest] = effects
     widths = [s.width for s in model.choice.slots]
     kinds = [p.kind for p in base.parameters]
-    return Possible(
+    return FeasibleModel(
         terms,
         delta,
         delta[[k == "inertial" for k in kinds]],
@@ -116,10 +116,10 @@ def possible(source: Experiment, model: Fit, base_size: int) -> Possible:
     )
 
 
-def _trusted(source: Experiment, known: Model, model: Fit) -> Possible:
+def _trusted(source: Experiment, known: Model, model: Fit) -> FeasibleModel:
     n = source.arm.robot.dof
     terms = friction_terms(source.arm)
-    return Possible(
+    return FeasibleModel(
         terms,
         known.delta,
         known.inertial,

@@ -47,7 +47,7 @@ class Layout:
 
 
 @dataclass(frozen=True)
-class Grams:
+class NormalEquations:
     """Inner products per joint, fold and region.
 
     Attributes:
@@ -69,10 +69,10 @@ class Grams:
         """Number of joints n."""
         return len(self.layouts)
 
-    def of(self, folds: Sequence[int]) -> "Grams":
+    def of(self, folds: Sequence[int]) -> "NormalEquations":
         """The same of some folds, taken together as one."""
         chosen = list(folds)
-        return Grams(
+        return NormalEquations(
             self.base,
             self.layouts,
             tuple(p[chosen].sum(axis=0, keepdims=True) for p in self.products),

@@ -28,7 +28,7 @@ class JointRows:
 
     chosen: NDArray[np.bool_]
     sigma: Array
-    nominal: Array
+    windowed_rows: Array
     unknown: NDArray[np.int64]
     error: Array
 
@@ -51,8 +51,8 @@ def joint_rows(
     """
     place = places(table.grams, now.choice)[joint]
     sigma = now.sigma[joint][table.region[chosen, joint]]
-    nominal = place.of(table.columns[joint][chosen]) / sigma[:, None]
-    return JointRows(chosen, sigma, nominal, place.unknown, residual[chosen] / sigma)
+    windowed_rows = place.of(table.columns[joint][chosen]) / sigma[:, None]
+    return JointRows(chosen, sigma, windowed_rows, place.unknown, residual[chosen] / sigma)
 
 
 @dataclass(frozen=True)
@@ -107,6 +107,6 @@ def projected(now: Fit, rows: JointRows, columns: Array) -> Projected:
     """Columns of all rows, shape (R, c), beside the present model."""
     scaled = rows.scaled(columns)
     across = np.zeros((len(now.normal), scaled.shape[1]))
-    across[rows.unknown] = rows.nominal.T @ scaled
+    across[rows.unknown] = rows.windowed_rows.T @ scaled
     back = solve(now.normal, across)
     return Projected(scaled, back[rows.unknown], scaled.T @ scaled - across.T @ back)

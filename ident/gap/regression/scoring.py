@@ -9,8 +9,8 @@ from ident.effects.catalogue import catalogue
 from ident.effects.effect import Hypothesis, Steepens
 from ident.effects.reversal_friction import best_mixture, parts_of
 from ident.gap.regression.design_matrix import Table
-from ident.gap.regression.normal_equations import Grams
-from ident.gap.regression.weighted_fit import Choice, Fit, Slot, fit, places, solve
+from ident.gap.regression.normal_equations import NormalEquations
+from ident.gap.regression.weighted_fit import ColumnIndex, Fit, ModelStructure, fit, places, solve
 
 Array = NDArray[np.floating]
 
@@ -39,7 +39,7 @@ class Score:
     gain: float
 
     @property
-    def merit(self) -> float:
+    def penalised_gain(self) -> float:
         """The gain less a cost for each coefficient beyond the first."""
         return self.gain - _COST * (len(self.values) - 1)
 
@@ -49,7 +49,7 @@ class Score:
         return self.fit.effects[-1]
 
 
-def choose_shapes(grams: Grams, choice: Choice, rounds: int = 4) -> Fit:
+def choose_shapes(grams: NormalEquations, choice: ModelStructure, rounds: int = 4) -> Fit:
     """The fit with the reversal curves of each joint that leave the least."""
     found = fit(grams, choice)
     for _ in range(rounds):
@@ -57,17 +57,17 @@ def choose_shapes(grams: Grams, choice: Choice, rounds: int = 4) -> Fit:
         for j in range(grams.dof):
             if grams.counts[j].sum() > 0:
                 count = grams.layouts[j].turnings
-                reduced, torque = _reduced(grams, found, j)
+                reduced, torque = _orthogonalised(grams, found, j)
                 weights, _ = best_mixture(reduced[:count, :count], torque[:count])
                 shapes[j] = parts_of(weights, shapes[j])
         change = np.abs(shapes - found.choice.shapes).max()
-        found = fit(grams, Choice(shapes, choice.slots), found.sigma)
+        found = fit(grams, ModelStructure(shapes, choice.slots), found.sigma)
         if change < _SETTLED:
             break
     return found
 
 
-def _reduced(grams: Grams, present: Fit, joint: int) -> tuple[Array, Array]:
+def _orthogonalised(grams: NormalEquations, present: Fit, joint: int) -> tuple[Array, Array]:
     """Weighted products of a joint's reversal curves and candidates, all else projected off.
 
     Returns:
@@ -107,7 +107,7 @@ def scan(
         exact: so many hypotheses of each effect and place are fitted exactly.
     """
     grams = table.grams
-    tried: list[tuple[int, Choice]] = []
+    tried: list[tuple[int, ModelStructure]] = []
     for j in range(grams.dof):
         if grams.counts[j].sum() > 0:
             tried += _shortlist(table, present, j, accepted, exact)
@@ -115,15 +115,15 @@ def scan(
         if len(h.rows) > 1:
             tried.append((i, present.choice.with_slot(table.slots[i])))
     scores = [_score(table, present, i, choice) for i, choice in tried]
-    return sorted((s for s in scores if s is not None), key=lambda s: -s.merit)
+    return sorted((s for s in scores if s is not None), key=lambda s: -s.penalised_gain)
 
 
 def _shortlist(
     table: Table, present: Fit, joint: int, accepted: int, exact: int
-) -> list[tuple[int, Choice]]:
+) -> list[tuple[int, ModelStructure]]:
     """The most promising hypotheses on one joint, each with its best reversal curves."""
     grams, layout = table.grams, table.grams.layouts[joint]
-    reduced, torque = _reduced(grams, present, joint)
+    reduced, torque = _orthogonalised(grams, present, joint)
     own = present.choice.shapes[joint]
     alone = best_mixture(reduced[: len(own), : len(own)], torque[: len(own)])[1]
     by_effect: dict[str, list[tuple[float, int, Array]]] = {}
@@ -142,7 +142,7 @@ def _shortlist(
 
 
 def gain_with(
-    reduced: Array, torque: Array, turnings: int, slot: Slot, hypothesis: Hypothesis
+    reduced: Array, torque: Array, turnings: int, slot: ColumnIndex, hypothesis: Hypothesis
 ) -> tuple[float, Array]:
     """Half the drop of weighted squares for a hypothesis and the reversal curves that suit it.
 
@@ -179,14 +179,14 @@ def _plausible(values: Array, hypothesis: Hypothesis) -> bool:
     return all(c.lower <= v <= c.upper for v, c in pairs)
 
 
-def _falls(found: Fit, grams: Grams, hypothesis: Hypothesis) -> bool:
+def _falls(found: Fit, grams: NormalEquations, hypothesis: Hypothesis) -> bool:
     effect = catalogue()[hypothesis.effect]
     if not isinstance(effect, Steepens):
         return False
     return effect.falls(found.effects[-1], float(found.x[grams.base + hypothesis.joints[0]]))
 
 
-def _score(table: Table, present: Fit, index: int, choice: Choice) -> Score | None:
+def _score(table: Table, present: Fit, index: int, choice: ModelStructure) -> Score | None:
     hypothesis = table.hypotheses[index]
     found = fit(table.grams, choice, present.sigma)
     if not _plausible(found.effects[-1], hypothesis) or _falls(found, table.grams, hypothesis):
@@ -194,7 +194,7 @@ def _score(table: Table, present: Fit, index: int, choice: Choice) -> Score | No
     return Score(index, hypothesis, found, found.gain_over(present))
 
 
-def chance_gains(table: Table, now: Fit, draws: list[Array], accepted: int) -> dict[str, Array]:
+def noise_gains(table: Table, now: Fit, draws: list[Array], accepted: int) -> dict[str, Array]:
     """Largest gain of each effect when the residual is only noise, per draw.
 
     Args:

@@ -7,7 +7,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from ident.gap.data.noise_regions import Region
-from ident.gap.regression.normal_equations import Grams
+from ident.gap.regression.normal_equations import NormalEquations
 
 Array = NDArray[np.floating]
 
@@ -19,7 +19,7 @@ _TRUST = 1e-4  # of a joint's rms torque: smaller errors are rounding, not knowl
 
 
 @dataclass(frozen=True)
-class Slot:
+class ColumnIndex:
     """Columns of one hypothesis.
 
     Attributes:
@@ -34,7 +34,7 @@ class Slot:
 
 
 @dataclass(frozen=True)
-class Choice:
+class ModelStructure:
     """Which columns the model has.
 
     Attributes:
@@ -43,17 +43,17 @@ class Choice:
     """
 
     shapes: Array
-    slots: tuple[Slot, ...] = ()
+    slots: tuple[ColumnIndex, ...] = ()
 
-    def turned(self, joint: int, shape: Array) -> "Choice":
+    def turned(self, joint: int, shape: Array) -> "ModelStructure":
         """The same with other reversal curves of one joint."""
         shapes = self.shapes.copy()
         shapes[joint] = shape
-        return Choice(shapes, self.slots)
+        return ModelStructure(shapes, self.slots)
 
-    def with_slot(self, slot: Slot) -> "Choice":
+    def with_slot(self, slot: ColumnIndex) -> "ModelStructure":
         """The same with one more effect."""
-        return Choice(self.shapes, (*self.slots, slot))
+        return ModelStructure(self.shapes, (*self.slots, slot))
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class Fit:
         normal: weighted inner products of the unknowns' columns, shape (p, p).
     """
 
-    choice: Choice
+    choice: ModelStructure
     x: Array
     sigma: Array
     counts: NDArray[np.int64]
@@ -132,12 +132,12 @@ def mean_log_ratio(before: Array, after: Array, counts: NDArray[np.int64]) -> Ar
 
 def mean_squares(model: Fit) -> Array:
     """Mean squared residual of each joint where it slides [N^2 m^2], shape (n,)."""
-    kept = np.arange(model.sigma.shape[1]) != Region.TURNING
+    kept = np.arange(model.sigma.shape[1]) != Region.REVERSAL
     counts = model.counts[:, kept]
     return (model.sigma[:, kept] ** 2 * counts).sum(axis=1) / np.maximum(counts.sum(axis=1), 1)
 
 
-def places(grams: Grams, choice: Choice) -> list[Places]:
+def places(grams: NormalEquations, choice: ModelStructure) -> list[Places]:
     """The chosen columns of each joint."""
     n, b = grams.dof, grams.base
     starts = b + 2 * n + np.cumsum([0, *(s.width for s in choice.slots)])
@@ -162,7 +162,7 @@ def places(grams: Grams, choice: Choice) -> list[Places]:
     return found
 
 
-def trusted(grams: Grams) -> Array:
+def trusted(grams: NormalEquations) -> Array:
     """Smallest residual that is believed, per joint [N m], shape (n,)."""
     squares = [p[..., -1, -1].sum() for p in grams.products]
     rows = np.maximum(grams.counts.sum(axis=(1, 2)), 1)
@@ -170,7 +170,7 @@ def trusted(grams: Grams) -> Array:
     return rounding if grams.least is None else np.maximum(rounding, grams.least)
 
 
-def fit(grams: Grams, choice: Choice, start: Array | None = None) -> Fit:
+def fit(grams: NormalEquations, choice: ModelStructure, start: Array | None = None) -> Fit:
     """The model's best coefficients, with the noise of each joint and region estimated alongside.
 
     Args:
@@ -185,7 +185,7 @@ def fit(grams: Grams, choice: Choice, start: Array | None = None) -> Fit:
     least = trusted(grams)[:, None]
     rows = np.maximum(counts, 1)
     sigma = np.maximum(np.sqrt(squares / rows), least)
-    sigma[:, Region.TURNING] *= _DOUBT
+    sigma[:, Region.REVERSAL] *= _DOUBT
     sigma = sigma if start is None else start
     size = 1 + max(int(pl.unknown.max()) for pl in chosen)
     x, normal = np.zeros(size), np.zeros((size, size))
@@ -226,7 +226,7 @@ def solve(normal: Array, right: Array) -> Array:
     return (scipy.linalg.cho_solve(factor, scaled, check_finite=False).T / scale).T
 
 
-def predicted_rms(grams: Grams, model: Fit) -> Array:
+def predicted_rms(grams: NormalEquations, model: Fit) -> Array:
     """Rms residual [N m] of a fit on other data, given as one fold, shape (n, regions)."""
     found = np.zeros_like(model.sigma)
     for j, pl in enumerate(places(grams, model.choice)):

@@ -7,9 +7,9 @@ import numpy as np
 
 from ident.gap.data.noise_regions import Region
 from ident.gap.regression.current_model import HELD_OUT, SEARCHED
-from ident.gap.regression.design_matrix import tabulate
-from ident.gap.regression.normal_equations import Grams
-from ident.gap.regression.weighted_fit import Choice, Fit, fit, predicted_rms
+from ident.gap.regression.design_matrix import build_design_matrix
+from ident.gap.regression.normal_equations import NormalEquations
+from ident.gap.regression.weighted_fit import Fit, ModelStructure, fit, predicted_rms
 from ident.gap.results.outcome import Search
 
 FRICTION = ("coulomb", "viscous")
@@ -38,8 +38,8 @@ def steps(found: Search) -> list[Step]:
     """
     if found.source.trusted is not None:
         return []
-    table = tabulate(found.rows, found.end.model, found.end.accepted)
-    none = Choice(found.end.model.shapes)
+    table = build_design_matrix(found.rows, found.end.model, found.end.accepted)
+    none = ModelStructure(found.end.model.shapes)
     sizes: dict[tuple[str, ...], float] = {
         kinds: _error(_without(table.grams, kinds), none, found.end.fit)
         for kinds in ((), ("coulomb",), ("viscous",), FRICTION)
@@ -58,7 +58,7 @@ def steps(found: Search) -> list[Step]:
     return told
 
 
-def _without(grams: Grams, kinds: Sequence[str]) -> Grams:
+def _without(grams: NormalEquations, kinds: Sequence[str]) -> NormalEquations:
     """The inner products with only these kinds of friction; other columns are zero."""
     products = []
     for layout, product in zip(grams.layouts, grams.products, strict=True):
@@ -72,11 +72,11 @@ def _without(grams: Grams, kinds: Sequence[str]) -> Grams:
     return replace(grams, products=tuple(products))
 
 
-def _error(grams: Grams, choice: Choice, like: Fit) -> float:
+def _error(grams: NormalEquations, choice: ModelStructure, like: Fit) -> float:
     """Residual beside torque on the held-out fold [%], fitted on the others."""
     here = grams.of([HELD_OUT])
     rms = predicted_rms(here, fit(grams.of(SEARCHED), choice, like.sigma))
-    moving = np.arange(len(Region)) != Region.TURNING
+    moving = np.arange(len(Region)) != Region.REVERSAL
     squares = (rms**2 * here.counts[:, 0])[:, moving].sum()
     torque = sum(p[0][moving, -1, -1].sum() for p in here.products)
     return 100 * float(np.sqrt(squares / max(torque, np.finfo(float).tiny)))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ident.dynamics.compiled_chain import chain_of
 from ident.effects.effect import Hypothesis
 from ident.gap.data.experiment import Experiment, controller_of, wire_of
-from ident.gap.regression.feasible_fit import Possible
+from ident.gap.regression.feasible_fit import FeasibleModel
 from ident.gap.selection.null_arms import can_simulate, null_arm, wanted_motion
 from ident.recordings.steady_state import only_steady_state
 from ident.simulation.arm import simulated_arm
@@ -39,7 +39,9 @@ class Forward:
         return ((self.simulated - self.measured) ** 2).mean(axis=0)
 
 
-def forward(source: Experiment, fitted: Possible, accepted: Sequence[Hypothesis]) -> list[Forward]:
+def forward(
+    source: Experiment, fitted: FeasibleModel, accepted: Sequence[Hypothesis]
+) -> list[Forward]:
     """Every recording simulated with a model; none where controller or reference are unknown.
 
     The whole recording is simulated; its counted periods are compared.

@@ -11,7 +11,7 @@ from ident.effects.identified_effect import effects_entries
 from ident.effects.smoothed_segment import DIRECTION_HZ, MOTION_HZ
 from ident.gap.data.experiment import Experiment
 from ident.gap.data.windows import Windows
-from ident.gap.regression.feasible_fit import Possible
+from ident.gap.regression.feasible_fit import FeasibleModel
 from ident.gap.regression.weighted_fit import Fit
 from ident.model.identified_model import BaseParameter, Filter, Model
 
@@ -23,7 +23,7 @@ _ORDER = 3
 def model_with(
     source: Experiment,
     windows: Windows,
-    fitted: Possible,
+    fitted: FeasibleModel,
     fit: Fit,
     accepted: Sequence[Hypothesis],
     slow: Array,
@@ -63,7 +63,7 @@ def model_with(
     )
 
 
-def _table(fitted: Possible) -> tuple[BaseParameter, ...]:
+def _table(fitted: FeasibleModel) -> tuple[BaseParameter, ...]:
     base = fitted.base
     beta = base.K @ fitted.standard
     return tuple(

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ident.gap.data.noise_regions import Region
 from ident.gap.lack_of_fit.repeatability import noise_floor
 from ident.gap.regression.current_model import HELD_OUT
-from ident.gap.regression.design_matrix import Table, tabulate
+from ident.gap.regression.design_matrix import Table, build_design_matrix
 from ident.gap.regression.residuals import Residual, residuals
 from ident.gap.results.outcome import Search
 
@@ -35,7 +35,7 @@ class Errors:
 
 
 @dataclass(frozen=True)
-class Sides:
+class BeforeAfter:
     """The same rows with the nominal model and with the effects.
 
     Attributes:
@@ -81,7 +81,7 @@ class Share:
     share: float
 
 
-def sides(found: Search, before: Array, after: Array) -> Sides:
+def sides(found: Search, before: Array, after: Array) -> BeforeAfter:
     """Residuals of both models on all rows.
 
     Args:
@@ -90,10 +90,10 @@ def sides(found: Search, before: Array, after: Array) -> Sides:
         after: the same with the effects.
     """
     rows = found.rows
-    start = tabulate(rows, found.start.model, ())
-    end = tabulate(rows, found.end.model, found.end.accepted)
+    start = build_design_matrix(rows, found.start.model, ())
+    end = build_design_matrix(rows, found.end.model, found.end.accepted)
     left = residuals(end, replace(found.end.fit, x=after))
-    return Sides(
+    return BeforeAfter(
         end,
         residuals(start, replace(found.start.fit, x=before)),
         left,
@@ -101,14 +101,14 @@ def sides(found: Search, before: Array, after: Array) -> Sides:
     )
 
 
-def held_out(found: Search, both: Sides) -> HeldOut:
+def held_out(found: Search, both: BeforeAfter) -> HeldOut:
     """Errors on the held-out fold."""
     table = both.table
     kept = table.fold == HELD_OUT
     before, after = (_errors(table, side, kept) for side in (both.before, both.after))
     floor = None if both.floor is None else _floor(both, kept)
     seats = sorted({j for f in found.verdict.found for j in f.seat})
-    seats = sorted({*seats, *(j for b in found.verdict.bursts for j in b.joints)})
+    seats = sorted({*seats, *(j for b in found.verdict.transients for j in b.joints)})
     return HeldOut(before, after, floor, _closed(found, both, kept, seats))
 
 
@@ -117,7 +117,7 @@ def _errors(table: Table, side: Sequence[Residual], kept: NDArray[np.bool_]) -> 
     rms = np.full(len(side), np.nan)
     for j, r in enumerate(side):
         if len(r.values):
-            moving = kept & (r.region != Region.TURNING)
+            moving = kept & (r.region != Region.REVERSAL)
             values = r.values[moving]
             rms[j] = np.sqrt(np.mean(values**2)) if len(values) else np.nan
             squares += float(values @ values)
@@ -125,7 +125,7 @@ def _errors(table: Table, side: Sequence[Residual], kept: NDArray[np.bool_]) -> 
     return Errors(100 * float(np.sqrt(squares / max(torque, 1e-300))), rms)
 
 
-def _floor(both: Sides, kept: NDArray[np.bool_]) -> Errors:
+def _floor(both: BeforeAfter, kept: NDArray[np.bool_]) -> Errors:
     """The noise of each row's region, as if it were the residual."""
     table = both.table
     quiet = [
@@ -135,7 +135,7 @@ def _floor(both: Sides, kept: NDArray[np.bool_]) -> Errors:
     return _errors(table, quiet, kept)
 
 
-def _noise(both: Sides, joint: int) -> Array:
+def _noise(both: BeforeAfter, joint: int) -> Array:
     """Noise of a joint by region; where no repeat says it, as much as in the other regions."""
     if both.floor is None:
         return np.zeros(len(Region))
@@ -144,7 +144,9 @@ def _noise(both: Sides, joint: int) -> Array:
     return np.where(known, noise, noise[known].min() if known.any() else 0.0)
 
 
-def _closed(found: Search, both: Sides, kept: NDArray[np.bool_], seats: Sequence[int]) -> float:
+def _closed(
+    found: Search, both: BeforeAfter, kept: NDArray[np.bool_], seats: Sequence[int]
+) -> float:
     """Part of the squared gap, in units of the fit's noise, at the joints of the effects."""
     gap = rest = 0.0
     for j in seats:
@@ -158,18 +160,18 @@ def _closed(found: Search, both: Sides, kept: NDArray[np.bool_], seats: Sequence
     return float(np.clip(1 - rest / gap, 0.0, 1.0)) if gap > 0.0 else 0.0
 
 
-def where(found: Search, both: Sides) -> list[Share]:
+def where(found: Search, both: BeforeAfter) -> list[Share]:
     """Joints and regions of the gap, in units of the fit's noise there, the largest first.
 
     With effects found it is what they remove; else what is left above the noise.
     """
-    named = bool(found.verdict.found or found.verdict.bursts)
+    named = bool(found.verdict.found or found.verdict.transients)
     sizes: list[tuple[int, Region, float]] = []
-    if not named and not found.verdict.nameless:
+    if not named and not found.verdict.unexplained_structures:
         return []
-    nameless = {n.leftover.joint for n in found.verdict.nameless}
+    unexplained_structures = {n.leftover.joint for n in found.verdict.unexplained_structures}
     for j, (old, new) in enumerate(zip(both.before, both.after, strict=True)):
-        if len(new.values) == 0 or (not named and j not in nameless):
+        if len(new.values) == 0 or (not named and j not in unexplained_structures):
             continue
         noise = _noise(both, j) ** 2
         for region in Region:
@@ -190,7 +192,7 @@ def where(found: Search, both: Sides) -> list[Share]:
 def _words(found: Search, joint: int, region: Region) -> str:
     slow = found.end.model.slow[joint]
     return {
-        Region.TURNING: f"|qd| < {slow:.2g} rad/s",
+        Region.REVERSAL: f"|qd| < {slow:.2g} rad/s",
         Region.SLIDING: f"|qd| > {slow:.2g} rad/s",
-        Region.MOTOR_TURNING: f"|qd| > {slow:.2g} rad/s, while a shared motor turns round",
+        Region.MOTOR_REVERSAL: f"|qd| > {slow:.2g} rad/s, while a shared motor turns round",
     }[region]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Hypothesis
 from ident.gap.regression.current_model import SEARCHED, all_hypotheses
-from ident.gap.regression.design_matrix import Table, tabulate
+from ident.gap.regression.design_matrix import Table, build_design_matrix
 from ident.gap.regression.weighted_fit import Fit, fit, places, solve
 from ident.gap.results.outcome import Search
 
@@ -20,7 +20,7 @@ _NO_TORQUE = 1e-6  # of a joint's peak torque, per unit: rounding
 
 
 @dataclass(frozen=True)
-class Visibility:
+class MinimumDetectable:
     """How small each effect may be, and which cannot be seen.
 
     Attributes:
@@ -33,11 +33,11 @@ class Visibility:
     unseen: dict[str, tuple[int, ...]]
 
 
-def visibility(found: Search) -> Visibility:
+def minimum_detectable(found: Search) -> MinimumDetectable:
     """Smallest sizes beside the model with all effects."""
     facts = found.end.model.facts
     hypotheses = all_hypotheses(facts)
-    table = tabulate(found.rows, found.end.model, found.end.accepted, hypotheses)
+    table = build_design_matrix(found.rows, found.end.model, found.end.accepted, hypotheses)
     searched = table.searched(SEARCHED)
     now = fit(searched.grams, found.end.fit.choice, found.end.fit.sigma)
     sizes: dict[str, dict[int, list[float]]] = {}
@@ -47,7 +47,7 @@ def visibility(found: Search) -> Visibility:
             sizes.setdefault(h.effect, {}).setdefault(j, []).append(size)
     medians = {e: {j: float(np.median(s)) for j, s in by.items()} for e, by in sizes.items()}
     seen = {e: {j: s for j, s in by.items() if np.isfinite(s)} for e, by in medians.items()}
-    return Visibility({e: by for e, by in seen.items() if by}, _unseen(found, seen))
+    return MinimumDetectable({e: by for e, by in seen.items() if by}, _unseen(found, seen))
 
 
 def _unseen(found: Search, seen: dict[str, dict[int, float]]) -> dict[str, tuple[int, ...]]:

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from ident.gap.data.experiment import Experiment
-from ident.gap.regression.current_model import Present
-from ident.gap.regression.design_matrix import Nominal
+from ident.gap.regression.current_model import CurrentFit
+from ident.gap.regression.design_matrix import WindowedRows
 from ident.gap.regression.scoring import Score
 from ident.gap.results.verdict import Verdict
 from ident.gap.selection.null_arms import Threshold
@@ -44,9 +44,9 @@ class Search:
     """
 
     source: Experiment
-    rows: Nominal
-    start: Present
-    end: Present
+    rows: WindowedRows
+    start: CurrentFit
+    end: CurrentFit
     first_scores: tuple[Score, ...]
     last_scores: tuple[Score, ...]
     threshold: Threshold

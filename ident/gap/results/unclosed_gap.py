@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from ident.gap.data.experiment import Experiment
 from ident.gap.data.noise_regions import Region
-from ident.gap.lack_of_fit.remaining_structure import OF_TRUSTED, Leftover
+from ident.gap.lack_of_fit.remaining_structure import OF_TRUSTED, RemainingStructure
 from ident.gap.lack_of_fit.repeatability import noise_floor
-from ident.gap.regression.current_model import Present
-from ident.gap.regression.design_matrix import Nominal, tabulate
+from ident.gap.regression.current_model import CurrentFit
+from ident.gap.regression.design_matrix import WindowedRows, build_design_matrix
 from ident.gap.regression.residuals import residuals
-from ident.gap.results.verdict import Nameless
-from ident.gap.selection.acceptance import Found
+from ident.gap.results.verdict import UnexplainedStructure
+from ident.gap.selection.acceptance import AcceptedEffect
 
 Array = NDArray[np.floating]
 
@@ -25,13 +25,13 @@ _CLEARLY = 1.3  # times the noise: less is chance (0.9 to 1.2 on effect-free arm
 _STRUCTURE = 3.0  # times the noise: a gap, even if no curve follows it; less may be the arm model
 
 
-def noise_of(source: Experiment, rows: Nominal, present: Present) -> Array | None:
+def noise_of(source: Experiment, rows: WindowedRows, present: CurrentFit) -> Array | None:
     """Rms noise of each joint while it slides [N m], shape (n,); None without repeats.
 
     Not-a-number for joints of which no repeat tells. What a trusted model gets wrong counts as
     noise too: it comes again, but nothing has changed.
     """
-    table = tabulate(rows, present.model, present.accepted)
+    table = build_design_matrix(rows, present.model, present.accepted)
     floor = noise_floor(source, rows, table, residuals(table, present.fit))
     if floor is None:
         return None
@@ -39,7 +39,9 @@ def noise_of(source: Experiment, rows: Nominal, present: Present) -> Array | Non
     return quiet if rows.least is None else np.fmax(quiet, OF_TRUSTED * rows.least)
 
 
-def remaining(noise: Array | None, start: Present, end: Present, found: Sequence[Found]) -> float:
+def remaining(
+    noise: Array | None, start: CurrentFit, end: CurrentFit, found: Sequence[AcceptedEffect]
+) -> float:
     """Part of the squared gap above the noise that is left at the effects' joints.
 
     Zero where no motion is repeated, or where what is left may be chance.
@@ -56,7 +58,9 @@ def remaining(noise: Array | None, start: Present, end: Present, found: Sequence
     return left / gap if gap > 0.0 else 0.0
 
 
-def unnamed(noise: Array | None, end: Present, noted: Sequence[Nameless]) -> tuple[Nameless, ...]:
+def unnamed(
+    noise: Array | None, end: CurrentFit, noted: Sequence[UnexplainedStructure]
+) -> tuple[UnexplainedStructure, ...]:
     """Joints whose residual is clearly more than noise, beside those that are noted already."""
     if noise is None:
         return ()
@@ -65,6 +69,8 @@ def unnamed(noise: Array | None, end: Present, noted: Sequence[Nameless]) -> tup
     there = [int(j) for j in np.flatnonzero(ratio > _STRUCTURE) if j not in told]
     name = "the motion, in the same way each time it is repeated"
     return tuple(
-        Nameless(Leftover(j, name, float(np.log(ratio[j])), float(1 - ratio[j] ** -2)), 1.0)
+        UnexplainedStructure(
+            RemainingStructure(j, name, float(np.log(ratio[j])), float(1 - ratio[j] ** -2)), 1.0
+        )
         for j in sorted(there, key=lambda j: -ratio[j])
     )

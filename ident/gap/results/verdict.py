@@ -7,10 +7,10 @@ from enum import StrEnum
 import numpy as np
 
 from ident.gap.data.data_checks import Fault
-from ident.gap.lack_of_fit.remaining_structure import Leftover
-from ident.gap.selection.acceptance import Found
+from ident.gap.lack_of_fit.remaining_structure import RemainingStructure
+from ident.gap.selection.acceptance import AcceptedEffect
 from ident.gap.selection.null_arms import Threshold
-from ident.gap.transients.detect import Burst
+from ident.gap.transients.detect import Transient
 
 _UNEXPLAINED = 0.2  # of a joint's gap: with more left, a name is only an analogy
 _REMAINING = 0.12  # of the gap at the joints of the effects: with more left, they are not all of it
@@ -29,7 +29,7 @@ class Kind(StrEnum):
 
 
 @dataclass(frozen=True)
-class Nameless:
+class UnexplainedStructure:
     """Structure that is left on a joint when the catalogue is exhausted.
 
     Attributes:
@@ -37,7 +37,7 @@ class Nameless:
         unexplained: its part of the joint's whole gap.
     """
 
-    leftover: Leftover
+    leftover: RemainingStructure
     unexplained: float
 
 
@@ -48,39 +48,42 @@ class Verdict:
     Attributes:
         kind: in one word.
         found: effects taken in, in order.
-        bursts: contacts, in order of time.
+        transients: contacts, in order of time.
         nameless: structure that is left.
         faults: of the data.
     """
 
     kind: Kind
-    found: tuple[Found, ...]
-    bursts: tuple[Burst, ...]
-    nameless: tuple[Nameless, ...]
+    found: tuple[AcceptedEffect, ...]
+    transients: tuple[Transient, ...]
+    unexplained_structures: tuple[UnexplainedStructure, ...]
     faults: tuple[Fault, ...]
 
 
-def nameless(
-    leftovers: Sequence[Leftover], found: Sequence[Found], squares: np.ndarray, threshold: Threshold
-) -> tuple[Nameless, ...]:
+def unexplained_structures(
+    remaining_structures: Sequence[RemainingStructure],
+    found: Sequence[AcceptedEffect],
+    squares: np.ndarray,
+    threshold: Threshold,
+) -> tuple[UnexplainedStructure, ...]:
     """The structure that is left and counts, one entry a joint, the largest first.
 
     Args:
-        leftovers: by gain, the largest first.
+        remaining_structures: by gain, the largest first.
         found: effects taken in.
         squares: mean squared residual of each joint with them [N^2 m^2], shape (n,).
         threshold: what structure must gain.
     """
     seen: set[int] = set()
     kept = []
-    for left in leftovers:
+    for left in remaining_structures:
         if left.joint in seen or left.gain < threshold.leftover:
             continue
         seen.add(left.joint)
         explained = sum(float(f.explained[left.joint]) for f in found)
         rest = left.share * float(squares[left.joint])
         share = rest / max(rest + explained, 1e-300)
-        kept.append(Nameless(left, share))
+        kept.append(UnexplainedStructure(left, share))
     return tuple(kept)
 
 
@@ -91,9 +94,9 @@ def _allowed(gain: float) -> float:
 
 def decide(
     faults: Sequence[Fault],
-    found: Sequence[Found],
-    bursts: Sequence[Burst],
-    left: Sequence[Nameless],
+    found: Sequence[AcceptedEffect],
+    transients: Sequence[Transient],
+    left: Sequence[UnexplainedStructure],
     remaining: float = 0.0,
 ) -> Verdict:
     """The verdict on what was found and what is left.
@@ -101,11 +104,11 @@ def decide(
     Args:
         faults: of the data.
         found: effects taken in.
-        bursts: contacts, in order of time.
+        transients: contacts, in order of time.
         left: structure without a name.
         remaining: part of the gap at the effects' joints that they do not close.
     """
-    parts = (tuple(found), tuple(bursts), tuple(left), tuple(faults))
+    parts = (tuple(found), tuple(transients), tuple(left), tuple(faults))
     if faults:
         return Verdict(Kind.DATA_FAULT, *parts)
     if remaining > _REMAINING or any(
@@ -115,6 +118,6 @@ def decide(
         return Verdict(Kind.UNKNOWN, *parts)
     if any(f.rivals for f in found):
         return Verdict(Kind.AMBIGUOUS, *parts)
-    if found or bursts:
+    if found or transients:
         return Verdict(Kind.NAMED, *parts)
     return Verdict(Kind.NO_GAP, *parts)

@@ -7,15 +7,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Freedom, Hypothesis, Judges
+from ident.effects.effect import FormUncertainty, Hypothesis, Judges
 from ident.gap.data.noise_regions import Region
-from ident.gap.regression.current_model import SEARCHED, Present, examine, extend, refined
-from ident.gap.regression.design_matrix import Nominal, Table
+from ident.gap.regression.current_model import (
+    CurrentFit,
+    examine,
+    extend,
+    refine_nonlinear_parameters,
+)
+from ident.gap.regression.design_matrix import Table, WindowedRows
 from ident.gap.regression.residuals import memory_of, residuals
 from ident.gap.regression.scoring import Score
 from ident.gap.regression.weighted_fit import Fit, mean_squares
 from ident.gap.selection.cross_validation import held_out_gains, holds
-from ident.gap.selection.misspecification import may_be_form, stands_beside
+from ident.gap.selection.misspecification import maybe_misspecification, significant_beside
 from ident.gap.selection.null_arms import Threshold
 
 Array = NDArray[np.floating]
@@ -33,7 +38,7 @@ _FAR_OFF = 2.0  # times as much gain with better settings: before, the folds cou
 
 
 @dataclass(frozen=True)
-class Found:
+class AcceptedEffect:
     """An effect that was taken into the model.
 
     Attributes:
@@ -65,7 +70,7 @@ class Found:
 
 
 @dataclass(frozen=True)
-class Asked:
+class Criterion:
     """What an effect must show.
 
     Attributes:
@@ -77,27 +82,27 @@ class Asked:
     noise: Array | None
 
 
-def seat_of(score: Score, before: Fit) -> tuple[int, ...]:
+def main_joints(score: Score, before: Fit) -> tuple[int, ...]:
     """The joints that carry a score's gain, from 0."""
     gains = score.fit.gains_over(before)
     return tuple(int(j) for j in np.flatnonzero(gains >= _SEAT * max(gains.max(), 1e-12)))
 
 
 def next_effects(
-    rows: Nominal,
-    present: Present,
+    rows: WindowedRows,
+    present: CurrentFit,
     hypotheses: Sequence[Hypothesis],
-    asked: Asked,
-    found: Sequence[Found],
-) -> tuple[list[Found], list[Score]]:
+    asked: Criterion,
+    found: Sequence[AcceptedEffect],
+) -> tuple[list[AcceptedEffect], list[Score]]:
     """The next effect that may be believed (with the same one at other joints), and all scores."""
     table, scores = examine(rows, present, hypotheses)
     before = present.fit
     blocked: set[int] = set()
     for score in scores:
-        if score.merit < min(asked.threshold.gain.values()):
+        if score.penalised_gain < min(asked.threshold.gain.values()):
             break
-        seat = seat_of(score, before)
+        seat = main_joints(score, before)
         if blocked & set(seat):
             continue
         if _believable(score, before, asked.threshold, found) and _more_than_form(
@@ -105,43 +110,45 @@ def next_effects(
         ):
             there = _where_it_holds(rows, present, table, score)
             if there is None and not blocked:
-                pair = together(rows, present, score, hypotheses, asked.threshold, found)
+                pair = try_pair(rows, present, score, hypotheses, asked.threshold, found)
                 if pair:
                     return pair, scores
             leader = None if there is None else _found(rows, present, *there, scores)
-            if leader is not None and _makes_sense(leader.score):
-                alike = _alike(rows, table, present, scores, leader, asked.threshold, found)
+            if leader is not None and _is_plausible(leader.score):
+                alike = _same_effect_on_other_joints(
+                    rows, table, present, scores, leader, asked.threshold, found
+                )
                 return [leader, *alike], scores
         blocked |= set(seat)
     return [], scores
 
 
 def _where_it_holds(
-    rows: Nominal, present: Present, table: Table, score: Score
+    rows: WindowedRows, present: CurrentFit, table: Table, score: Score
 ) -> tuple[Table, Score] | None:
     """An effect that holds on every fold: as it is, or once settings that were far off are met."""
     if holds(table, score, present.fit):
         return table, score
-    tuned = refined(rows, present, score)[0]
+    tuned = refine_nonlinear_parameters(rows, present, score)[0]
     if tuned.gain < _FAR_OFF * score.gain:
         return None
     table, scores = examine(rows, present, [tuned.hypothesis])
     return (table, scores[0]) if scores and holds(table, scores[0], present.fit) else None
 
 
-def together(
-    rows: Nominal,
-    present: Present,
+def try_pair(
+    rows: WindowedRows,
+    present: CurrentFit,
     score: Score,
     hypotheses: Sequence[Hypothesis],
     threshold: Threshold,
-    found: Sequence[Found],
-) -> list[Found]:
+    found: Sequence[AcceptedEffect],
+) -> list[AcceptedEffect]:
     """An effect that holds nowhere alone, and another one at its seat, beside which both do.
 
     Two effects of one joint may each spoil what the other one would show.
     """
-    seat = set(seat_of(score, present.fit))
+    seat = set(main_joints(score, present.fit))
     near = [h for h in hypotheses if seat & set(h.joints) and h.effect != score.hypothesis.effect]
     with_first = extend(rows, present, [score.hypothesis])
     second = _best_beside(rows, with_first, near, threshold, found)
@@ -156,12 +163,12 @@ def together(
 
 
 def _best_beside(
-    rows: Nominal,
-    present: Present,
+    rows: WindowedRows,
+    present: CurrentFit,
     hypotheses: Sequence[Hypothesis],
     threshold: Threshold,
-    found: Sequence[Found],
-) -> Found | None:
+    found: Sequence[AcceptedEffect],
+) -> AcceptedEffect | None:
     """The best effect beside a model, if it may be believed and holds."""
     table, scores = examine(rows, present, hypotheses)
     best = scores[0] if scores else None
@@ -169,15 +176,17 @@ def _best_beside(
         return None
     there = _where_it_holds(rows, present, table, best)
     leader = None if there is None else _found(rows, present, *there, scores)
-    return leader if leader is not None and _makes_sense(leader.score) else None
+    return leader if leader is not None and _is_plausible(leader.score) else None
 
 
-def _makes_sense(score: Score) -> bool:
+def _is_plausible(score: Score) -> bool:
     effect = catalogue()[score.hypothesis.effect]
     return not isinstance(effect, Judges) or effect.makes_sense(score.hypothesis, score.values)
 
 
-def _believable(score: Score, before: Fit, threshold: Threshold, found: Sequence[Found]) -> bool:
+def _believable(
+    score: Score, before: Fit, threshold: Threshold, found: Sequence[AcceptedEffect]
+) -> bool:
     if score.gain < threshold.of(score.hypothesis.effect):
         return False
     sizes = zip(score.values, score.hypothesis.coefficients, strict=True)
@@ -187,26 +196,30 @@ def _believable(score: Score, before: Fit, threshold: Threshold, found: Sequence
 
 
 def _more_than_form(
-    rows: Nominal,
-    present: Present,
+    rows: WindowedRows,
+    present: CurrentFit,
     table: Table,
     score: Score,
-    found: Sequence[Found],
+    found: Sequence[AcceptedEffect],
     noise: Array | None,
 ) -> bool:
     """Whether it explains more than the earlier effects' form may get wrong."""
-    seat = seat_of(score, present.fit)
+    seat = main_joints(score, present.fit)
     earlier = [(f.hypothesis, f.seat, f.explained) for f in found]
-    suspects = may_be_form(score, present.fit, seat, earlier)
+    suspects = maybe_misspecification(score, present.fit, seat, earlier)
     return (
         not suspects
-        or stands_beside(rows, present, table, score, suspects)
+        or significant_beside(rows, present, table, score, suspects)
         or _all_that_is_missing(rows, present, score, seat, noise)
     )
 
 
 def _all_that_is_missing(
-    rows: Nominal, present: Present, score: Score, seat: tuple[int, ...], noise: Array | None
+    rows: WindowedRows,
+    present: CurrentFit,
+    score: Score,
+    seat: tuple[int, ...],
+    noise: Array | None,
 ) -> bool:
     """Whether, tuned, it closes nearly all that is clearly more than noise: no form's error."""
     if noise is None:
@@ -215,7 +228,9 @@ def _all_that_is_missing(
     now = present.fit.sigma[list(seat), Region.SLIDING]
     if not (now > _LOUD * quiet).any():
         return False
-    tuned = refined(rows, present, score)[0].fit.sigma[list(seat), Region.SLIDING]
+    tuned = refine_nonlinear_parameters(rows, present, score)[0].fit.sigma[
+        list(seat), Region.SLIDING
+    ]
     return bool((tuned**2 - quiet**2 < _LEFT * (now**2 - quiet**2)).all())
 
 
@@ -224,29 +239,33 @@ def _same(first: Hypothesis, second: Hypothesis) -> bool:
     if (first.effect, first.joints) != (second.effect, second.joints):
         return False
     effect = catalogue()[first.effect]
-    curve = effect.freedom is Freedom.SPEED  # over speed: all its forms are tried where it is
+    curve = (
+        effect.freedom is FormUncertainty.SPEED
+    )  # over speed: all its forms are tried where it is
     tuned = {s.name for s in effect.settings if not s.whole or s.late or curve}
     settings = set(first.settings.items()) ^ set(second.settings.items())
     return all(name in tuned for name, _ in settings)
 
 
 def _found(
-    rows: Nominal, present: Present, table: Table, score: Score, scores: Sequence[Score]
-) -> Found:
+    rows: WindowedRows, present: CurrentFit, table: Table, score: Score, scores: Sequence[Score]
+) -> AcceptedEffect:
     before = present.fit
-    tuned, *forms = refined(rows, present, score)
-    seat = seat_of(score, before)
+    tuned, *forms = refine_nonlinear_parameters(rows, present, score)
+    seat = main_joints(score, before)
     near = [
         s
         for s in _best_of_family(scores, score.hypothesis.effect)
-        if s.gain > _WORTH_TUNING * score.gain and set(seat_of(s, before)) & set(seat)
+        if s.gain > _WORTH_TUNING * score.gain and set(main_joints(s, before)) & set(seat)
     ]
-    others = sorted((refined(rows, present, s)[0] for s in near), key=lambda s: -s.gain)
+    others = sorted(
+        (refine_nonlinear_parameters(rows, present, s)[0] for s in near), key=lambda s: -s.gain
+    )
     rows_each = _effective_rows(table, score)
-    rivals = tuple(s for s in others if _cannot_be_told(tuned, s, before, rows_each))
+    rivals = tuple(s for s in others if _indistinguishable(tuned, s, before, rows_each))
     best = others[0] if others else None
     certainty = np.inf if best is None else _difference(tuned, best, before, rows_each)
-    return Found(
+    return AcceptedEffect(
         tuned,
         seat,
         tuned.fit.gains_over(before),
@@ -255,11 +274,11 @@ def _found(
         rivals,
         best,
         float(certainty),
-        _as_good(tuned, forms, before, rows_each),
+        _equivalent_forms(tuned, forms, before, rows_each),
     )
 
 
-def _as_good(
+def _equivalent_forms(
     tuned: Score, forms: Sequence[Score], before: Fit, rows_each: Array
 ) -> tuple[Score, ...]:
     """Forms that explain nearly as much: where the true one is none of them, it may lie between."""
@@ -282,7 +301,7 @@ def _effective_rows(table: Table, score: Score) -> Array:
     """Independent rows per joint, shape (n,)."""
     left = residuals(table, score.fit)
     counts = score.fit.counts.sum(axis=1)
-    memory = np.array([memory_of(r.values * ~r.apart, r.stretch) for r in left])
+    memory = np.array([memory_of(r.values * ~r.apart, r.segment) for r in left])
     return counts / memory
 
 
@@ -292,7 +311,7 @@ def _difference(leader: Score, rival: Score, before: Fit, rows_each: Array) -> f
     return float(better @ rows_each)
 
 
-def _cannot_be_told(leader: Score, rival: Score, before: Fit, rows_each: Array) -> bool:
+def _indistinguishable(leader: Score, rival: Score, before: Fit, rows_each: Array) -> bool:
     effects = catalogue()
     names = leader.hypothesis.effect, rival.hypothesis.effect
     sure = _difference(leader, rival, before, rows_each) > _SURE
@@ -305,15 +324,15 @@ def _cannot_be_told(leader: Score, rival: Score, before: Fit, rows_each: Array) 
     return not sure or rival.gain > _NEAR * leader.gain
 
 
-def _alike(
-    rows: Nominal,
+def _same_effect_on_other_joints(
+    rows: WindowedRows,
     table: Table,
-    present: Present,
+    present: CurrentFit,
     scores: Sequence[Score],
-    leader: Found,
+    leader: AcceptedEffect,
     threshold: Threshold,
-    found: Sequence[Found],
-) -> list[Found]:
+    found: Sequence[AcceptedEffect],
+) -> list[AcceptedEffect]:
     """The same effect at joints of its own, each of which leads there and may be believed."""
     if len(leader.hypothesis.rows) > 1:
         return []
@@ -321,7 +340,7 @@ def _alike(
     seats = set(leader.seat)
     alike = []
     for score in scores:
-        seat = seat_of(score, present.fit)
+        seat = main_joints(score, present.fit)
         if seats & set(seat):
             continue
         seats |= set(seat)
@@ -336,27 +355,18 @@ def _alike(
             and holds(table, score, present.fit)
         ):
             taken.add(score.hypothesis.joints)
-            tuned, *forms = refined(rows, present, score)
+            tuned, *forms = refine_nonlinear_parameters(rows, present, score)
             gains = tuned.fit.gains_over(present.fit)
             drop = np.maximum(mean_squares(present.fit) - mean_squares(tuned.fit), 0.0)
             held = held_out_gains(table, score, present.fit)
             each = _effective_rows(table, score)
-            near = _as_good(tuned, forms, present.fit, each)
-            alike.append(Found(tuned, seat, gains, drop, held, (), None, np.inf, near))
+            near = _equivalent_forms(tuned, forms, present.fit, each)
+            alike.append(AcceptedEffect(tuned, seat, gains, drop, held, (), None, np.inf, near))
     return alike
 
 
-def taken_in(rows: Nominal, present: Present, found: Sequence[Found]) -> Present:
+def extend_model(
+    rows: WindowedRows, present: CurrentFit, found: Sequence[AcceptedEffect]
+) -> CurrentFit:
     """The model with some effects."""
     return extend(rows, present, [f.hypothesis for f in found])
-
-
-__all__ = [
-    "SEARCHED",
-    "Asked",
-    "Found",
-    "next_effects",
-    "seat_of",
-    "taken_in",
-    "together",
-]

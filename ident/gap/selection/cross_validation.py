@@ -17,7 +17,7 @@ _IDLE = 0.1  # of an effect's squared torque: a fold with less of it cannot spea
 _HELD = 0.25  # of its gain: what an effect must bring on every fold, fitted on the others
 
 
-def acts_on(table: Table, index: int, present: Fit, fold: int) -> bool:
+def excites(table: Table, index: int, present: Fit, fold: int) -> bool:
     """Whether a fold has enough of an effect to speak of it."""
     return fold in _acting(table, index, present)
 
@@ -38,7 +38,7 @@ def held_out_gains(table: Table, score: Score, before: Fit) -> tuple[float, ...]
     """
     acting = _acting(table, score.index, before)
     if len(acting) == 1:
-        table = _parted(table, score, before, acting[0])
+        table = _split_by_energy(table, score, before, acting[0])
         acting = list(range(FOLDS))
     gains = []
     for fold in acting:
@@ -72,7 +72,7 @@ def _energy(table: Table, index: int, present: Fit) -> Array:
     return energy
 
 
-def _parted(table: Table, score: Score, present: Fit, fold: int) -> Table:
+def _split_by_energy(table: Table, score: Score, present: Fit, fold: int) -> Table:
     """The table with three parts of one fold, each with as much of the effect, among the folds."""
     energy = np.where(table.fold == fold, _energy(table, score.index, present), 0.0)
     part = np.minimum(FOLDS * np.cumsum(energy) / energy.sum(), FOLDS - 1).astype(np.int64)

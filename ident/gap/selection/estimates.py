@@ -13,11 +13,17 @@ from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Bends, Extrapolates, Hypothesis, Restates, SaysTwice, Value
-from ident.gap.regression.current_model import Present
-from ident.gap.regression.design_matrix import APART, FOLDS, Nominal, Table, tabulate
+from ident.gap.regression.current_model import CurrentFit
+from ident.gap.regression.design_matrix import (
+    EXCLUDED,
+    FOLDS,
+    Table,
+    WindowedRows,
+    build_design_matrix,
+)
 from ident.gap.regression.scoring import Score
 from ident.gap.regression.weighted_fit import Fit, fit, places, solve
-from ident.gap.selection.acceptance import Found
+from ident.gap.selection.acceptance import AcceptedEffect
 
 Array = NDArray[np.floating]
 
@@ -30,7 +36,7 @@ _MOST = 0.3  # of a setting: the longest step that is taken
 
 
 @dataclass(frozen=True)
-class Final:
+class FinalEstimates:
     """The model with all effects on all data.
 
     Attributes:
@@ -44,14 +50,14 @@ class Final:
     parameters: tuple[dict[str, Value], ...]
 
 
-def clear(rows: Nominal, model: Present, count: int) -> list[bool]:
+def clear(rows: WindowedRows, model: CurrentFit, count: int) -> list[bool]:
     """Whether each of the last so many effects has a coefficient that is surely not zero.
 
     Where an effect would be another one without a coefficient, it must be that one. A coefficient
     that only its settings make unsure (a drift's size, whose end the recording does not reach) is
     sure if it is so with the settings as they are.
     """
-    told = [_sureness(model.accepted, finished(rows, model).parameters)[-count:]]
+    told = [_sureness(model.accepted, final_estimates(rows, model).parameters)[-count:]]
     if min(told[0]) <= _SURE:
         told.append(_sureness(model.accepted, _as_it_stands(rows, model))[-count:])
     plain = told[-1]
@@ -74,7 +80,7 @@ def _sureness(
     return found
 
 
-def _as_it_stands(rows: Nominal, end: Present) -> list[dict[str, Value]]:
+def _as_it_stands(rows: WindowedRows, end: CurrentFit) -> list[dict[str, Value]]:
     """The effects' coefficients with their settings held."""
     held: list[list[str]] = [[] for _ in end.accepted]
     table, now, slopes = _linearised(rows, end, end.accepted, held)
@@ -82,7 +88,9 @@ def _as_it_stands(rows: Nominal, end: Present) -> list[dict[str, Value]]:
     return _named(end.accepted, held, now, np.sqrt(np.maximum(np.diag(covariance), 0.0)))
 
 
-def finished(rows: Nominal, end: Present, found: Sequence[Found] = ()) -> Final:
+def final_estimates(
+    rows: WindowedRows, end: CurrentFit, found: Sequence[AcceptedEffect] = ()
+) -> FinalEstimates:
     """Final values and standard deviations of all effects.
 
     Args:
@@ -96,7 +104,7 @@ def finished(rows: Nominal, end: Present, found: Sequence[Found] = ()) -> Final:
     if any(tunable):
         table, now, slopes = _linearised(rows, end, end.accepted, tunable)
         x, _ = _solution(rows, table, now, slopes)
-        stepped = _stepped(end.accepted, tunable, x[len(now.x) :])
+        stepped = _gauss_newton_step(end.accepted, tunable, x[len(now.x) :])
     table, now, slopes = _linearised(rows, end, stepped, tunable)
     x, covariance = _solution(rows, table, now, slopes)
     sd = np.sqrt(np.maximum(np.diag(covariance), 0.0))
@@ -107,10 +115,10 @@ def finished(rows: Nominal, end: Present, found: Sequence[Found] = ()) -> Final:
             if name in values and values[name].sd > 0.0:
                 sd = float(np.hypot(values[name].sd, part * values[name].value))
                 values[name] = replace(values[name], sd=sd)
-    return Final(stepped, now, tuple(named))
+    return FinalEstimates(stepped, now, tuple(named))
 
 
-def _form_errors(h: Hypothesis, item: Found, slow: Array) -> dict[str, float]:
+def _form_errors(h: Hypothesis, item: AcceptedEffect, slow: Array) -> dict[str, float]:
     """Relative standard deviation of each value that comes from not knowing the effect's form."""
     first = {name: x for name, x in _sizes(item.score).items() if x}
     parts = {
@@ -130,7 +138,7 @@ def _form_errors(h: Hypothesis, item: Found, slow: Array) -> dict[str, float]:
 
 
 def _bend_errors(
-    rows: Nominal, end: Present, now: Fit, hypotheses: Sequence[Hypothesis], index: int
+    rows: WindowedRows, end: CurrentFit, now: Fit, hypotheses: Sequence[Hypothesis], index: int
 ) -> dict[str, float]:
     """Relative change of an effect's coefficients with another form of it, or its next term."""
     h, values = hypotheses[index], now.effects[index]
@@ -138,7 +146,7 @@ def _bend_errors(
     if not isinstance(effect, Bends):
         return {}
     more = [effect.bent(h, values) if i == index else other for i, other in enumerate(hypotheses)]
-    table = tabulate(rows, end.model, more)
+    table = build_design_matrix(rows, end.model, more)
     choice = replace(now.choice, slots=tuple(table.slots[i] for i in range(len(more))))
     bent = fit(table.grams.of(range(FOLDS)), choice, now.sigma).effects[index]
     return {
@@ -165,7 +173,10 @@ def _tunable(h: Hypothesis) -> list[str]:
 
 
 def _linearised(
-    rows: Nominal, end: Present, hypotheses: Sequence[Hypothesis], tunable: Sequence[list[str]]
+    rows: WindowedRows,
+    end: CurrentFit,
+    hypotheses: Sequence[Hypothesis],
+    tunable: Sequence[list[str]],
 ) -> tuple[Table, Fit, list[list[Array]]]:
     """The fit on all data, and each setting's columns, per joint, shape (R,)."""
     moved = [
@@ -174,7 +185,7 @@ def _linearised(
         for name in names
         for sign in (1, -1)
     ]
-    table = tabulate(rows, end.model, hypotheses, moved)
+    table = build_design_matrix(rows, end.model, hypotheses, moved)
     choice = replace(end.fit.choice, slots=tuple(table.slots[i] for i in range(len(hypotheses))))
     now = fit(table.grams.of(range(FOLDS)), choice, end.fit.sigma)
     slopes, place = [], len(hypotheses)
@@ -198,7 +209,7 @@ def _torque(table: Table, index: int, theta: Array) -> list[Array]:
 
 
 def _solution(
-    rows: Nominal, table: Table, now: Fit, slopes: list[list[Array]]
+    rows: WindowedRows, table: Table, now: Fit, slopes: list[list[Array]]
 ) -> tuple[Array, Array]:
     """Unknowns with the steps of the settings appended, and their covariance."""
     size, more = len(now.x), len(slopes)
@@ -210,7 +221,7 @@ def _solution(
         columns = table.columns[j]
         if len(columns) == 0:
             continue
-        weight = (table.fold != APART) / now.sigma[j][table.region[:, j]] ** 2
+        weight = (table.fold != EXCLUDED) / now.sigma[j][table.region[:, j]] ** 2
         model = pl.of(columns)
         own = np.column_stack([model, *(s[j] for s in slopes)])
         where = np.concatenate([pl.unknown, size + np.arange(more)])
@@ -229,14 +240,14 @@ def _solution(
     return x, covariance
 
 
-def _blocks(rows: Nominal, table: Table) -> NDArray[np.int64]:
+def _blocks(rows: WindowedRows, table: Table) -> NDArray[np.int64]:
     """Number of the block of time that each row lies in, shape (R,)."""
-    start = np.array([s.t[0] for s in rows.stretches])
-    within = np.floor((table.t - start[table.stretch]) / _BLOCK_S).astype(int)
-    return np.unique(table.stretch * (within.max() + 1) + within, return_inverse=True)[1]
+    start = np.array([s.t[0] for s in rows.segments])
+    within = np.floor((table.t - start[table.segment]) / _BLOCK_S).astype(int)
+    return np.unique(table.segment * (within.max() + 1) + within, return_inverse=True)[1]
 
 
-def _stepped(
+def _gauss_newton_step(
     hypotheses: Sequence[Hypothesis], tunable: Sequence[list[str]], steps: Array
 ) -> tuple[Hypothesis, ...]:
     """The hypotheses with their settings moved, within bounds and never far."""

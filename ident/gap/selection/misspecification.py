@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Freedom, Hypothesis
+from ident.effects.effect import FormUncertainty, Hypothesis
 from ident.gap.data.noise_regions import Region
 from ident.gap.lack_of_fit.basis_functions import Views, form_columns
-from ident.gap.regression.current_model import SEARCHED, Present
-from ident.gap.regression.design_matrix import Nominal, Table
+from ident.gap.regression.current_model import SEARCHED, CurrentFit
+from ident.gap.regression.design_matrix import Table, WindowedRows
 from ident.gap.regression.projection import joint_rows, projected
 from ident.gap.regression.residuals import residuals
 from ident.gap.regression.scoring import Score
@@ -23,7 +23,7 @@ _SMALL = 0.12  # of what an effect of uncertain form explained: less may be its 
 _BESIDE = 0.5  # of its gain: what it must bring beside free curves for the earlier one's form
 
 
-def may_be_form(
+def maybe_misspecification(
     score: Score,
     before: Fit,
     seat: Sequence[int],
@@ -43,16 +43,16 @@ def may_be_form(
     for hypothesis, seat_then, explained in earlier:
         if hypothesis.effect == score.hypothesis.effect:
             continue
-        if catalogue()[hypothesis.effect].freedom is Freedom.NONE:
+        if catalogue()[hypothesis.effect].freedom is FormUncertainty.NONE:
             continue
         if set(seat_then) & set(here) and drop < _SMALL * explained[here].sum():
             found += [(hypothesis, j) for j in here if j in seat_then]
     return found
 
 
-def stands_beside(
-    rows: Nominal,
-    present: Present,
+def significant_beside(
+    rows: WindowedRows,
+    present: CurrentFit,
     table: Table,
     score: Score,
     suspects: Sequence[tuple[Hypothesis, int]],
@@ -70,17 +70,22 @@ def stands_beside(
 
 
 def _beside(
-    rows: Nominal, present: Present, table: Table, score: Score, joint: int, other: Hypothesis
+    rows: WindowedRows,
+    present: CurrentFit,
+    table: Table,
+    score: Score,
+    joint: int,
+    other: Hypothesis,
 ) -> bool:
     freedom = catalogue()[other.effect].freedom
-    if freedom is Freedom.ANY or joint not in score.hypothesis.rows:
+    if freedom is FormUncertainty.ANY or joint not in score.hypothesis.rows:
         return False
     form = functools.partial(form_columns, joint=joint, freedom=freedom)
     curves = Views(rows, present.model).windowed(form)[0]
     slot = table.slots[score.index]
     start = slot.starts[slot.joints.index(joint)] + table.grams.layouts[joint].first_extra
     own = table.columns[joint][:, start : start + slot.width]
-    sliding = np.isin(table.fold, SEARCHED) & (table.region[:, joint] != Region.TURNING)
+    sliding = np.isin(table.fold, SEARCHED) & (table.region[:, joint] != Region.REVERSAL)
     left = residuals(table, present.fit)[joint].values
     here = joint_rows(table, present.fit, joint, sliding, left)
     whole = float(here.error @ here.error)

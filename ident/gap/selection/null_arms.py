@@ -15,7 +15,7 @@ from ident.effects.catalogue import catalogue
 from ident.effects.effect import Hypothesis
 from ident.gap.data.experiment import Experiment
 from ident.gap.data.noise_regions import Region
-from ident.gap.regression.feasible_fit import Possible
+from ident.gap.regression.feasible_fit import FeasibleModel
 from ident.gap.regression.residuals import Residual
 from ident.recordings.dataset import Dataset, Segment, in_memory
 from ident.recordings.samples import held_mean
@@ -32,7 +32,7 @@ _DISTANCES = (0.0, 0.0, 2e-4, 5e-4)
 _ROOM = 2.0
 _LEAST_GAIN = 0.04
 _LEAST_BESIDE_TRUSTED = 0.1
-_LEAST_BURST = 0.15  # a stretch of time is found among hundreds, in any residual
+_LEAST_BURST = 0.15  # a segment of time is found among hundreds, in any residual
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ def can_simulate(source: Experiment) -> bool:
 
 
 def null_arm(
-    fitted: Possible, accepted: Sequence[Hypothesis], chain_arm: SimulatedArm
+    fitted: FeasibleModel, accepted: Sequence[Hypothesis], chain_arm: SimulatedArm
 ) -> SimulatedArm:
     """The fitted arm with its accepted effects."""
     arm = replace(chain_arm, delta=fitted.inertial, viscous=fitted.viscous, coulomb=fitted.coulomb)
@@ -141,7 +141,7 @@ def wanted_motion(recording: Recording) -> tuple[Array, Array, Array]:
     return series.q, series.qd, series.qdd
 
 
-def redrawn(residual: Residual, rng: np.random.Generator) -> Array:
+def phase_randomised(residual: Residual, rng: np.random.Generator) -> Array:
     """A series with the sliding residual's spectrum and other phases, shape (R,).
 
     Rows where the joint or a shared motor turns round, and those that stand apart, are first

@@ -10,31 +10,37 @@ from numpy.typing import NDArray
 
 from ident.gap.data.experiment import Experiment, controller_of, wire_of
 from ident.gap.data.reference_model import known_torque
-from ident.gap.data.segments import stretches
+from ident.gap.data.segments import segments
 from ident.gap.data.windows import Windows
-from ident.gap.lack_of_fit.remaining_structure import leftovers, noise
+from ident.gap.lack_of_fit.remaining_structure import noise, remaining_structures
 from ident.gap.regression.current_model import (
     SEARCHED,
-    Present,
+    CurrentFit,
     all_hypotheses,
-    begin,
     examine,
     extend,
+    nominal_fit,
 )
-from ident.gap.regression.design_matrix import FOLDS, Nominal, Table, nominal, tabulate
-from ident.gap.regression.feasible_fit import possible
+from ident.gap.regression.design_matrix import (
+    FOLDS,
+    Table,
+    WindowedRows,
+    build_design_matrix,
+    windowed_rows,
+)
+from ident.gap.regression.feasible_fit import feasible_fit
 from ident.gap.regression.residuals import Residual, residuals
-from ident.gap.regression.scoring import chance_gains
+from ident.gap.regression.scoring import noise_gains
 from ident.gap.regression.weighted_fit import Fit, fit
 from ident.gap.selection.null_arms import (
     Threshold,
     can_simulate,
     null_arm,
+    phase_randomised,
     raised,
-    redrawn,
     simulated_datasets,
 )
-from ident.gap.transients.detect import find_burst
+from ident.gap.transients.detect import find_transient
 from ident.recordings.dataset import Dataset
 from ident.regression.processes import in_processes
 from ident.simulation.arm import SimulatedArm, simulated_arm
@@ -51,8 +57,8 @@ _WORTH_PROCESSES = 40_000  # samples: fewer are searched before another process 
 
 def calibrated(
     source: Experiment,
-    rows: Nominal,
-    models: tuple[Present, Present],
+    rows: WindowedRows,
+    models: tuple[CurrentFit, CurrentFit],
     threshold: Threshold,
     runs: tuple[int, int],
     tell: Tell,
@@ -72,14 +78,14 @@ def calibrated(
     """
     present, larger = models
     hypotheses = all_hypotheses(present.model.facts)
-    table = tabulate(rows, present.model, present.accepted, hypotheses)
-    after = tabulate(rows, larger.model, larger.accepted)
+    table = build_design_matrix(rows, present.model, present.accepted, hypotheses)
+    after = build_design_matrix(rows, larger.model, larger.accepted)
     threshold = _with_chance(threshold, table, present, residuals(after, larger.fit))
     left = noise(rows, larger)
     loop = controller_of(source), wire_of(source)
     if loop[0] is None or loop[1] is None or not can_simulate(source):
         return threshold
-    fitted = possible(source, present.fit, len(rows.kept))
+    fitted = feasible_fit(source, present.fit, len(rows.kept))
     n = source.arm.robot.dof
     nothing = simulated_arm(present.model.facts.chain, np.zeros(10 * n), np.zeros(n), np.zeros(n))
     arm = null_arm(fitted, present.accepted, nothing)
@@ -107,7 +113,7 @@ class _Plan:
     loop: tuple[Controller, Wire]
     windows: Windows
     kept: NDArray[np.int64]
-    present: Present
+    present: CurrentFit
 
 
 _Draw = tuple[list[Array], np.random.Generator]
@@ -131,9 +137,9 @@ def _run(plan: _Plan, draw: _Draw) -> _Outcome:
         data = simulated_datasets(source, plan.arm, plan.loop, *draw)
     except DataError:
         return None
-    parts = stretches(data, plan.windows)
-    simulated = nominal(parts, plan.windows, facts, plan.kept, known_torque(source))
-    now = begin(simulated, facts)
+    parts = segments(data, plan.windows)
+    simulated = windowed_rows(parts, plan.windows, facts, plan.kept, known_torque(source))
+    now = nominal_fit(simulated, facts)
     if present.accepted:
         now = extend(simulated, now, present.accepted)
     _, scores = examine(simulated, now, all_hypotheses(now.model.facts))
@@ -145,15 +151,15 @@ def _run(plan: _Plan, draw: _Draw) -> _Outcome:
         if not small:
             effect = s.hypothesis.effect
             gains[effect] = max(gains.get(effect, 0.0), s.gain)
-    table = tabulate(simulated, now.model, now.accepted)
-    burst = find_burst(simulated, table, now.fit, now.fit.choice)
-    gains["contact"] = 0.0 if burst is None else burst.gain
-    left = leftovers(simulated, now.model, table, now.fit)
+    table = build_design_matrix(simulated, now.model, now.accepted)
+    transient = find_transient(simulated, table, now.fit, now.fit.choice)
+    gains["contact"] = 0.0 if transient is None else transient.gain
+    left = remaining_structures(simulated, now.model, table, now.fit)
     return gains, max((x.gain for x in left), default=0.0)
 
 
 def _with_chance(
-    threshold: Threshold, table: Table, present: Present, left: Sequence[Residual]
+    threshold: Threshold, table: Table, present: CurrentFit, left: Sequence[Residual]
 ) -> Threshold:
     """What chance gives: the residual's spectrum with other phases, against all columns."""
     rng = np.random.default_rng(0)
@@ -163,10 +169,10 @@ def _with_chance(
         if len(r.values) == 0:
             draws.append(np.zeros((0, _CHANCE_DRAWS)))
             continue
-        drawn = np.column_stack([redrawn(r, rng) for _ in range(_CHANCE_DRAWS)])
+        drawn = np.column_stack([phase_randomised(r, rng) for _ in range(_CHANCE_DRAWS)])
         draws.append(drawn * searched[:, None])
     now = fit(table.grams.of(SEARCHED), present.fit.choice, present.fit.sigma)
-    by_effect = chance_gains(table, now, draws, len(present.accepted))
+    by_effect = noise_gains(table, now, draws, len(present.accepted))
     gain = dict(threshold.gain)
     for effect, values in by_effect.items():
         gain[effect] = max(gain.get(effect, 0.0), float(np.quantile(values, _CHANCE_QUANTILE)))
@@ -174,7 +180,7 @@ def _with_chance(
 
 
 def _disturbance(
-    rows: Nominal, left: Sequence[Residual], log: int, data: Dataset, rng: np.random.Generator
+    rows: WindowedRows, left: Sequence[Residual], log: int, data: Dataset, rng: np.random.Generator
 ) -> Array:
     """Torque noise of the sliding residual's size and spectrum, at the log's rate, shape (S, n)."""
     samples = max(len(s.q) for s in data.segments)
@@ -184,7 +190,7 @@ def _disturbance(
     for j, r in enumerate(left):
         if len(r.values) == 0:
             continue
-        series = redrawn(r, rng)
+        series = phase_randomised(r, rng)
         repeated = np.resize(np.roll(series, int(rng.integers(len(series)))), count)
         noise[:, j] = np.interp(np.arange(samples) / hop, np.arange(count), repeated)
     return noise

@@ -1,4 +1,4 @@
-"""A burst in the residual: a stretch of time in which the model fails, and never else."""
+"""A transient in the residual: a segment of time in which the model fails, and never else."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -7,32 +7,38 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.gap.data.noise_regions import Region
-from ident.gap.regression.current_model import Present
-from ident.gap.regression.design_matrix import APART, FOLDS, Nominal, Table, tabulate
+from ident.gap.regression.current_model import CurrentFit
+from ident.gap.regression.design_matrix import (
+    EXCLUDED,
+    FOLDS,
+    Table,
+    WindowedRows,
+    build_design_matrix,
+)
 from ident.gap.regression.normal_equations import joint_products
 from ident.gap.regression.residuals import Residual, residuals
-from ident.gap.regression.weighted_fit import Choice, Fit, fit
+from ident.gap.regression.weighted_fit import Fit, ModelStructure, fit
 
 Array = NDArray[np.floating]
 
 _LENGTHS_S = tuple(np.geomspace(0.2, 4.0, 16))
 _ROUNDS = 2
-_AGAIN = 0.1  # of a burst's square above the usual, in another period: it comes with the motion
+_AGAIN = 0.1  # of a transient's square above the usual, in another period: it comes with the motion
 _FARTHER = 0.01  # of its range: so much more than ever else is a place of its own
 _SLIDES = 0.05  # rad/s: a slower joint may lean on something and show nothing
-_SHARP = 9.0  # a joint takes part where its mean square in the burst is so many times the usual
+_SHARP = 9.0  # a joint takes part where its mean square in the transient is so many times the usual
 
 
 @dataclass(frozen=True)
-class Burst:
-    """A stretch of time that the model does not explain.
+class Transient:
+    """A segment of time that the model does not explain.
 
     Attributes:
         log: number of the recording, from 0.
         start_s, end_s: since the recording's first sample.
         joints: the joints that feel it, from 0.
         torque: mean torque on each of them [N m].
-        gain: drop of the mean log residual when the stretch has a noise of its own [nats].
+        gain: drop of the mean log residual when the segment has a noise of its own [nats].
         rows: which rows of the table lie in it, shape (R,).
         loudness: mean square of each row in units of the noise without it, shape (R,).
     """
@@ -46,7 +52,7 @@ class Burst:
     rows: NDArray[np.bool_]
     loudness: Array
 
-    def recurs(self, repeats: tuple[NDArray[np.int64], NDArray[np.int64]]) -> bool:
+    def repeats_with_motion(self, repeats: tuple[NDArray[np.int64], NDArray[np.int64]]) -> bool:
         """Whether the model fails as well where the motion is the same in another period.
 
         What comes again with the motion is no event.
@@ -63,12 +69,14 @@ class Burst:
         return bool(again > _AGAIN * here)
 
 
-def find_burst(rows: Nominal, table: Table, now: Fit, choice: Choice) -> Burst | None:
-    """The stretch whose removal makes the residual of the rest smallest, if any stands out.
+def find_transient(
+    rows: WindowedRows, table: Table, now: Fit, choice: ModelStructure
+) -> Transient | None:
+    """The segment whose removal makes the residual of the rest smallest, if any stands out.
 
     Rows that stand apart already are not looked at.
     """
-    log = np.array([s.log for s in rows.stretches])[table.stretch]
+    log = np.array([s.log for s in rows.segments])[table.segment]
     usual = now
     chosen = None
     outside = table
@@ -88,7 +96,7 @@ def find_burst(rows: Nominal, table: Table, now: Fit, choice: Choice) -> Burst |
         return None
     before = fit(table.grams.of(range(FOLDS)), choice, now.sigma)
     t = table.t[chosen]
-    return Burst(
+    return Transient(
         int(log[chosen][0]),
         float(t.min()),
         float(t.max()),
@@ -100,31 +108,31 @@ def find_burst(rows: Nominal, table: Table, now: Fit, choice: Choice) -> Burst |
     )
 
 
-def felt(rows: Nominal, bursts: Sequence[Burst], now: Present) -> list[Burst]:
-    """The bursts with the joints that feel them, and their torque, beside the model so far."""
-    left = residuals(tabulate(rows, now.model, now.accepted), now.fit)
+def felt(rows: WindowedRows, transients: Sequence[Transient], now: CurrentFit) -> list[Transient]:
+    """The transients with the joints that feel them, and their torque, beside the model so far."""
+    left = residuals(build_design_matrix(rows, now.model, now.accepted), now.fit)
     found = []
-    for b in bursts:
+    for b in transients:
         joints, torque = _felt(left, now.fit, b.rows)
         found.append(replace(b, joints=joints, torque=torque) if joints else b)
     return found
 
 
-def at_an_end(rows: Nominal, bursts: Sequence[Burst]) -> tuple[int, ...]:
-    """Joints that never come as far in one direction without a burst: it may be the place's doing.
+def at_end_stop(rows: WindowedRows, transients: Sequence[Transient]) -> tuple[int, ...]:
+    """Joints whose transients all occur beyond every transient-free position: likely an end stop.
 
     One passage alone tells nothing; several, of which no other is free of it, are no chance.
     """
-    if len(bursts) < 2:
+    if len(transients) < 2:
         return ()
-    log = np.concatenate([np.full(len(s.t), s.log) for s in rows.stretches])
-    t = np.concatenate([s.t for s in rows.stretches])
-    inside = np.array([(log == b.log) & (b.start_s <= t) & (t <= b.end_s) for b in bursts])
-    q = np.concatenate([s.q for s in rows.stretches])
-    sliding = np.abs(np.concatenate([s.qd for s in rows.stretches])) > _SLIDES
+    log = np.concatenate([np.full(len(s.t), s.log) for s in rows.segments])
+    t = np.concatenate([s.t for s in rows.segments])
+    inside = np.array([(log == b.log) & (b.start_s <= t) & (t <= b.end_s) for b in transients])
+    q = np.concatenate([s.q for s in rows.segments])
+    sliding = np.abs(np.concatenate([s.qd for s in rows.segments])) > _SLIDES
     return tuple(
         j
-        for j in sorted(set.intersection(*(set(b.joints) for b in bursts)))
+        for j in sorted(set.intersection(*(set(b.joints) for b in transients)))
         for x in (q[:, j], -q[:, j])
         if _reach(x, sliding[:, j] & ~inside.any(axis=0)) + _FARTHER * np.ptp(x)
         < min(_reach(x, sliding[:, j] & here) for here in inside)
@@ -150,7 +158,7 @@ def _power(table: Table, usual: Fit) -> tuple[Array, Array]:
     total, joints = np.zeros(len(table.t)), np.zeros(len(table.t))
     for j, r in enumerate(residuals(table, usual)):
         if len(r.values):
-            sliding = (r.region != Region.TURNING) & ~r.apart
+            sliding = (r.region != Region.REVERSAL) & ~r.apart
             total += np.where(sliding, (r.values / usual.sigma[j][r.region]) ** 2, 0.0)
             joints += sliding
     return total, joints
@@ -201,7 +209,7 @@ def without(table: Table, rows: NDArray[np.bool_]) -> Table:
     """The table without some rows, and those that stand apart."""
     products, counts = [], []
     for j, columns in enumerate(table.columns):
-        keep = ~rows & (table.fold != APART) if len(columns) else np.zeros(0, dtype=bool)
+        keep = ~rows & (table.fold != EXCLUDED) if len(columns) else np.zeros(0, dtype=bool)
         size = len(columns)
         product, count = joint_products(
             columns[keep],
@@ -216,14 +224,14 @@ def without(table: Table, rows: NDArray[np.bool_]) -> Table:
 
 
 def _gain(before: Fit, usual: Fit, left: list, chosen: NDArray[np.bool_]) -> float:
-    """Sum over joints of the mean log ratio, the burst's rows with a noise of their own."""
+    """Sum over joints of the mean log ratio, the transient's rows with a noise of their own."""
     gain = 0.0
     for j, r in enumerate(left):
         if not len(r.values):
             continue
         n = before.counts[j].sum()
-        burst = np.sqrt(np.mean(r.values[chosen] ** 2)) + usual.sigma[j].min()
+        transient = np.sqrt(np.mean(r.values[chosen] ** 2)) + usual.sigma[j].min()
         old = (np.log(before.sigma[j]) * before.counts[j]).sum()
-        new = (np.log(usual.sigma[j]) * usual.counts[j]).sum() + np.log(burst) * chosen.sum()
+        new = (np.log(usual.sigma[j]) * usual.counts[j]).sum() + np.log(transient) * chosen.sum()
         gain += (old - new) / max(n, 1)
     return float(gain)

@@ -23,7 +23,7 @@ from ident.estimation.feasible_set import (
     unpacked,
 )
 from ident.estimation.problem import ordinary, with_beta
-from ident.estimation.regression_data import Evidence, gather
+from ident.estimation.regression_data import RegressionData, gather
 from ident.identification.feasibility_test import positive_fraction, verdict
 from ident.recordings.dataset import dataset
 from ident.regression.reduction import squared_error
@@ -32,7 +32,7 @@ from wamctl.arm.inertial import pseudo_inertia
 
 
 @pytest.fixture(scope="module")
-def evidence(wam, noisy) -> Evidence:
+def evidence(wam, noisy) -> RegressionData:
     return gather([dataset(noisy, wam.arm.robot.joint_names, "log")], wam.arm)
 
 
@@ -70,7 +70,7 @@ def test_fit_equals_problem_44_in_a_modelling_language(evidence, form):
     assert u == pytest.approx(oracle(evidence, form), rel=1e-5)
 
 
-def oracle(evidence: Evidence, form: str) -> float:
+def oracle(evidence: RegressionData, form: str) -> float:
     """u of (44), with U of (43) and E of (24)-(26) written out; only the scale differs."""
     base, problem = evidence.base, evidence.problem()
     parameters = base.parameters

@@ -8,7 +8,7 @@ from synthetic_arm import motion, recording
 
 import ident.estimation.regression_data
 from ident.estimation.least_squares import ESTIMATORS, wanted_estimators
-from ident.estimation.regression_data import Evidence, gather, held_out, noise
+from ident.estimation.regression_data import RegressionData, gather, held_out, noise
 from ident.identification.cross_validation import check_held_out
 from ident.identification.identifiability import confusions, identifiability
 from ident.identification.torque_delay import delay
@@ -29,7 +29,7 @@ from wamctl.arm.recording import ReferenceSeries
 
 
 @pytest.fixture(scope="module")
-def evidence(wam, noisy) -> Evidence:
+def evidence(wam, noisy) -> RegressionData:
     return gather([dataset(noisy, wam.arm.robot.joint_names, "log")], wam.arm)
 
 
