@@ -12,13 +12,13 @@ from typer.core import TyperGroup
 from wamctl.arm.errors import UserError
 
 COMMANDS: dict[str, tuple[str, str]] = {
-    "design": ("ident.design_command:design", "Find a motion that makes the parameters visible."),
-    "run": ("ident.run_command:run", "Identify a model from recordings."),
-    "validate": ("ident.validate_command:validate", "Test a model on other recordings."),
-    "gap": ("ident.gap_command:gap", "Find what the model misses, by name."),
-    "simulate": ("ident.simulate_command:simulate", "Simulate an identified arm in closed loop."),
-    "import": ("ident.import_command:import_table", "Turn a foreign table into a log."),
-    "export": ("ident.export_command:export", "Write the identified arm for other programs."),
+    "design": ("ident.commands.design:design", "Find a motion that makes the parameters visible."),
+    "run": ("ident.commands.run:run", "Identify a model from recordings."),
+    "validate": ("ident.commands.validate:validate", "Test a model on other recordings."),
+    "gap": ("ident.commands.gap:gap", "Find what the model misses, by name."),
+    "simulate": ("ident.commands.simulate:simulate", "Simulate an identified arm in closed loop."),
+    "import": ("ident.commands.import_table:import_table", "Turn a foreign table into a log."),
+    "export": ("ident.commands.export:export", "Write the identified arm for other programs."),
 }
 """Name of a sub-command: module and function, and what it does in a few words."""
 

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Freedom, Hypothesis, Observed
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
 
@@ -25,7 +26,7 @@ class AsymmetricViscous:
     contains = ()
     experiment = "several constant speeds in each direction over the same range"
     compares = False
-    freedom = Freedom.EITHER_WAY
+    freedom = FormUncertainty.EITHER_WAY
     smooth = True
     uses = ()
     settings = ()

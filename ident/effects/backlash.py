@@ -2,16 +2,9 @@
 
 import numpy as np
 
-from ident.effects.effect import (
-    ArmFacts,
-    Array,
-    Coefficient,
-    Freedom,
-    Hypothesis,
-    Observed,
-    Setting,
-)
-from ident.effects.transmission import LIGHT, Transmission, mass_in
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting
+from ident.effects.motor_link import LIGHT, Transmission, mass_in
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
 _MOTOR = 0.1  # of the joint's inertia: a motor's, at first
@@ -32,7 +25,7 @@ class Backlash:
     contains = ()
     experiment = "torque that changes sign without a change of speed, as through a gravity crossing"
     compares = False
-    freedom = Freedom.ANY
+    freedom = FormUncertainty.ANY
     smooth = True
     uses = ("model", "friction", "torque")
     twice = ("half_play", "play")

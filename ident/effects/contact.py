@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Freedom, Hypothesis, Observed
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
 
@@ -26,7 +27,7 @@ class Contact:
     contains = ()
     experiment = "repeat the run with nothing and nobody near the arm"
     compares = False
-    freedom = Freedom.ANY
+    freedom = FormUncertainty.ANY
     smooth = True
     uses = ()
     settings = ()

@@ -4,15 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import (
-    ArmFacts,
-    Array,
-    Coefficient,
-    Freedom,
-    Hypothesis,
-    Observed,
-    Setting,
-)
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
 _SHARP = "sharp"
@@ -38,7 +31,7 @@ class CoupledFriction:
     contains = ()
     experiment = "move both joints together, in all combinations of direction and of who is faster"
     compares = False
-    freedom = Freedom.ANY
+    freedom = FormUncertainty.ANY
     smooth = False
     uses = ("direction",)
     settings = (Setting("ratio", "1", (0.4, 0.63, 1.0, 1.6, 2.5), 0.4, 2.5),)

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Freedom, Hypothesis, Observed
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
 
@@ -20,7 +21,7 @@ class CoupledInertia:
     contains = ("rotor_inertia",)
     experiment = "accelerate both joints of the pair together, in step and against each other"
     compares = False
-    freedom = Freedom.NONE
+    freedom = FormUncertainty.NONE
     smooth = True
     uses = ()
     settings = ()

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Freedom, Hypothesis, Observed
+from ident.effects.effect import Array, FormUncertainty, Hypothesis
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
 
@@ -18,7 +19,7 @@ class DroppedSamples:
     contains = ()
     experiment = "record again with a logger that keeps up; compare its counters"
     compares = False
-    freedom = Freedom.ANY
+    freedom = FormUncertainty.ANY
     smooth = True
     uses = ()
     settings = ()

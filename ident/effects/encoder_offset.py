@@ -2,7 +2,8 @@
 
 from dataclasses import replace
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Freedom, Hypothesis, Observed
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
 
@@ -19,7 +20,7 @@ class EncoderOffset:
     experiment = "all joints over their whole range; better, a kinematic calibration"
     loads_link = True
     compares = False
-    freedom = Freedom.NONE
+    freedom = FormUncertainty.NONE
     smooth = True
     uses = ("model",)
     settings = ()

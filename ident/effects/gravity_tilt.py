@@ -4,17 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import (
-    ArmFacts,
-    Array,
-    Coefficient,
-    Freedom,
-    Hypothesis,
-    Observed,
-    Setting,
-)
+from ident.dynamics.compiled_chain import Chain, torques
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
-from ident.simulation.chain import Chain, torques
 
 _NOTHING = 1e-6
 
@@ -39,7 +32,7 @@ class GravityTilt:
     experiment = "turn joint 1 through more than 180 degrees with the arm stretched out level"
     loads_link = True
     compares = False
-    freedom = Freedom.NONE
+    freedom = FormUncertainty.NONE
     smooth = True
     uses = ("model",)
     settings = (

@@ -2,16 +2,9 @@
 
 import numpy as np
 
-from ident.effects.effect import (
-    ArmFacts,
-    Array,
-    Coefficient,
-    Freedom,
-    Hypothesis,
-    Observed,
-    Setting,
-)
-from ident.effects.transmission import LIGHT, Transmission, mass_in
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting
+from ident.effects.motor_link import LIGHT, Transmission, mass_in
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
 _SWINGS_HZ = (6.0, 12.0, 40.0)  # of a link whose motor is held; softer is a lag by another name
@@ -30,7 +23,7 @@ class JointElasticity:
     contains = ()
     experiment = "a chirp up to 50 Hz; an encoder on the joint's side"
     compares = False
-    freedom = Freedom.ANY
+    freedom = FormUncertainty.ANY
     smooth = True
     uses = ("model", "friction")
     twice = ("compliance", "give")

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Freedom, Hypothesis, Observed
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
 _SOFT = 1e-9  # N m/rad
@@ -28,7 +29,7 @@ class JointSpring:
     experiment = "move the joint alone over more than 2 rad, slowly, in several poses of the others"
     loads_link = True
     compares = False
-    freedom = Freedom.POSITION
+    freedom = FormUncertainty.POSITION
     smooth = True
     uses = ()
     settings = ()

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Freedom, Hypothesis, Observed
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
 _FORMS = ("whole load", "gravity load", "driving load", "braking load")
@@ -30,7 +31,7 @@ class LoadDependentFriction:
     contains = ()
     experiment = "the same speed in poses of very different load, with and without a payload"
     compares = False
-    freedom = Freedom.ANY
+    freedom = FormUncertainty.ANY
     smooth = False
     uses = ("direction", "model")
     settings = ()

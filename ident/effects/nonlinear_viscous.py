@@ -4,15 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import (
-    ArmFacts,
-    Array,
-    Coefficient,
-    Freedom,
-    Hypothesis,
-    Observed,
-    Setting,
-)
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
 _NEGATIVE = 0.05  # of the drag at 1 rad/s: so much is no error of a small viscous part
@@ -39,7 +32,7 @@ class NonlinearViscous:
     contains = ()
     experiment = "constant speeds up to the joint's limit, evenly spread"
     compares = False
-    freedom = Freedom.SPEED
+    freedom = FormUncertainty.SPEED
     smooth = True
     uses = ()
     settings = (Setting("power", "1", (0.5, 1.5, 2.0, 3.0), 0.3, 4.0),)

@@ -4,17 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import (
-    ArmFacts,
-    Array,
-    Coefficient,
-    Freedom,
-    Hypothesis,
-    Observed,
-    Setting,
-)
+from ident.dynamics.compiled_regressor import regressor
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
-from ident.simulation.regressor import regressor
 
 _FARTHEST_M = 1.0  # of a payload's centre from the last link's frame
 
@@ -32,7 +25,7 @@ class Payload:
     experiment = "the same motion with and without the load"
     loads_link = True
     compares = True
-    freedom = Freedom.NONE
+    freedom = FormUncertainty.NONE
     smooth = True
     uses = ()
     settings = tuple(

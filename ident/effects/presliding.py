@@ -5,15 +5,8 @@ from dataclasses import replace
 import numpy as np
 from numba import njit
 
-from ident.effects.effect import (
-    ArmFacts,
-    Array,
-    Coefficient,
-    Freedom,
-    Hypothesis,
-    Observed,
-    Setting,
-)
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
 _FORMS = ("dahl", "slip")
@@ -51,7 +44,7 @@ class Presliding:
     contains = ()
     experiment = "slow reversals with several amplitudes, from 1 to 50 mrad"
     compares = False
-    freedom = Freedom.ANY
+    freedom = FormUncertainty.ANY
     smooth = False
     uses = ()
     settings = (Setting("distance", "rad", (0.0016, 0.003, 0.006, 0.012, 0.025), 1e-3, 0.06),)

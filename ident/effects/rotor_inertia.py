@@ -2,7 +2,8 @@
 
 from dataclasses import replace
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Freedom, Hypothesis, Observed
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
 
@@ -18,7 +19,7 @@ class RotorInertia:
     contains = ()
     experiment = "accelerate the joint alone, in poses where the links' inertia differs much"
     compares = False
-    freedom = Freedom.NONE
+    freedom = FormUncertainty.NONE
     smooth = True
     uses = ()
     settings = ()

@@ -4,15 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import (
-    ArmFacts,
-    Array,
-    Coefficient,
-    Freedom,
-    Hypothesis,
-    Observed,
-    Setting,
-)
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
 
@@ -34,7 +27,7 @@ class Stribeck:
     contains = ()
     experiment = "cross many constant speeds from a third of the Stribeck speed to five times it"
     compares = False
-    freedom = Freedom.SPEED
+    freedom = FormUncertainty.SPEED
     smooth = False
     uses = ("direction",)
     settings = (

@@ -4,15 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import (
-    ArmFacts,
-    Array,
-    Coefficient,
-    Freedom,
-    Hypothesis,
-    Observed,
-    Setting,
-)
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
 
@@ -45,7 +38,7 @@ class ThermalDrift:
     contains = ()
     experiment = "repeat one motion at the start, in the middle, and at the end of a long run"
     compares = False
-    freedom = Freedom.TIME
+    freedom = FormUncertainty.TIME
     smooth = False
     uses = ("direction",)
     settings = (Setting("time_constant", "s", (10.0, 20.0, 40.0, 80.0, 300.0), 8.0, 2000.0),)

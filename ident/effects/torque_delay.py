@@ -4,15 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import (
-    ArmFacts,
-    Array,
-    Coefficient,
-    Freedom,
-    Hypothesis,
-    Observed,
-    Setting,
-)
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
 _LEAST_S = 0.0008  # less is within what holding and differentiating leave
@@ -34,7 +27,7 @@ class TorqueDelay:
     contains = ()
     experiment = "fast torque changes: a chirp, or motion with many reversals"
     compares = False
-    freedom = Freedom.ANY
+    freedom = FormUncertainty.ANY
     smooth = False
     uses = ("torque",)
     settings = (

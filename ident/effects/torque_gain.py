@@ -2,7 +2,8 @@
 
 from dataclasses import replace
 
-from ident.effects.effect import ArmFacts, Array, Coefficient, Freedom, Hypothesis, Observed, Value
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Value
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
 
@@ -18,7 +19,7 @@ class TorqueGain:
     contains = ()
     experiment = "the same motion with a known payload"
     compares = False
-    freedom = Freedom.NONE
+    freedom = FormUncertainty.NONE
     smooth = True
     uses = ("model",)
     settings = ()

@@ -4,16 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import (
-    ArmFacts,
-    Array,
-    Coefficient,
-    Freedom,
-    Hypothesis,
-    Observed,
-    Setting,
-    Value,
-)
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting, Value
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
 
@@ -48,7 +40,7 @@ class TorqueRipple:
     contains = ()
     experiment = "turn the joint slowly, at constant speed, over several motor revolutions"
     compares = False
-    freedom = Freedom.ANY
+    freedom = FormUncertainty.ANY
     smooth = False
     uses = ("torque",)
     settings = (

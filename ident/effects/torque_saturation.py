@@ -4,16 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import (
-    ArmFacts,
-    Array,
-    Coefficient,
-    Freedom,
-    Hypothesis,
-    Observed,
-    Setting,
-    Value,
-)
+from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting, Value
+from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
 _MOST = 0.3  # share of the samples: what is clipped more often is the joint's usual torque
@@ -36,7 +28,7 @@ class TorqueSaturation:
     contains = ()
     experiment = "motion that stays below half of the torque at which the residual begins"
     compares = False
-    freedom = Freedom.ANY
+    freedom = FormUncertainty.ANY
     smooth = False
     uses = ("torque",)
     settings = (Setting("limit_share", "1", _SHARES, 0.05, 0.999),)

@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.excitation import geometry
-from ident.excitation.columns import Columns
-from ident.excitation.geometry import Points, Shapes, points_of, shapes_of
-from ident.regressor import Motion
-from ident.simulation.chain import Chain, chain_of
+from ident.dynamics.compiled_chain import Chain, chain_of
+from ident.dynamics.regressor import Motion
+from ident.excitation import clearance as geometry
+from ident.excitation.clearance import Points, Shapes, points_of, shapes_of
+from ident.excitation.regressor_columns import Columns
 from wamctl.arm.collision import collision_shapes
 from wamctl.arm.config import ArmFile, LimitsSection
 from wamctl.arm.robot import Robot

@@ -8,23 +8,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.arm import arm_with
-from ident.excitation.columns import Columns, columns_of, exact_rows, joint_terms
+from ident.dynamics.regressor import Motion
+from ident.excitation.arm_limits import kept_of, possible_pose
+from ident.excitation.closed_loop_trial import Rehearsal, nearly
 from ident.excitation.constraints import constraints_of
+from ident.excitation.criterion import Objective
 from ident.excitation.deadline import within
-from ident.excitation.grid import coefficients_of, grid, series_of
-from ident.excitation.islands import Report, Task, best_design
-from ident.excitation.judge import Candidate
-from ident.excitation.limits import kept_of, possible_pose
-from ident.excitation.noise import Noise
-from ident.excitation.objective import Objective
+from ident.excitation.evaluate import Candidate
+from ident.excitation.multistart import Report, Task, best_design
+from ident.excitation.noise_model import Noise
 from ident.excitation.problem import Problem
-from ident.excitation.rehearsal import Rehearsal, nearly
+from ident.excitation.regressor_columns import Columns, columns_of, exact_rows, joint_terms
 from ident.excitation.search import Effort, random_start
 from ident.excitation.settings import DesignSettings, settled
-from ident.regressor import Motion
+from ident.excitation.trajectory_grid import coefficients_of, grid, series_of
+from ident.model.arm import arm_with
 from ident.simulation.arm import SimulatedArm
-from ident.simulation.configured import controller_for, wire_for
+from ident.simulation.configuration import controller_for, wire_for
 from wamctl.arm.collision import collision_shapes
 from wamctl.arm.config import ArmFile, LimitsSection
 from wamctl.arm.errors import ConfigurationError

@@ -5,13 +5,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.dynamics.regressor import Motion
+from ident.dynamics.regressor_adjoint import pull_back
 from ident.excitation import constraints as limited
-from ident.excitation.columns import Columns, exact_rows, smooth_rows
+from ident.excitation.closed_loop_trial import Rehearsal
 from ident.excitation.constraints import Constraints, Slopes
-from ident.excitation.grid import Grid
-from ident.excitation.link_rows import pull_back
-from ident.excitation.noise import Noise
-from ident.excitation.objective import (
+from ident.excitation.criterion import (
     Objective,
     aimed,
     gram,
@@ -20,8 +19,9 @@ from ident.excitation.objective import (
     value_and_slope,
     value_and_slopes,
 )
-from ident.excitation.rehearsal import Rehearsal
-from ident.regressor import Motion
+from ident.excitation.noise_model import Noise
+from ident.excitation.regressor_columns import Columns, exact_rows, smooth_rows
+from ident.excitation.trajectory_grid import Grid
 
 Array = NDArray[np.floating]
 

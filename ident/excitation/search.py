@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.excitation.deadline import Deadline
-from ident.excitation.descent import FROM_AFAR, FROM_NEARBY, TO_THE_POINT, descend
-from ident.excitation.fit import fit_joints
-from ident.excitation.grid import Grid
-from ident.excitation.judge import POOL, Candidate, Judge
+from ident.excitation.evaluate import POOL, Candidate, Judge
+from ident.excitation.optimise import FROM_AFAR, FROM_NEARBY, TO_THE_POINT, descend
 from ident.excitation.problem import Problem
+from ident.excitation.scale_into_limits import fit_joints
+from ident.excitation.trajectory_grid import Grid
 
 Array = NDArray[np.floating]
 

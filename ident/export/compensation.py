@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.export.links import held_joints, identified_links
-from ident.model import Model
+from ident.model.identified_model import Model
 
 _TEMPLATE = """\
 /* Gravity and friction compensation of {arm}. Identified: {words}.

@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from ident.model import Model
+from ident.model.identified_model import Model
 from wamctl.arm.errors import DataError
 from wamctl.arm.inertial import pseudo_inertia
 from wamctl.arm.robot import with_parameters

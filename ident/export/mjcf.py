@@ -7,7 +7,7 @@ import pinocchio as pin
 
 from ident.export.links import Link, held_joints, identified_links
 from ident.export.urdf import numbers
-from ident.model import Model
+from ident.model.identified_model import Model
 
 _RADIUS_M = 0.03
 

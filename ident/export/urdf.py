@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.export.links import Link, held_joints, identified_links
-from ident.model import Model
+from ident.model.identified_model import Model
 
 _STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 _MOVING = ("revolute", "continuous", "prismatic", "planar", "floating")

@@ -1,209 +1,165 @@
-"""The model so far, and the next effect: fit, score, refine, take in."""
+"""The search for the gap, from recordings to a verdict."""
 
-import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.effects.catalogue import catalogue
-from ident.effects.effect import ArmFacts, Effect, Hypothesis, Linearises, Reshapes, Setting
-from ident.gap.fit import Choice, Fit, fit
-from ident.gap.region import SLOW, slow_speed
-from ident.gap.scan import EXACT_PER_PLACE, Score, choose_shapes, scan
-from ident.gap.table import Nominal, PresentModel, Table, on_links, tabulate
-from ident.gap.turning import USUAL, Mixture
+from ident.gap.data.data_checks import faults
+from ident.gap.data.experiment import Experiment, base_columns, facts_of
+from ident.gap.data.reference_model import known_torque
+from ident.gap.data.segments import segments
+from ident.gap.data.windows import windows_for
+from ident.gap.lack_of_fit.remaining_structure import RemainingStructure, remaining_structures
+from ident.gap.regression.current_model import CurrentFit, all_hypotheses, nominal_fit
+from ident.gap.regression.design_matrix import WindowedRows, build_design_matrix, windowed_rows
+from ident.gap.regression.weighted_fit import mean_squares
+from ident.gap.results.outcome import Options, Search
+from ident.gap.results.unclosed_gap import noise_of, remaining, unnamed
+from ident.gap.results.verdict import UnexplainedStructure, decide, unexplained_structures
+from ident.gap.selection.acceptance import Criterion, extend_model, main_joints, next_effects
+from ident.gap.selection.backward_elimination import (
+    confirm,
+    drop_insignificant,
+    keep_significant,
+    may_be_another,
+)
+from ident.gap.selection.null_arms import least_threshold
+from ident.gap.selection.null_distribution import calibrated
+from ident.gap.selection.state import SelectionState
+from ident.gap.transients.detect import Transient, at_end_stop, felt
+from ident.gap.transients.exclude import exclude_transients, still_significant
 
 Array = NDArray[np.floating]
-
-SEARCHED = (0, 1)
-"""Folds on which effects are looked for."""
-
-HELD_OUT = 2
-"""The fold that no search has seen."""
-
-_SETTLINGS = 6
-_REFINEMENTS = 3
-_EXACT_OF_REFINED = 20
-_LINEARISATIONS = 3
-_PROMISING = 0.8  # of the best form's gain: others are tuned no further
-_CLOSER = 2.5  # times closer with each refinement
-_FINER = 7  # points of each refinement
+Tell = Callable[[str], None]
 
 
-@dataclass(frozen=True)
-class Present:
-    """The model so far.
-
-    Attributes:
-        model: what columns of effects are formed with.
-        accepted: effects in the model.
-        fit: on the folds that are searched.
-    """
-
-    model: PresentModel
-    accepted: tuple[Hypothesis, ...]
-    fit: Fit
+_HIGHEST_SHARE = 0.2  # of the sampling rate
+_PLAIN = 0.3  # nats: so much is structure, even if noise drawn from the same residual shows as much
 
 
-def begin(rows: Nominal, facts: ArmFacts) -> Present:
-    """The rigid-body model with viscous and Coulomb friction."""
-    none = np.zeros(facts.dof)
-    slow = np.full(facts.dof, SLOW[0])
-    shapes = np.tile(USUAL, (facts.dof, 1))
-    model = PresentModel(facts, none, none, shapes, slow)
-    empty = np.zeros((facts.dof, 1))
-    nothing = Fit(Choice(shapes), empty[0], empty, empty.astype(int), empty)
-    return _settled(rows, Present(model, (), nothing))
+def search(source: Experiment, options: Options, tell: Tell) -> Search:
+    """The effects that the nominal model misses in some recordings."""
+    tell("checking the data")
+    wrong = faults(source)
+    rate = source.datasets[0].rate_hz
+    windows = windows_for(rate, min(options.cutoff_hz, _HIGHEST_SHARE * rate))
+    tell("fitting the nominal model")
+    rows = windowed_rows(
+        segments(source.datasets, windows),
+        windows,
+        facts_of(source),
+        base_columns(source),
+        known_torque(source),
+    )
+    start = nominal_fit(rows, facts_of(source))
+    way = _sequence(source, rows, start, options, tell)
+    tell("looking at what is left")
+    end = way.present
+    rest = _nameless(way)
+    if rest and not way.calibrations:
+        runs = (options.null_runs, options.seed)
+        way.threshold = calibrated(source, way.rows, (end, end), way.threshold, runs, tell)
+    if not way.found:
+        plain = max(_PLAIN, least_threshold(source.trusted is not None).leftover)
+        way.threshold = replace(way.threshold, leftover=min(way.threshold.leftover, plain))
+    rest = _nameless(way)
+    left = 0.0 if way.transients else remaining(way.noise, start, end, way.found)
+    if not way.found and not way.transients:
+        rest += unnamed(way.noise, end, rest)
+        rest = rest or _doubtful(way)
+    transients = felt(way.rows, way.transients, end)
+    rest += _placed(way.rows, transients)
+    verdict = decide(wrong, way.found, transients, rest, left)
+    first, last = tuple(way.scores[0]), tuple(way.scores[-1])
+    return Search(source, way.rows, start, end, first, last, way.threshold, verdict)
 
 
-def extend(rows: Nominal, present: Present, hypotheses: Sequence[Hypothesis]) -> Present:
-    """The model with more effects, everything fitted again."""
-    return _settled(rows, replace(present, accepted=(*present.accepted, *hypotheses)))
-
-
-def _settled(rows: Nominal, present: Present) -> Present:
-    """Reversal curves, regions, and parameters that agree with each other.
-
-    A wide curve makes the region of turning wide, in which a narrow one may fit as well, which
-    makes it narrow again: after the first rounds it only grows.
-    """
-    for settling in range(_SETTLINGS):
-        slow = present.model.slow
-        table = tabulate(rows, present.model, present.accepted)
-        choice = Choice(present.model.shapes, tuple(table.slots.values()))
-        found = choose_shapes(table.grams.of(SEARCHED), choice)
-        least = slow if settling > 1 else np.zeros_like(slow)
-        model = _updated(rows, present, found, least)
-        present = Present(model, present.accepted, found)
-        if settling and (model.slow == slow).all():
-            break
-    return present
-
-
-def _updated(rows: Nominal, present: Present, found: Fit, least: Array) -> PresentModel:
-    model = present.model
-    b, n = len(rows.kept), model.facts.dof
-    delta = model.facts.delta.copy()
-    if b:
-        delta[:] = 0.0
-        delta[rows.kept] = found.x[:b]
-    shapes = found.choice.shapes
-    return PresentModel(
-        replace(model.facts, delta=delta),
-        found.x[b : b + n],
-        found.x[b + n : b + 2 * n],
-        shapes,
-        np.maximum(least, [slow_speed(Mixture(s).width) for s in shapes]),
-        on_links(present.accepted, found.effects),
+def _placed(
+    rows: WindowedRows, transients: Sequence[Transient]
+) -> tuple[UnexplainedStructure, ...]:
+    """Contacts that happen wherever a joint comes so far: a stop, for all that is known."""
+    gain = max((b.gain for b in transients), default=0.0)
+    share = float(1 - np.exp(-2 * gain))
+    return tuple(
+        UnexplainedStructure(
+            RemainingStructure(j, f"the position of joint {j + 1}", gain, share), 1.0
+        )
+        for j in at_end_stop(rows, transients)
     )
 
 
-def all_hypotheses(facts: ArmFacts) -> list[Hypothesis]:
-    """Everything that the catalogue can look for, in recordings alone or beside a trusted model."""
-    effects = [e for e in catalogue().values() if facts.trusted or not e.compares]
-    return [h for e in effects for h in e.hypotheses(facts)]
+def _doubtful(way: SelectionState) -> tuple[UnexplainedStructure, ...]:
+    """What an effect plainly explains on the whole, but not on every part of the data."""
+    best = way.scores[-1][0] if way.scores[-1] else None
+    if best is None or best.gain < max(_PLAIN, way.threshold.of(best.hypothesis.effect)):
+        return ()
+    name = "what is not the same in all parts of the recordings"
+    share = float(1 - np.exp(-2 * best.gain))
+    seat = main_joints(best, way.present.fit)
+    return tuple(
+        UnexplainedStructure(RemainingStructure(j, name, best.gain, share), 1.0) for j in seat
+    )
 
 
-def examine(
-    rows: Nominal,
-    present: Present,
-    hypotheses: Sequence[Hypothesis],
-    exact: int = EXACT_PER_PLACE,
-) -> tuple[Table, list[Score]]:
-    """Scores of hypotheses beside the model so far, on the folds that are searched."""
-    table = tabulate(rows, present.model, present.accepted, hypotheses)
-    searched = table.searched(SEARCHED)
-    accepted = len(present.accepted)
-    choice = Choice(present.model.shapes, tuple(table.slots[i] for i in range(accepted)))
-    now = fit(searched.grams, choice, present.fit.sigma)
-    return table, scan(searched, now, accepted, exact)
+def _nameless(way: SelectionState) -> tuple[UnexplainedStructure, ...]:
+    """Structure that is left and counts."""
+    end = way.present
+    table = build_design_matrix(way.rows, end.model, end.accepted)
+    left = remaining_structures(way.rows, end.model, table, end.fit)
+    return unexplained_structures(left, way.found, mean_squares(end.fit), way.threshold)
 
 
-def refined(rows: Nominal, present: Present, score: Score) -> list[Score]:
-    """The same effect at the same place with its settings tuned, one of each form, best first."""
-    effect = catalogue()[score.hypothesis.effect]
-    if isinstance(effect, Linearises):
-        return [_linearised(rows, present, effect, score)]
-    best = {_form(effect, score.hypothesis): score}
-    for finer, late in itertools.product(range(_REFINEMENTS), (False, True)):
-        near = [n for s in best.values() for n in _neighbours(effect, s.hypothesis, finer, late)]
-        if not near:
+def _sequence(
+    source: Experiment, rows: WindowedRows, start: CurrentFit, options: Options, tell: Tell
+) -> SelectionState:
+    """Effects taken in one after the other until nothing is left that may be believed."""
+    noise = noise_of(source, rows, start)
+    way = SelectionState(rows, start, least_threshold(source.trusted is not None), noise)
+    _go(source, way, options, tell)
+    if way.transients and not still_significant(way):
+        way = replace(way, rows=rows, present=start, found=[], transients=[], may_cut=False)
+        _go(source, way, options, tell)
+    tell("confirming on held-out data")
+    confirm(way)
+    while drop_insignificant(way):
+        _go(source, way, options, tell)
+        confirm(way)
+    return way
+
+
+def _go(source: Experiment, way: SelectionState, options: Options, tell: Tell) -> None:
+    while not way.full:
+        tell(f"scanning the catalogue, round {len(way.scores) + 1}")
+        candidates = [
+            h
+            for h in all_hypotheses(way.present.model.facts)
+            if (h.effect, h.joints) not in way.unsure
+        ]
+        fresh, scores = next_effects(
+            way.rows, way.present, candidates, Criterion(way.threshold, way.noise), way.found
+        )
+        way.scores.append(scores)
+        larger = extend_model(way.rows, way.present, fresh) if fresh else way.present
+        if exclude_transients(source, way, larger, max((s.gain for s in scores), default=0.0)):
             continue
-        _, found = examine(rows, present, [score.hypothesis, *near], _EXACT_OF_REFINED)
-        for s in found:
-            form = _form(effect, s.hypothesis)
-            if form not in best or s.merit > best[form].merit:
-                best[form] = s
-        most = max(s.merit for s in best.values())
-        best = {form: s for form, s in best.items() if s.merit > _PROMISING * most}
-    return sorted(best.values(), key=lambda s: -s.merit)
-
-
-def _linearised(rows: Nominal, present: Present, effect: Linearises, score: Score) -> Score:
-    """An effect with its columns formed about the coefficients that it comes out with."""
-    for _ in range(_LINEARISATIONS):
-        _, found = examine(rows, present, [effect.about(score.hypothesis, score.values)])
-        if not found:
+        if not fresh:
             break
-        score = found[0]
-    return score
-
-
-def _moved(setting: Setting, value: float, finer: int) -> list[float]:
-    """Values about one, within the step of the setting's grid."""
-    closer, steps = _CLOSER**finer, np.linspace(-1.0, 1.0, _FINER)
-    if setting.even:
-        near = value + steps * np.diff(setting.grid).max() / closer
-        return np.clip(near, setting.lower, setting.upper).tolist()
-    sizes = abs(value) * np.exp(steps * _grid_step(setting.grid, value) / closer)
-    return np.copysign(np.clip(sizes, setting.lower, setting.upper), value).tolist()
-
-
-def _grid_step(grid: Sequence[float], value: float) -> float:
-    """Logarithmic step of a grid where a value lies, among the points of its sign."""
-    sizes = np.sort([abs(x) for x in grid if x * value > 0.0])
-    if len(sizes) < 2:
-        sizes = np.sort(np.abs(grid))
-    steps = np.diff(np.log(sizes))
-    here = int(np.abs(np.log(sizes / abs(value))).argmin())
-    return float(steps[max(here - 1, 0) : here + 1].max())
-
-
-def _form(effect: Effect, hypothesis: Hypothesis) -> tuple[float, ...]:
-    """Settings of which only the grid's own values make sense."""
-    names = [s.name for s in effect.settings if s.whole]
-    return tuple(hypothesis.settings[n] for n in names if n in hypothesis.settings)
-
-
-def _neighbours(effect: Effect, hypothesis: Hypothesis, finer: int, late: bool) -> list[Hypothesis]:
-    """Hypotheses with the settings moved by less than the step of their grids.
-
-    Settings are moved together, at first over all forms: a speed and an exponent stand in for each
-    other. Late ones have their own turn, in which they are moved one at a time.
-    """
-    own = [s for s in effect.settings if s.name in hypothesis.settings and len(s.grid) > 1]
-    value = hypothesis.settings
-    if late:
-        alone = [(s.name, x) for s in own if _turns(s) for x in _moved(s, value[s.name], 0)]
-        return [_with(effect, hypothesis, dict([changed])) for changed in alone]
-    moved = [s for s in own if not s.whole and not s.late]
-    forms = [s for s in own if s.whole and not finer]
-    if not moved and not any(s.late for s in forms):
-        return []
-    choices = [[(s.name, x) for x in _moved(s, value[s.name], finer)] for s in moved]
-    choices += [[(s.name, x) for x in s.grid] for s in forms]
-    return [_with(effect, hypothesis, dict(changed)) for changed in itertools.product(*choices)]
-
-
-def _turns(setting: Setting) -> bool:
-    return setting.late and not setting.whole
-
-
-def _with(effect: Effect, hypothesis: Hypothesis, changed: dict[str, float]) -> Hypothesis:
-    settings = {**hypothesis.settings, **changed}
-    shaped = replace(hypothesis, settings=settings)
-    if isinstance(effect, Reshapes):
-        shaped = replace(shaped, coefficients=effect.coefficients(settings))
-    return shaped
+        if way.calibrations <= (1 if way.found else 0):
+            way.calibrations += 1
+            runs = (options.null_runs, options.seed + 100 * way.calibrations)
+            way.threshold = calibrated(
+                source, way.rows, (way.present, larger), way.threshold, runs, tell
+            )
+            fresh = [f for f in fresh if f.score.gain >= way.threshold.of(f.hypothesis.effect)]
+        asked = fresh
+        fresh, larger = keep_significant(way, fresh, larger)
+        if not fresh:
+            unsure = {(h.effect, h.joints) for f in asked if may_be_another(h := f.hypothesis)}
+            if not unsure:
+                break
+            way.unsure |= unsure
+            continue
+        way.present = larger
+        way.found += fresh

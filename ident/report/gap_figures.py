@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.gap.comparison import Sides
-from ident.gap.forward import Forward
-from ident.gap.workflow import Search
+from ident.gap.results.forward_simulation import Forward
+from ident.gap.results.held_out_error import BeforeAfter
+from ident.gap.results.outcome import Search
 from ident.report.figures import Series, torque_over_time
 from ident.report.gap_page import RegionMap
 from ident.report.page import Block, Gallery
@@ -21,11 +21,11 @@ _MOST_MAPS = 3
 _MOST_JOINTS = 4
 
 
-def maps(found: Search, both: Sides, joints: Sequence[int]) -> list[RegionMap]:
+def maps(found: Search, both: BeforeAfter, joints: Sequence[int]) -> list[RegionMap]:
     """Rms residual over position and velocity of some joints, before and after."""
     rows = found.rows
-    q = np.concatenate([rows.windows.mean(s.q) for s in rows.stretches])
-    qd = np.concatenate([rows.windows.mean(s.qd) for s in rows.stretches])
+    q = np.concatenate([rows.windows.mean(s.q) for s in rows.segments])
+    qd = np.concatenate([rows.windows.mean(s.qd) for s in rows.segments])
     drawn = []
     for j in joints[:_MOST_MAPS]:
         edges = tuple(
@@ -47,11 +47,11 @@ def _rms(x: Array, y: Array, edges: tuple[Array, Array], values: Array) -> Array
 
 
 def torque_blocks(
-    found: Search, both: Sides, joints: Sequence[int], labels: Sequence[str]
+    found: Search, both: BeforeAfter, joints: Sequence[int], labels: Sequence[str]
 ) -> list[Block]:
     """Torque of the first recording's joints over time, without and with the effects."""
     table = both.table
-    log = np.array([s.log for s in found.rows.stretches])[table.stretch]
+    log = np.array([s.log for s in found.rows.segments])[table.segment]
     order = np.flatnonzero(log == 0)
     order = order[np.argsort(table.t[order], kind="stable")]
     drawings: list[Drawing] = []

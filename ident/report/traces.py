@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.evidence import Log
-from ident.identification import Identification
-from ident.validation import Prediction
+from ident.estimation.regression_data import Log
+from ident.identification.identify import Identification
+from ident.identification.validation import Prediction
 
 Array = NDArray[np.floating]
 

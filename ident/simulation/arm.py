@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit, types
 from numpy.typing import NDArray
 
-from ident.simulation.chain import Chain
+from ident.dynamics.compiled_chain import Chain
 
 Array = NDArray[np.floating]
 

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ident.simulation.chain import Chain, inverse_dynamics, mass_matrix
+from ident.dynamics.compiled_chain import Chain, inverse_dynamics, mass_matrix
 
 Array = NDArray[np.floating]
 

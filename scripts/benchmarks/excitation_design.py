@@ -29,17 +29,17 @@ import pinocchio as pin
 import yaml
 from numpy.typing import NDArray
 
-from ident.design_command import Objective
+from ident.commands.design import Objective
+from ident.dynamics.regressor import Motion
+from ident.excitation.arm_limits import design_limits, possible_pose
 from ident.excitation.cobyla import search_by_cobyla
-from ident.excitation.columns import exact_rows
 from ident.excitation.deadline import within
 from ident.excitation.design import Design, Place, design, finished, problem_of, task_of
-from ident.excitation.grid import series_of
-from ident.excitation.limits import design_limits, possible_pose
+from ident.excitation.regressor_columns import exact_rows
 from ident.excitation.search import random_start, search
 from ident.excitation.settings import DesignSettings
-from ident.excitation.workflow import place_of
-from ident.regressor import Motion
+from ident.excitation.trajectory_grid import series_of
+from ident.workflows.design import place_of
 from wamctl.arm.collision import collision_shapes
 from wamctl.arm.config import ArmFile, LimitsSection
 from wamctl.arm.errors import ConfigurationError

@@ -25,13 +25,14 @@ from pysindy.optimizers import STLSQ
 from sklearn.linear_model import ARDRegression, OrthogonalMatchingPursuit
 
 from ident.effects.effect import Hypothesis
-from ident.gap.experiment import base_columns, experiment, facts_of
-from ident.gap.fit import places
-from ident.gap.search import SEARCHED, all_hypotheses, begin
-from ident.gap.stretch import stretches
-from ident.gap.table import Table, nominal, tabulate
-from ident.gap.windows import windows_for
-from ident.gap.workflow import CUTOFF_HZ, Options, search
+from ident.gap.data.experiment import base_columns, experiment, facts_of
+from ident.gap.data.segments import segments
+from ident.gap.data.windows import windows_for
+from ident.gap.regression.current_model import SEARCHED, all_hypotheses, nominal_fit
+from ident.gap.regression.design_matrix import Table, build_design_matrix, windowed_rows
+from ident.gap.regression.weighted_fit import places
+from ident.gap.results.outcome import CUTOFF_HZ, Options
+from ident.gap.search import search
 
 Array = NDArray[np.floating]
 
@@ -59,10 +60,10 @@ def problem_of(recorded: Run, log: str) -> Problem:
     source = experiment([getattr(recorded, log)], [log])
     facts = facts_of(source)
     windows = windows_for(source.datasets[0].rate_hz, CUTOFF_HZ)
-    rows = nominal(stretches(source.datasets, windows), windows, facts, base_columns(source))
-    present = begin(rows, facts)
+    rows = windowed_rows(segments(source.datasets, windows), windows, facts, base_columns(source))
+    present = nominal_fit(rows, facts)
     hypotheses = all_hypotheses(present.model.facts)
-    table = tabulate(rows, present.model, (), hypotheses)
+    table = build_design_matrix(rows, present.model, (), hypotheses)
     model, effects, torque = _stacked(table, present.fit)
     basis = np.linalg.qr(model)[0]
     left = torque - basis @ (basis.T @ torque)
@@ -159,7 +160,7 @@ def searched(recorded: Run, log: str) -> bool:
     """Whether `ident gap` is right on one of the recordings."""
     told = search(experiment([getattr(recorded, log)], [log]), Options(), lambda _: None).verdict
     named = [(f.hypothesis.effect, f.hypothesis.joints) for f in told.found]
-    named += [("contact", b.joints) for b in told.bursts]
+    named += [("contact", b.joints) for b in told.transients]
     truth = recorded if log == "log" else replace(recorded, cases=())
     return judged(truth, told.kind, named)[0]
 

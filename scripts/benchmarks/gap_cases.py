@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from gap_effects import Usual, make, together
+from gap_effects import Usual, make, try_pair
 from gap_plants import DAHL, LUGRE, SLIP, Body, Hidden, Noise, record
 from numpy.typing import NDArray
 
-from ident.arm import arm_from_file
+from ident.model.arm import arm_from_file
 from wamctl.arm.config import load_arm_file, shipped_file
 from wamctl.arm.recording import Recording
 from wamctl.arm.robot import Robot, cad_parameters
@@ -178,7 +178,7 @@ def run(seed: int, count: int, scale: float, families: list[str], motion_file: s
     seen = Usual(motion.q.min(axis=0), motion.q.max(axis=0), peak)
     matrix = np.array(file.transmission.motor_from_joint)
     parts = [make(c.family, c.joints, c.size, rng, matrix, seen) for c in cases]
-    log = recorded(functools.reduce(together, parts)) if parts else free
+    log = recorded(functools.reduce(try_pair, parts)) if parts else free
     alone = tuple(recorded(p) for p in parts) if count > 1 else (log,) * count
     return Run(tuple(cases), tuple(parts), log, free, alone, bristles)
 

@@ -295,7 +295,7 @@ _MAKERS = {
 }
 
 
-def together(first: Hidden, second: Hidden) -> Hidden:
+def try_pair(first: Hidden, second: Hidden) -> Hidden:
     """Two effects at once."""
     fresh = Hidden()
     changed = {

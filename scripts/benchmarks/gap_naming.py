@@ -21,29 +21,35 @@ import numpy as np
 from gap_cases import CHANGES, KNOWN, MOTION, STRANGE, Run, run, truth_of
 from gap_tables import Told, append, print_tables, read
 
-from ident.gap.experiment import Experiment, base_columns, experiment, facts_of
-from ident.gap.fit import Fit, predicted_rms
-from ident.gap.region import Region
-from ident.gap.search import Present, begin
-from ident.gap.stretch import stretches
-from ident.gap.table import FOLDS, Nominal, nominal, tabulate
-from ident.gap.trusted import known_torque
-from ident.gap.uncertainty import finished
-from ident.gap.verdict import Kind
-from ident.gap.workflow import Options, Search, search
-from ident.identification import identify, model_of
-from ident.model import Model
+from ident.gap.data.experiment import Experiment, base_columns, experiment, facts_of
+from ident.gap.data.noise_regions import Region
+from ident.gap.data.reference_model import known_torque
+from ident.gap.data.segments import segments
+from ident.gap.regression.current_model import CurrentFit, nominal_fit
+from ident.gap.regression.design_matrix import (
+    FOLDS,
+    WindowedRows,
+    build_design_matrix,
+    windowed_rows,
+)
+from ident.gap.regression.weighted_fit import Fit, predicted_rms
+from ident.gap.results.outcome import Options, Search
+from ident.gap.results.verdict import Kind
+from ident.gap.search import search
+from ident.gap.selection.estimates import final_estimates
+from ident.identification.identify import identify, model_of
+from ident.model.identified_model import Model
 from wamctl.arm.recording import Recording
 
 
-def squares(rows: Nominal, present: Present) -> np.ndarray:
+def squares(rows: WindowedRows, present: CurrentFit) -> np.ndarray:
     """Mean squared residual of the held-out fold where the joints slide, shape (7,)."""
-    there = tabulate(rows, present.model, present.accepted).grams.of([FOLDS - 1])
+    there = build_design_matrix(rows, present.model, present.accepted).grams.of([FOLDS - 1])
     return _sliding(predicted_rms(there, present.fit), there.counts[:, 0])
 
 
 def _sliding(sigma: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    kept = np.arange(len(Region)) != Region.TURNING
+    kept = np.arange(len(Region)) != Region.REVERSAL
     total = (sigma**2 * counts)[:, kept].sum(axis=1)
     return total / np.maximum(counts[:, kept].sum(axis=1), 1)
 
@@ -53,14 +59,14 @@ def fitted(model: Fit) -> np.ndarray:
     return _sliding(model.sigma, model.counts)
 
 
-def nominal_of(log: Recording, like: Search) -> tuple[Nominal, Present]:
+def nominal_of(log: Recording, like: Search) -> tuple[WindowedRows, CurrentFit]:
     """The nominal model of another recording of the same arm."""
     source = source_of(log, like.source.trusted)
     windows = like.rows.windows
     facts = facts_of(source)
-    parts = stretches(source.datasets, windows)
-    rows = nominal(parts, windows, facts, base_columns(source), known_torque(source))
-    return rows, begin(rows, facts)
+    parts = segments(source.datasets, windows)
+    rows = windowed_rows(parts, windows, facts, base_columns(source), known_torque(source))
+    return rows, nominal_fit(rows, facts)
 
 
 def source_of(log: Recording, trusted: Model | None) -> Experiment:
@@ -74,7 +80,7 @@ def identified(log: Recording) -> Model:
     return model_of(identify(source.datasets, source.arm))
 
 
-def levels(present: Present, free: Present) -> np.ndarray:
+def levels(present: CurrentFit, free: CurrentFit) -> np.ndarray:
     """Visible part of the residual beside that of the effect-free arm, shape (7,).
 
     An effect's level is the largest at the joints that feel it: at others it is chance.
@@ -95,7 +101,7 @@ def told(recorded: Run, found: Search, seed: int, seconds: float) -> Told:
     seat = int(level.argmax())
     gap = before[seat] - squares(free_rows, free)[seat]
     named = [(f.hypothesis.effect, f.hypothesis.joints) for f in verdict.found]
-    named += [("contact", b.joints) for b in verdict.bursts]
+    named += [("contact", b.joints) for b in verdict.transients]
     right, wrong = judged(recorded, verdict.kind, named)
     return Told(
         seed,
@@ -108,10 +114,13 @@ def told(recorded: Run, found: Search, seed: int, seconds: float) -> Told:
         [name for name, _ in named],
         [[j + 1 for j in joints] for _, joints in named],
         sorted({r.hypothesis.effect for f in verdict.found for r in f.rivals}),
-        [f"joint {n.leftover.joint + 1} by {n.leftover.group}" for n in verdict.nameless],
+        [
+            f"joint {n.leftover.joint + 1} by {n.leftover.group}"
+            for n in verdict.unexplained_structures
+        ],
         [
             {name: [v.value, v.sd] for name, v in effect.items()}
-            for effect in finished(found.rows, found.end, verdict.found).parameters
+            for effect in final_estimates(found.rows, found.end, verdict.found).parameters
         ],
         [truth_of(c, h) for c, h in zip(recorded.cases, recorded.hidden, strict=True)],
         float((before[seat] - after[seat]) / gap) if gap > 0.0 else 0.0,

@@ -14,7 +14,7 @@ from gap_friction import Friction, Spring, integrate
 from numba import NumbaExperimentalFeatureWarning, njit, types
 from numpy.typing import NDArray
 
-from ident.simulation.chain import (
+from ident.dynamics.compiled_chain import (
     Chain,
     chain_of,
     inverse_dynamics,
@@ -154,7 +154,7 @@ class _Truth(NamedTuple):
 
 def record(
     file: ArmFile,
-    nominal: Robot,
+    windowed_rows: Robot,
     body: Body,
     hidden: Hidden,
     disturbance: Noise,
@@ -164,7 +164,7 @@ def record(
     """Follow a reference and log as the driver does: one row a cycle, positions in whole counts."""
     period = file.bus.period_s
     samples, n = reference.q.shape
-    chain, cad = chain_of(nominal), cad_parameters(nominal)
+    chain, cad = chain_of(windowed_rows), cad_parameters(windowed_rows)
     bandwidth = np.array(file.controller.bandwidth_rad_s)
     motor = np.array(file.transmission.motor_from_joint)
     loop = _Loop(

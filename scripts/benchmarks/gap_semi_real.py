@@ -16,10 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
-from ident.dataset import in_memory
-from ident.gap.experiment import Experiment, read_experiment
-from ident.gap.fit import mean_squares
-from ident.gap.workflow import Options, Search, search
+from ident.gap.data.experiment import Experiment, read_experiment
+from ident.gap.regression.weighted_fit import mean_squares
+from ident.gap.results.outcome import Options, Search
+from ident.gap.search import search
+from ident.recordings.dataset import in_memory
 
 Array = NDArray[np.floating]
 

@@ -47,7 +47,7 @@ class Told:
     names: list[str]
     joints: list[list[int]]
     rivals: list[str]
-    nameless: list[str]
+    unexplained_structures: list[str]
     values: list[dict[str, list[float]]]
     truth: list[dict[str, float]]
     closed: float

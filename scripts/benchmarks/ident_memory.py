@@ -17,8 +17,8 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from ident.dataset import dataset
-from ident.steady_state import only_steady_state
+from ident.recordings.dataset import dataset
+from ident.recordings.steady_state import only_steady_state
 from wamctl.arm.recorder import Recorder
 from wamctl.arm.recording import Recording, read_recording
 from wamctl.arm.trajectory import read_trajectory, trajectory_yaml

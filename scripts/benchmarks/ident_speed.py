@@ -32,15 +32,15 @@ from types import SimpleNamespace
 import cvxpy as cp
 import numpy as np
 
-from ident.arm import Arm
-from ident.dataset import Dataset, in_memory
-from ident.evidence import gather
-from ident.feasible_fit import feasible, parameter_scale
-from ident.feasible_set import unpacked
-from ident.problem import Problem, least_error, ordinary, with_beta
-from ident.processing import processing
-from ident.recordings import Reading, read_logs
-from ident.regression import squared_error
+from ident.estimation.feasible_sdp import feasible, parameter_scale
+from ident.estimation.feasible_set import unpacked
+from ident.estimation.problem import Problem, least_error, ordinary, with_beta
+from ident.estimation.regression_data import gather
+from ident.model.arm import Arm
+from ident.recordings.dataset import Dataset, in_memory
+from ident.recordings.loading import Reading, read_logs
+from ident.regression.filters import processing
+from ident.regression.reduction import squared_error
 
 _BOX = 1e3
 """Bound of the scaled delta_d: SDPA needs one, since many delta have the same beta."""

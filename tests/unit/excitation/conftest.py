@@ -8,7 +8,7 @@ import pytest
 from ident.excitation.design import Place, problem_of
 from ident.excitation.problem import Problem
 from ident.excitation.settings import DesignSettings
-from ident.excitation.workflow import place_of
+from ident.workflows.design import place_of
 
 ALL_TERMS = ("viscous", "coulomb", "offset", "rotor_inertia")
 

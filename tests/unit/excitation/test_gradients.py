@@ -5,17 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.excitation import geometry
+from ident.dynamics.regressor import Motion
+from ident.dynamics.regressor_adjoint import fill_rows, pull_back
+from ident.excitation import clearance as geometry
 from ident.excitation.constraints import lower_bounds
+from ident.excitation.criterion import Objective, sharp_value
 from ident.excitation.design import Place
-from ident.excitation.judge import candidate
-from ident.excitation.link_rows import fill_rows, pull_back
-from ident.excitation.noise import Noise
-from ident.excitation.objective import Objective, sharp_value
+from ident.excitation.evaluate import candidate
+from ident.excitation.noise_model import Noise
 from ident.excitation.problem import Penalty, Problem, Smoothness, aimed_at, lagrangian
 from ident.excitation.search import random_start
 from ident.excitation.settings import Kind
-from ident.regressor import Motion
 from wamctl.arm.collision import collision_shapes
 from wamctl.arm.collision import distances as coal_distances
 from wamctl.arm.motion import point_speeds

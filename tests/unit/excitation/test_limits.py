@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ident.excitation.arm_limits import design_limits, faults_at, possible_pose
 from ident.excitation.constraints import constraints_of
 from ident.excitation.design import Place, accepted, problem_of
-from ident.excitation.fit import fit
-from ident.excitation.grid import coefficients_of, grid, series_of
-from ident.excitation.limits import design_limits, faults_at, possible_pose
 from ident.excitation.problem import Problem
+from ident.excitation.scale_into_limits import fit
 from ident.excitation.settings import DesignSettings
+from ident.excitation.trajectory_grid import coefficients_of, grid, series_of
 from wamctl.arm.collision import collision_shapes
 from wamctl.arm.config import ArmFile
 from wamctl.arm.errors import ConfigurationError

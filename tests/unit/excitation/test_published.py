@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.excitation.columns import exact_rows
+from ident.dynamics.regressor import Motion
 from ident.excitation.problem import Problem
-from ident.excitation.workflow import place_of
-from ident.regressor import Motion
+from ident.excitation.regressor_columns import exact_rows
+from ident.workflows.design import place_of
 from wamctl.arm.trajectory import FourierSeries, Trajectory, sample
 from wamctl.arm.trajectory_check import check_trajectory
 

@@ -10,8 +10,8 @@ import pytest
 
 from ident.effects.catalogue import catalogue
 from ident.excitation.design import Design, Place
-from ident.excitation.motions import MOTIONS, REPEATED, Frame, Sketch, stretched_sweep
-from ident.excitation.purpose import Purpose, design_motion, purpose_of
+from ident.excitation.effect_motions import MOTIONS, REPEATED, Frame, Sketch, stretched_sweep
+from ident.excitation.target_effect import Purpose, design_motion, purpose_of
 from wamctl.arm.errors import ConfigurationError, DataError
 from wamctl.arm.trajectory import read_trajectory
 from wamctl.arm.trajectory_check import check_trajectory

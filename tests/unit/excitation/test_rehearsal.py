@@ -8,26 +8,26 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.arm import arm_from_file
+from ident.dynamics.compiled_chain import chain_of
+from ident.dynamics.parameters import standard_parameters
 from ident.excitation import search as searching
+from ident.excitation.closed_loop_trial import Rehearsal
 from ident.excitation.deadline import Deadline
 from ident.excitation.design import Place, problem_of
-from ident.excitation.fit import scaled
-from ident.excitation.grid import coefficients_of, grid, series_of
-from ident.excitation.judge import POOL, UNSEEN, Judge, candidate
+from ident.excitation.evaluate import POOL, UNSEEN, Judge, candidate
 from ident.excitation.problem import Problem
-from ident.excitation.rehearsal import Rehearsal
+from ident.excitation.scale_into_limits import scaled
 from ident.excitation.search import Effort, search
 from ident.excitation.settings import DesignSettings
-from ident.excitation.workflow import place_of
-from ident.model import Filter, Model
-from ident.model_file import write_model
-from ident.parameters import standard_parameters
-from ident.recordings import Reading
-from ident.run import run_logs
-from ident.simulate import simulate_model
+from ident.excitation.trajectory_grid import coefficients_of, grid, series_of
+from ident.model.arm import arm_from_file
+from ident.model.identified_model import Filter, Model
+from ident.model.model_file import write_model
+from ident.recordings.loading import Reading
 from ident.simulation.arm import simulated_arm
-from ident.simulation.chain import chain_of
+from ident.workflows.design import place_of
+from ident.workflows.run import run_logs
+from ident.workflows.simulate import simulate_model
 from wamctl.arm.errors import ConfigurationError, DataError
 from wamctl.arm.robot import cad_parameters
 from wamctl.arm.trajectory import Trajectory, read_trajectory, write_trajectory

@@ -11,13 +11,13 @@ from ident.excitation import search as searching
 from ident.excitation.cobyla import search_by_cobyla
 from ident.excitation.deadline import Deadline
 from ident.excitation.design import Place, design, problem_of
-from ident.excitation.grid import grid
-from ident.excitation.islands import Task, best_design
-from ident.excitation.judge import Candidate
+from ident.excitation.evaluate import Candidate
+from ident.excitation.multistart import Task, best_design
 from ident.excitation.problem import Problem, constraint_values, objective_value
 from ident.excitation.search import Effort, random_start, search
 from ident.excitation.settings import GOOD_CONDITION, DesignSettings
-from ident.excitation.workflow import place_of
+from ident.excitation.trajectory_grid import grid
+from ident.workflows.design import place_of
 
 FUNDAMENTAL = 0.1 * np.pi
 DENSE = grid(FUNDAMENTAL, 5, 1000)

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.excitation.columns import exact_rows
+from ident.dynamics.regressor import Motion
 from ident.excitation.design import Place, problem_of
+from ident.excitation.regressor_columns import exact_rows
 from ident.excitation.settings import DesignSettings
-from ident.regressor import Motion
 from wamctl.arm.config import ArmFile, load_arm_file
 from wamctl.arm.trajectory import Trajectory, read_trajectory, sample
 from wamctl.arm.trajectory_check import check_trajectory

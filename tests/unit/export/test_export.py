@@ -14,13 +14,13 @@ import typer
 from numpy.typing import NDArray
 from typer.testing import CliRunner
 
+from ident.commands.export import export
+from ident.dynamics.parameters import Terms, standard_parameters, unit_rows
 from ident.export.compensation import left_out_of_c, to_c
 from ident.export.mjcf import left_out_of_mjcf, to_mjcf
 from ident.export.urdf import left_out_of_urdf, to_urdf
-from ident.export_command import export
-from ident.model import Filter, Model
-from ident.model_file import write_model
-from ident.parameters import Terms, standard_parameters, unit_rows
+from ident.model.identified_model import Filter, Model
+from ident.model.model_file import write_model
 from wamctl.arm.config import beside, find_file, load_robot_file
 from wamctl.arm.errors import DataError
 from wamctl.arm.inertial import from_pseudo_inertia

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ident.arm import arm_from_file
-from ident.gap.experiment import Experiment, experiment
-from ident.simulation import log
+from ident.dynamics.compiled_chain import chain_of
+from ident.gap.data.experiment import Experiment, experiment
+from ident.model.arm import arm_from_file
+from ident.simulation import recording as log
 from ident.simulation.arm import SimulatedArm, Term, simulated_arm, term
-from ident.simulation.chain import chain_of
-from ident.simulation.configured import controller_for, wire_for
+from ident.simulation.configuration import controller_for, wire_for
 from ident.simulation.loop import run
 from wamctl.arm.config import load_arm_file, shipped_file
 from wamctl.arm.recording import Recording

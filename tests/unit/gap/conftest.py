@@ -3,8 +3,9 @@
 import pytest
 from closed_loop import bump, recorded, source_of, wam
 
-from ident.gap.experiment import Experiment
-from ident.gap.workflow import Options, Search, search
+from ident.gap.data.experiment import Experiment
+from ident.gap.results.outcome import Options, Search
+from ident.gap.search import search
 from ident.simulation.arm import Term
 from wamctl.arm.recording import Recording
 

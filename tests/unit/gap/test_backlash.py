@@ -6,15 +6,17 @@ import numpy as np
 import pytest
 from closed_loop import moved, recorded, source_of, wam
 
+from ident.dynamics.compiled_chain import torques
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Coefficient, Hypothesis, Observed
-from ident.gap.apart import struck
-from ident.gap.contact import Burst
-from ident.gap.experiment import facts_of
-from ident.gap.table import tabulate
-from ident.gap.verdict import Kind
-from ident.gap.workflow import Options, search
-from ident.simulation.chain import torques
+from ident.effects.effect import Coefficient, Hypothesis
+from ident.effects.observation import Observed
+from ident.gap.data.experiment import facts_of
+from ident.gap.regression.design_matrix import build_design_matrix
+from ident.gap.results.outcome import Options
+from ident.gap.results.verdict import Kind
+from ident.gap.search import search
+from ident.gap.transients.detect import Transient
+from ident.gap.transients.exclude import explained_by_accepted
 
 HALF = 2e-3
 COUNT = 2.4e-4  # of the coarsest encoder, on the joint
@@ -58,15 +60,15 @@ def test_play_is_named_with_its_joint_and_size(loosened):
 def test_what_a_blow_leaves_is_no_contact(loosened):
     """Where the link meets its stop the model may fail; elsewhere a failure is an event."""
     rows, end = loosened.rows, loosened.end
-    table = tabulate(rows, end.model, end.accepted)
+    table = build_design_matrix(rows, end.model, end.accepted)
     slot, joint = table.slots[0], 4
     first = table.grams.layouts[joint].first_extra + slot.starts[slot.joints.index(joint)]
     blows = np.abs(table.columns[joint][:, first])
     for at, blow in ((int(blows.argmax()), True), (int(blows.argmin()), False)):
         here = np.zeros(len(blows), dtype=bool)
         here[max(at - 1, 0) : at + 2] = True
-        burst = Burst(0, 0.0, 1.0, (joint,), np.zeros(7), 1.0, here, blows)
-        assert struck(rows, end, burst) is blow
+        transient = Transient(0, 0.0, 1.0, (joint,), np.zeros(7), 1.0, here, blows)
+        assert explained_by_accepted(rows, end, transient) is blow
 
 
 def test_play_of_an_arm_on_a_tilted_base():

@@ -7,18 +7,25 @@ import numpy as np
 import pytest
 from closed_loop import recorded, source_of, sticking, wam
 
+from ident.dynamics.compiled_chain import torques
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import ArmFacts, Hypothesis, Observed
-from ident.gap.fit import Choice, fit
-from ident.gap.naming import together
-from ident.gap.null import least_threshold
-from ident.gap.search import SEARCHED, all_hypotheses, examine, refined
-from ident.gap.table import tabulate
-from ident.gap.uncertainty import finished
-from ident.gap.workflow import Options, search
-from ident.identification import identify, model_of
+from ident.effects.effect import Hypothesis
+from ident.effects.observation import ArmFacts, Observed
+from ident.gap.regression.current_model import (
+    SEARCHED,
+    all_hypotheses,
+    examine,
+    refine_nonlinear_parameters,
+)
+from ident.gap.regression.design_matrix import build_design_matrix
+from ident.gap.regression.weighted_fit import ModelStructure, fit
+from ident.gap.results.outcome import Options
+from ident.gap.search import search
+from ident.gap.selection.acceptance import try_pair
+from ident.gap.selection.estimates import final_estimates
+from ident.gap.selection.null_arms import least_threshold
+from ident.identification.identify import identify, model_of
 from ident.simulation.arm import Term, term
-from ident.simulation.chain import torques
 
 OPTIONS = Options(null_runs=1)
 
@@ -69,16 +76,16 @@ def test_two_effects_of_one_joint_that_hold_beside_each_other():
     own = [h for h in all_hypotheses(present.model.facts) if h.joints == (5,)]
     _, scores = examine(start.rows, present, own)
     first = next(s for s in scores if s.hypothesis.effect == "rotor_inertia")
-    pair = together(start.rows, present, first, own, least_threshold(), ())
+    pair = try_pair(start.rows, present, first, own, least_threshold(), ())
     assert [f.hypothesis.effect for f in pair] == ["rotor_inertia", "joint_spring"]
     offset = next(s for s in scores if s.hypothesis.effect == "torque_offset")
-    assert together(start.rows, present, offset, own, least_threshold(), ()) == []
+    assert try_pair(start.rows, present, offset, own, least_threshold(), ()) == []
 
 
 def test_the_stiffness_of_a_spring_that_hardens_is_as_uncertain_as_its_form():
     arm = wam(Term(harness, 3, (0.6, 1.2, 0.03)))
     found = search(source_of(recorded(arm)), OPTIONS, lambda _: None)
-    (values,) = finished(found.rows, found.end, found.verdict.found).parameters
+    (values,) = final_estimates(found.rows, found.end, found.verdict.found).parameters
     stiffness = values["stiffness"]
     assert 1.0 < stiffness.value / 0.6 < 1.1
     assert abs(stiffness.value - 0.6) < 1.6 * stiffness.sd < 0.15 * 0.6
@@ -120,8 +127,8 @@ def test_a_tilt_is_the_same_for_arms_that_a_level_base_cannot_tell_apart(tilt):
 
 def test_regions_and_reversal_curves_agree_once_settled(nothing_hidden):
     start = nothing_hidden.start
-    table = tabulate(nothing_hidden.rows, start.model, ())
-    again = fit(table.grams.of(SEARCHED), Choice(start.model.shapes), start.fit.sigma)
+    table = build_design_matrix(nothing_hidden.rows, start.model, ())
+    again = fit(table.grams.of(SEARCHED), ModelStructure(start.model.shapes), start.fit.sigma)
     ratio = np.log(again.sigma / start.fit.sigma)[again.counts > 0]
     assert np.abs(ratio).max() < 0.01
 
@@ -129,7 +136,7 @@ def test_regions_and_reversal_curves_agree_once_settled(nothing_hidden):
 def test_a_tuned_drag_never_turns_into_friction_that_falls_with_speed(nothing_hidden):
     rows, start = nothing_hidden.rows, nothing_hidden.start
     drags = [s for s in nothing_hidden.first_scores if s.hypothesis.effect == "nonlinear_viscous"]
-    tried = [t for s in drags[:2] for t in refined(rows, start, s)]
+    tried = [t for s in drags[:2] for t in refine_nonlinear_parameters(rows, start, s)]
     assert tried
     for score in tried:
         (drag,) = score.hypothesis.coefficients

@@ -6,8 +6,9 @@ from closed_loop import moved, recorded, source_of, wam
 
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Coefficient, Hypothesis
-from ident.gap.verdict import Kind
-from ident.gap.workflow import Options, search
+from ident.gap.results.outcome import Options
+from ident.gap.results.verdict import Kind
+from ident.gap.search import search
 
 COUNT = 2.4e-4  # of the coarsest encoder, on the joint
 MOTOR = [0.2, 0.2, 0.06, 0.03, 3e-4, 3e-4, 1e-4]  # kg m^2

@@ -6,21 +6,22 @@ import numpy as np
 import pytest
 from closed_loop import cord, recorded, source_of, wam
 
-from ident.gap.comparison import held_out, sides, where
-from ident.gap.detectable import visibility
-from ident.gap.experiment import base_columns, experiment, facts_of
-from ident.gap.faults import faults
-from ident.gap.feasible import possible
-from ident.gap.fit import places
-from ident.gap.region import Region
-from ident.gap.repeats import pairs
-from ident.gap.search import SEARCHED, all_hypotheses, begin
-from ident.gap.steps import steps
-from ident.gap.stretch import stretches
-from ident.gap.table import nominal, tabulate
-from ident.gap.verdict import Kind
-from ident.gap.windows import windows_for
-from ident.gap.workflow import Options, search
+from ident.gap.data.data_checks import faults
+from ident.gap.data.experiment import base_columns, experiment, facts_of
+from ident.gap.data.noise_regions import Region
+from ident.gap.data.segments import segments
+from ident.gap.data.windows import windows_for
+from ident.gap.lack_of_fit.repeatability import pairs
+from ident.gap.regression.current_model import SEARCHED, all_hypotheses, nominal_fit
+from ident.gap.regression.design_matrix import build_design_matrix, windowed_rows
+from ident.gap.regression.feasible_fit import feasible_fit
+from ident.gap.regression.weighted_fit import places
+from ident.gap.results.error_by_term import steps
+from ident.gap.results.held_out_error import held_out, sides, where
+from ident.gap.results.minimum_detectable import minimum_detectable
+from ident.gap.results.outcome import Options
+from ident.gap.results.verdict import Kind
+from ident.gap.search import search
 from ident.simulation.arm import Term
 
 
@@ -62,7 +63,7 @@ def log_likelihood(sigma, counts):
 def test_scores_agree_with_refitting_everything_from_the_rows(nothing_hidden):
     found = nothing_hidden
     for score in (found.first_scores[0], found.first_scores[-1]):
-        table = tabulate(found.rows, found.start.model, [score.hypothesis])
+        table = build_design_matrix(found.rows, found.start.model, [score.hypothesis])
         with_it = replace(score.fit.choice, slots=(table.slots[0],))
         before = brute_force(table, found.start.fit.choice, found.start.fit.sigma)
         after = brute_force(table, with_it, found.start.fit.sigma)
@@ -74,13 +75,13 @@ def test_scores_agree_with_refitting_everything_from_the_rows(nothing_hidden):
 def test_nothing_is_named_where_nothing_is_hidden(nothing_hidden):
     verdict = nothing_hidden.verdict
     assert verdict.kind == Kind.NO_GAP
-    assert (verdict.found, verdict.bursts, verdict.faults) == ((), (), ())
+    assert (verdict.found, verdict.transients, verdict.faults) == ((), (), ())
 
 
 def test_a_torque_at_one_place_gets_no_wrong_name(bumpy):
     found = search(source_of(bumpy), Options(null_runs=1), lambda _: None)
     assert found.verdict.kind == Kind.UNKNOWN
-    assert {n.leftover.joint for n in found.verdict.nameless} >= {3}
+    assert {n.leftover.joint for n in found.verdict.unexplained_structures} >= {3}
 
 
 def test_a_gap_at_a_light_joint_is_not_lost_beside_the_heavy_ones():
@@ -89,7 +90,7 @@ def test_a_gap_at_a_light_joint_is_not_lost_beside_the_heavy_ones():
     (effect,) = found.verdict.found
     assert (effect.hypothesis.effect, effect.seat) == ("joint_spring", (6,))
     count = len(found.rows.kept)
-    before, after = (possible(found.source, p.fit, count).x for p in (found.start, found.end))
+    before, after = (feasible_fit(found.source, p.fit, count).x for p in (found.start, found.end))
     first = where(found, sides(found, before, after))[0]
     assert (first.joint, first.region[:6]) == (6, "|qd| >")
     assert first.share > 0.9
@@ -97,7 +98,7 @@ def test_a_gap_at_a_light_joint_is_not_lost_beside_the_heavy_ones():
 
 def test_errors_and_gap_of_an_effect_free_arm(nothing_hidden):
     found = nothing_hidden
-    x = possible(found.source, found.start.fit, len(found.rows.kept)).x
+    x = feasible_fit(found.source, found.start.fit, len(found.rows.kept)).x
     both = sides(found, x, x)
     errors = held_out(found, both)
     assert errors.before.relative_percent == errors.after.relative_percent
@@ -108,7 +109,7 @@ def test_errors_and_gap_of_an_effect_free_arm(nothing_hidden):
 
 def test_a_motion_that_comes_again_is_known_without_its_file(nothing_hidden, plain):
     told = nothing_hidden.source
-    table = tabulate(nothing_hidden.rows, nothing_hidden.start.model, ())
+    table = build_design_matrix(nothing_hidden.rows, nothing_hidden.start.model, ())
     bare = source_of(replace(plain, attachments={"robot.urdf": plain.attachments["robot.urdf"]}))
     by_file, by_motion = (pairs(s, nothing_hidden.rows, table) for s in (told, bare))
     assert len(by_file[0]) > 300
@@ -135,9 +136,9 @@ def test_a_motion_that_never_comes_again_has_no_repeats(plain):
     )
     source = source_of(once)
     windows = windows_for(500.0, 10.0)
-    parts = stretches(source.datasets, windows)
-    rows = nominal(parts, windows, facts_of(source), base_columns(source))
-    table = tabulate(rows, begin(rows, facts_of(source)).model, ())
+    parts = segments(source.datasets, windows)
+    rows = windowed_rows(parts, windows, facts_of(source), base_columns(source))
+    table = build_design_matrix(rows, nominal_fit(rows, facts_of(source)).model, ())
     assert len(pairs(source, rows, table)[0]) == 0
 
 
@@ -152,7 +153,7 @@ def test_the_error_falls_step_by_step_from_the_rigid_body(nothing_hidden):
 
 
 def test_what_could_not_be_seen_and_what_could(nothing_hidden):
-    seen = visibility(nothing_hidden)
+    seen = minimum_detectable(nothing_hidden)
     known = {h.effect for h in all_hypotheses(nothing_hidden.end.model.facts)}
     assert set(seen.sizes) | {e for e, j in seen.unseen.items() if not j} >= known
     # a rotor about the vertical axis is the link's own inertia
@@ -200,8 +201,8 @@ def test_a_recording_in_which_joints_are_held_does_not_spoil_another(source):
     noise = []
     for logs in (source, both):
         windows = windows_for(logs.datasets[0].rate_hz, 10.0)
-        parts = stretches(logs.datasets, windows)
-        rows = nominal(parts, windows, facts_of(logs), base_columns(logs))
-        noise.append(begin(rows, facts_of(logs)).fit.sigma[:, Region.SLIDING])
+        parts = segments(logs.datasets, windows)
+        rows = windowed_rows(parts, windows, facts_of(logs), base_columns(logs))
+        noise.append(nominal_fit(rows, facts_of(logs)).fit.sigma[:, Region.SLIDING])
     held = [0, 1, 2, 3, 5]  # the fifth is dragged along by the last one, in jerks
     assert (noise[1] < 1.2 * noise[0])[held].all()

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from ident.effects.catalogue import catalogue
-from ident.gap.held_out import acts_on, holds
-from ident.gap.search import begin, examine, extend
+from ident.gap.regression.current_model import examine, extend, nominal_fit
+from ident.gap.selection.cross_validation import excites, holds
 
 JOINT = 3
 SIZE = 3.0  # N m/rad
@@ -19,20 +19,20 @@ def sprung(search, folds, until=np.inf):
     hypotheses = catalogue()["joint_spring"].hypotheses(facts)
     spring = next(h for h in hypotheses if h.joints == (JOINT,))
     rows = replace(search.rows, formed={})
-    present = begin(rows, facts)
+    present = nominal_fit(rows, facts)
     extend(rows, present, [spring])
     for key, columns in rows.formed.items():
-        if spring.key == key[1 : 1 + len(spring.key)] and rows.stretches[key[0]].fold not in folds:
+        if spring.key == key[1 : 1 + len(spring.key)] and rows.segments[key[0]].fold not in folds:
             rows.formed[key] = 0.0 * columns
     torque = []
-    for s, y in zip(rows.stretches, rows.torque, strict=True):
+    for s, y in zip(rows.segments, rows.torque, strict=True):
         there = (s.fold in folds) & (rows.windows.centres(s.t)[: len(y)] < until)
         q = rows.windows.mean(s.q)[: len(y), JOINT]
         added = y.copy()
-        added[:, JOINT] += SIZE * there * (q - search.rows.stretches[0].q[:, JOINT].mean())
+        added[:, JOINT] += SIZE * there * (q - search.rows.segments[0].q[:, JOINT].mean())
         torque.append(added)
     rows = replace(rows, torque=tuple(torque))
-    present = begin(rows, facts)
+    present = nominal_fit(rows, facts)
     table, scores = examine(rows, present, [spring])
     return table, scores[0], present.fit
 
@@ -40,7 +40,7 @@ def sprung(search, folds, until=np.inf):
 @pytest.mark.parametrize("folds", [(0, 1, 2), (0,)])
 def test_an_effect_that_acts_wherever_it_can_holds(nothing_hidden, folds):
     table, score, before = sprung(nothing_hidden, folds)
-    assert [f for f in range(3) if acts_on(table, score.index, before, f)] == list(folds)
+    assert [f for f in range(3) if excites(table, score.index, before, f)] == list(folds)
     assert holds(table, score, before)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ident.effects.transmission import way
+from ident.effects.motor_link import way
 
 PERIOD = 0.01
 HALF = 2e-3

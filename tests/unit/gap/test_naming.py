@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from closed_loop import loosening, push, recorded, source_of, sticking, wam
 
-from ident.gap.comparison import held_out, sides
-from ident.gap.feasible import possible
-from ident.gap.uncertainty import finished
-from ident.gap.verdict import Kind
-from ident.gap.workflow import Options, Search, search
+from ident.gap.regression.feasible_fit import feasible_fit
+from ident.gap.results.held_out_error import held_out, sides
+from ident.gap.results.outcome import Options, Search
+from ident.gap.results.verdict import Kind
+from ident.gap.search import search
+from ident.gap.selection.estimates import final_estimates
 from ident.simulation.arm import Term
 
 OPTIONS = Options(null_runs=1)
@@ -35,14 +36,14 @@ def both() -> Search:
 def test_a_push_beside_another_effect_hides_neither(both):
     assert both.verdict.kind == Kind.NAMED
     assert named(both) == [("stribeck", (3,))]
-    (burst,) = both.verdict.bursts
-    assert burst.start_s == pytest.approx(30.0, abs=0.2)
-    assert burst.end_s == pytest.approx(30.6, abs=0.2)
-    assert {0, 1, 2} <= set(burst.joints)
+    (transient,) = both.verdict.transients
+    assert transient.start_s == pytest.approx(30.0, abs=0.2)
+    assert transient.end_s == pytest.approx(30.6, abs=0.2)
+    assert {0, 1, 2} <= set(transient.joints)
 
 
 def test_the_size_is_within_its_interval_whatever_the_form(both):
-    (values,) = finished(both.rows, both.end, both.verdict.found).parameters
+    (values,) = final_estimates(both.rows, both.end, both.verdict.found).parameters
     extra = values["extra_friction"]
     assert extra.value == pytest.approx(0.8, abs=3 * extra.sd)
     assert extra.value == pytest.approx(0.8, rel=0.15)
@@ -53,9 +54,9 @@ def test_each_of_several_pushes_is_told():
     found = searched(wam(*pushes))
     assert found.verdict.kind == Kind.NAMED
     assert named(found) == []
-    starts = [b.start_s for b in found.verdict.bursts]
+    starts = [b.start_s for b in found.verdict.transients]
     assert starts == pytest.approx([9.0, 24.0, 37.5], abs=0.2)
-    assert all({0, 1} <= set(b.joints) for b in found.verdict.bursts)
+    assert all({0, 1} <= set(b.joints) for b in found.verdict.transients)
 
 
 def test_friction_that_nearly_vanishes_during_the_run_leaves_a_possible_arm():
@@ -63,11 +64,11 @@ def test_friction_that_nearly_vanishes_during_the_run_leaves_a_possible_arm():
     found = searched(wam(Term(loosening, 0, (drag, 73.0))))
     assert found.verdict.kind == Kind.NAMED
     assert named(found) == [("thermal_drift", (0,))]
-    (values,) = finished(found.rows, found.end, found.verdict.found).parameters
+    (values,) = final_estimates(found.rows, found.end, found.verdict.found).parameters
     end_s = found.source.datasets[0].samples / found.source.datasets[0].rate_hz
     assert values["viscous_change"].value == pytest.approx(-drag * end_s / 73.0, rel=0.02)
     count = len(found.rows.kept)
-    before, after = (possible(found.source, p.fit, count).x for p in (found.start, found.end))
+    before, after = (feasible_fit(found.source, p.fit, count).x for p in (found.start, found.end))
     assert held_out(found, sides(found, before, after)).closed > 0.95
 
 
@@ -81,7 +82,7 @@ def test_a_torque_constant_that_repeats_with_the_motors_angle_is_ripple():
     assert {(f.hypothesis.effect, f.hypothesis.joints) for f in found.verdict.found} == {
         ("torque_ripple", (3,))
     }
-    values = finished(found.rows, found.end, found.verdict.found).parameters[0]
+    values = final_estimates(found.rows, found.end, found.verdict.found).parameters[0]
     assert values["order"].value == 2.0
     assert values["sine"].unit == "1"
     # the motor turns backwards with this joint: sin(36 q + 0.4) = sin(0.4 - 2 theta)
@@ -97,7 +98,7 @@ def test_a_tilted_base_is_no_spring_at_the_first_joint():
     found = searched(replace(arm, chain=arm.chain._replace(gravity=gravity)))
     assert found.verdict.kind == Kind.NAMED
     assert [name for name, _ in named(found)] == ["gravity_tilt"]
-    (values,) = finished(found.rows, found.end, found.verdict.found).parameters
+    (values,) = final_estimates(found.rows, found.end, found.verdict.found).parameters
     assert values["tilt_x"].value == pytest.approx(0.012, rel=0.03)
     assert values["tilt_y"].value == pytest.approx(-0.009, rel=0.03)
 
@@ -109,7 +110,7 @@ def test_a_drive_that_clips_now_and_then_is_no_contact():
     found = searched(replace(arm, limit=limit))
     assert found.verdict.kind == Kind.NAMED
     assert named(found) == [("torque_saturation", (4,))]
-    (values,) = finished(found.rows, found.end, found.verdict.found).parameters
+    (values,) = final_estimates(found.rows, found.end, found.verdict.found).parameters
     assert values["limit"].value == pytest.approx(0.36, rel=0.005)
     assert values["limit"].unit == "N m"
 
@@ -128,7 +129,7 @@ def test_levers_of_a_differential_that_nobody_described_are_found():
     urdf_only = {"robot.urdf": log.attachments["robot.urdf"]}
     found = search(source_of(replace(log, attachments=urdf_only)), OPTIONS, lambda _: None)
     assert named(found) == [("coupled_friction", (1, 2))]
-    (values,) = finished(found.rows, found.end, found.verdict.found).parameters
+    (values,) = final_estimates(found.rows, found.end, found.verdict.found).parameters
     assert values["ratio"].value == pytest.approx(0.6, abs=0.01)
     assert values["coulomb_1"].value == pytest.approx(0.5, rel=0.05)
     assert values["coulomb_2"].value == pytest.approx(0.4, rel=0.05)

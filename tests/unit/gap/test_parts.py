@@ -8,49 +8,54 @@ import pytest
 
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Coefficient, Hypothesis, Value
-from ident.excitation.purpose import MOTIONS, REPEATED
-from ident.gap.apart import stays, unsettled
-from ident.gap.contact import Burst, at_an_end
-from ident.gap.experiment import facts_of
-from ident.gap.faults import Fault
-from ident.gap.fit import Choice, Fit
-from ident.gap.leftover import Leftover, elsewhere
-from ident.gap.naming import Found
-from ident.gap.null import least_threshold, raised, redrawn
-from ident.gap.region import SLOW, Region, regions, slow_speed
-from ident.gap.residual import Residual
-from ident.gap.scan import Score
-from ident.gap.search import Present
-from ident.gap.systematic import remaining, unnamed
-from ident.gap.verdict import Kind, Nameless, decide, nameless
-from ident.gap.windows import Windows, windows_for
+from ident.effects.reversal_friction import SLOW, reversal_speed
+from ident.excitation.target_effect import MOTIONS, REPEATED
+from ident.gap.data.data_checks import Fault
+from ident.gap.data.experiment import facts_of
+from ident.gap.data.noise_regions import Region, regions
+from ident.gap.data.windows import Windows, windows_for
+from ident.gap.lack_of_fit.remaining_structure import RemainingStructure, elsewhere
+from ident.gap.regression.current_model import CurrentFit
+from ident.gap.regression.residuals import Residual
+from ident.gap.regression.scoring import Score
+from ident.gap.regression.weighted_fit import Fit, ModelStructure
+from ident.gap.results.unclosed_gap import remaining, unnamed
+from ident.gap.results.verdict import Kind, UnexplainedStructure, decide, unexplained_structures
+from ident.gap.selection.acceptance import AcceptedEffect
+from ident.gap.selection.null_arms import least_threshold, phase_randomised, raised
+from ident.gap.transients.detect import Transient, at_end_stop
+from ident.gap.transients.exclude import in_presliding_transient, still_significant
 
 
 def score_of(effect: str) -> Score:
     hypothesis = Hypothesis(effect, (1,), (1,), (Coefficient("size", "N m"),))
     ones = np.ones((2, 1))
-    fit = Fit(Choice(np.zeros((2, 1))), np.ones(1), ones, ones.astype(int), np.eye(1))
+    fit = Fit(ModelStructure(np.zeros((2, 1))), np.ones(1), ones, ones.astype(int), np.eye(1))
     return Score(0, hypothesis, fit, 0.5)
 
 
 def found(effect: str = "stribeck", rivals: tuple[Score, ...] = (), explained: float = 3.0):
     gains = np.array([0.0, 0.5])
     removed = np.array([0.0, explained])
-    return Found(score_of(effect), (1,), gains, removed, (0.4,), rivals, None, np.inf)
+    return AcceptedEffect(score_of(effect), (1,), gains, removed, (0.4,), rivals, None, np.inf)
 
 
-BURST = Burst(0, 3.0, 4.0, (1,), np.array([2.0]), 0.3, np.zeros(4, dtype=bool), np.ones(4))
+BURST = Transient(0, 3.0, 4.0, (1,), np.array([2.0]), 0.3, np.zeros(4, dtype=bool), np.ones(4))
 FAULT = Fault("dropped_samples", (), "log: 9 samples repeat.", 9.0)
-LARGE = Nameless(Leftover(1, "the position of joint 2", 0.4, 0.5), 0.6)
-CLEAR = Nameless(Leftover(1, "the position of joint 2", 2.5, 0.99), 0.1)
-CLEAR_BUT_TINY = Nameless(Leftover(1, "the position of joint 2", 2.5, 0.99), 0.02)
-AHEAD = Nameless(Leftover(1, "which part of the recordings it is", 2.5, 0.99, ahead=True), 0.1)
+LARGE = UnexplainedStructure(RemainingStructure(1, "the position of joint 2", 0.4, 0.5), 0.6)
+CLEAR = UnexplainedStructure(RemainingStructure(1, "the position of joint 2", 2.5, 0.99), 0.1)
+CLEAR_BUT_TINY = UnexplainedStructure(
+    RemainingStructure(1, "the position of joint 2", 2.5, 0.99), 0.02
+)
+AHEAD = UnexplainedStructure(
+    RemainingStructure(1, "which part of the recordings it is", 2.5, 0.99, ahead=True), 0.1
+)
 MUCH_AHEAD = replace(AHEAD, unexplained=0.3)
-SMALL = Nameless(Leftover(1, "the position of joint 2", 0.2, 0.3), 0.1)
+SMALL = UnexplainedStructure(RemainingStructure(1, "the position of joint 2", 0.2, 0.3), 0.1)
 
 
 @pytest.mark.parametrize(
-    ("faults", "effects", "bursts", "left", "kind"),
+    ("faults", "effects", "transients", "left", "kind"),
     [
         ([], [], [], [], Kind.NO_GAP),
         ([], [found()], [], [], Kind.NAMED),
@@ -66,8 +71,8 @@ SMALL = Nameless(Leftover(1, "the position of joint 2", 0.2, 0.3), 0.1)
         ([FAULT], [found()], [BURST], [LARGE], Kind.DATA_FAULT),
     ],
 )
-def test_verdict(faults, effects, bursts, left, kind):
-    assert decide(faults, effects, bursts, left).kind == kind
+def test_verdict(faults, effects, transients, left, kind):
+    assert decide(faults, effects, transients, left).kind == kind
 
 
 def test_an_effect_that_leaves_most_of_its_joints_gap_is_not_the_effect():
@@ -75,13 +80,13 @@ def test_an_effect_that_leaves_most_of_its_joints_gap_is_not_the_effect():
     assert decide([], [found()], [], [], remaining=0.05).kind == Kind.NAMED
 
 
-def residual_of(sigma: float) -> Present:
+def residual_of(sigma: float) -> CurrentFit:
     """A present model whose second joint leaves so much while it slides; the first leaves 1."""
     sizes = np.full((2, len(Region)), 1.0)
     sizes[1, Region.SLIDING] = sigma
     counts = np.ones((2, len(Region)), dtype=int)
-    left = Fit(Choice(np.zeros((2, 1))), np.ones(1), sizes, counts, np.eye(1))
-    return Present(None, (), left)
+    left = Fit(ModelStructure(np.zeros((2, 1))), np.ones(1), sizes, counts, np.eye(1))
+    return CurrentFit(None, (), left)
 
 
 def test_what_is_left_above_the_noise_of_repeats_is_a_gap():
@@ -106,9 +111,9 @@ def test_what_effects_leave_is_measured_from_the_noise_up():
 
 def test_noise_is_drawn_from_rows_in_which_nothing_turns_round():
     values = np.where(np.arange(400) % 2 == 0, 1.0, 50.0)
-    region = np.where(np.arange(400) % 2 == 0, Region.SLIDING, Region.MOTOR_TURNING)
+    region = np.where(np.arange(400) % 2 == 0, Region.SLIDING, Region.MOTOR_REVERSAL)
     none = np.zeros(400, dtype=bool)
-    drawn = redrawn(
+    drawn = phase_randomised(
         Residual(values, region, np.zeros(400, dtype=int), none), np.random.default_rng(0)
     )
     assert np.abs(drawn).max() < 2.0
@@ -117,21 +122,21 @@ def test_noise_is_drawn_from_rows_in_which_nothing_turns_round():
 def test_what_comes_again_with_the_motion_is_no_contact():
     rows = np.array([False, True, False, False, False, False])
     repeats = np.array([0, 1, 2]), np.array([3, 4, 5])
-    once = Burst(0, 3.0, 4.0, (1,), np.array([2.0]), 0.3, rows, np.array([1, 50.0, 1, 1, 1, 1]))
+    once = Transient(0, 3.0, 4.0, (1,), np.array([2.0]), 0.3, rows, np.array([1, 50.0, 1, 1, 1, 1]))
     again = replace(once, loudness=np.array([1, 50.0, 1, 1, 40.0, 1]))
-    assert not once.recurs(repeats)
-    assert again.recurs(repeats)
-    assert not again.recurs((repeats[0][:1], repeats[1][:1]))
+    assert not once.repeats_with_motion(repeats)
+    assert again.repeats_with_motion(repeats)
+    assert not again.repeats_with_motion((repeats[0][:1], repeats[1][:1]))
 
 
 def test_structure_is_measured_against_what_the_effects_explained():
     threshold = least_threshold()
     left = [
-        Leftover(1, "the position of joint 2", 0.9, 0.5),
-        Leftover(1, "time, periodically", 0.5, 0.4),
-        Leftover(0, "the position of joint 1", 0.5 * threshold.leftover, 0.4),
+        RemainingStructure(1, "the position of joint 2", 0.9, 0.5),
+        RemainingStructure(1, "time, periodically", 0.5, 0.4),
+        RemainingStructure(0, "the position of joint 1", 0.5 * threshold.leftover, 0.4),
     ]
-    (only,) = nameless(left, [found(explained=3.0)], np.array([1.0, 2.0]), threshold)
+    (only,) = unexplained_structures(left, [found(explained=3.0)], np.array([1.0, 2.0]), threshold)
     assert only.leftover is left[0]
     assert only.unexplained == pytest.approx(1.0 / (1.0 + 3.0))
 
@@ -139,22 +144,22 @@ def test_structure_is_measured_against_what_the_effects_explained():
 def test_a_bristle_that_has_hardly_stretched_is_no_contact():
     t = np.arange(0.0, 6.0, 0.01)
     q = np.column_stack([0.1 * t, np.zeros_like(t)])
-    rows = SimpleNamespace(stretches=(SimpleNamespace(log=0, t=t, q=q),))
+    rows = SimpleNamespace(segments=(SimpleNamespace(log=0, t=t, q=q),))
     bristle = Hypothesis("presliding", (0,), (0,), (), {"distance": 0.01})
     now, none = SimpleNamespace(accepted=(bristle,)), SimpleNamespace(accepted=())
     early = replace(BURST, joints=(0,), start_s=0.2, end_s=0.8)
-    assert unsettled(rows, now, early)
-    assert not unsettled(rows, now, replace(early, end_s=1.5))
-    assert not unsettled(rows, now, replace(early, joints=(1,)))
-    assert not unsettled(rows, now, replace(early, log=1))
-    assert not unsettled(rows, none, early)
+    assert in_presliding_transient(rows, now, early)
+    assert not in_presliding_transient(rows, now, replace(early, end_s=1.5))
+    assert not in_presliding_transient(rows, now, replace(early, joints=(1,)))
+    assert not in_presliding_transient(rows, now, replace(early, log=1))
+    assert not in_presliding_transient(rows, none, early)
 
 
 def test_what_fails_everywhere_is_no_row_of_contacts():
-    way = SimpleNamespace(rows=SimpleNamespace(apart=BURST.rows), bursts=12 * [BURST])
-    assert not stays(way)
+    way = SimpleNamespace(rows=SimpleNamespace(apart=BURST.rows), transients=12 * [BURST])
+    assert not still_significant(way)
     most = SimpleNamespace(apart=np.ones(4, dtype=bool))
-    assert not stays(SimpleNamespace(rows=most, bursts=[BURST]))
+    assert not still_significant(SimpleNamespace(rows=most, transients=[BURST]))
 
 
 def test_recordings_disagree_where_the_model_fails_in_more_than_a_moment():
@@ -226,23 +231,28 @@ def test_regions_tell_turning_sliding_and_turning_of_a_shared_motor():
     differential = np.array([[1.0, 1.0], [1.0, -1.0]])
     slow = np.array([0.02, 0.02])
     alone = regions(speed, slow, None, windows)
-    assert alone[:, 0].tolist() == [Region.TURNING, Region.TURNING, Region.SLIDING, Region.SLIDING]
+    assert alone[:, 0].tolist() == [
+        Region.REVERSAL,
+        Region.REVERSAL,
+        Region.SLIDING,
+        Region.SLIDING,
+    ]
     assert (alone[:, 1] == Region.SLIDING).all()
     shared = regions(speed, slow, differential, windows)
     # the motors turn with q1 + q2 and q1 - q2: each stands still where the speeds are as large
     assert shared[:, 1].tolist() == [
         Region.SLIDING,
-        Region.MOTOR_TURNING,
-        Region.MOTOR_TURNING,
-        Region.MOTOR_TURNING,
+        Region.MOTOR_REVERSAL,
+        Region.MOTOR_REVERSAL,
+        Region.MOTOR_REVERSAL,
     ]
-    assert shared[0, 0] == Region.TURNING
+    assert shared[0, 0] == Region.REVERSAL
 
 
 def test_wide_friction_curves_have_a_wide_slow_region():
-    assert slow_speed(1e-4) == SLOW[0]
-    assert slow_speed(0.02) == pytest.approx(0.03)
-    assert slow_speed(1.0) == SLOW[1]
+    assert reversal_speed(1e-4) == SLOW[0]
+    assert reversal_speed(0.02) == pytest.approx(0.03)
+    assert reversal_speed(1.0) == SLOW[1]
 
 
 def test_every_effect_has_a_separating_motion():
@@ -263,13 +273,13 @@ def test_contacts_wherever_a_joint_comes_so_far_may_be_a_stop():
     swing = np.pi * t / 4
     q = np.column_stack([np.cos(0.7 * t), np.sin(swing)])
     qd = np.column_stack([-0.7 * np.sin(0.7 * t), np.pi / 4 * np.cos(swing)])
-    rows = SimpleNamespace(stretches=(SimpleNamespace(log=0, t=t, q=q, qd=qd),))
+    rows = SimpleNamespace(segments=(SimpleNamespace(log=0, t=t, q=q, qd=qd),))
     tops = [replace(BURST, start_s=at - 0.5, end_s=at + 0.5) for at in (2.0, 10.0, 18.0)]
-    assert at_an_end(rows, tops) == (1,)
-    assert at_an_end(rows, tops[1:]) == ()
-    assert at_an_end(rows, tops[:1]) == ()
-    assert at_an_end(rows, [replace(b, joints=(0,)) for b in tops]) == ()
+    assert at_end_stop(rows, tops) == (1,)
+    assert at_end_stop(rows, tops[1:]) == ()
+    assert at_end_stop(rows, tops[:1]) == ()
+    assert at_end_stop(rows, [replace(b, joints=(0,)) for b in tops]) == ()
     elsewhere = [replace(b, start_s=b.start_s + 1.0, end_s=b.end_s + 1.0) for b in tops]
-    assert at_an_end(rows, elsewhere) == ()
+    assert at_end_stop(rows, elsewhere) == ()
     leaning = SimpleNamespace(log=1, t=t, q=np.ones_like(q), qd=np.zeros_like(q))
-    assert at_an_end(SimpleNamespace(stretches=(*rows.stretches, leaning)), tops) == (1,)
+    assert at_end_stop(SimpleNamespace(segments=(*rows.segments, leaning)), tops) == (1,)

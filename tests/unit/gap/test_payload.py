@@ -8,10 +8,11 @@ from closed_loop import recorded, source_of, wam
 
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Linearises
-from ident.gap.experiment import facts_of
-from ident.gap.uncertainty import finished
-from ident.gap.workflow import Options, search
-from ident.identification import identify, model_of
+from ident.gap.data.experiment import facts_of
+from ident.gap.results.outcome import Options
+from ident.gap.search import search
+from ident.gap.selection.estimates import final_estimates
+from ident.identification.identify import identify, model_of
 
 MASS = 2.0  # kg
 CENTRE = (0.1, -0.1, 0.2)  # m, from the last link's frame
@@ -28,7 +29,7 @@ def test_a_ball_at_the_tool_is_a_payload_and_nothing_else(source):
     after = replace(source_of(recorded(replace(arm, delta=delta), 1)), trusted=known)
     found = search(after, Options(null_runs=1), lambda _: None)
     assert [f.hypothesis.effect for f in found.verdict.found] == ["payload"]
-    values = finished(found.rows, found.end, found.verdict.found).parameters[0]
+    values = final_estimates(found.rows, found.end, found.verdict.found).parameters[0]
     names = ("mass", "first_moment_x", "first_moment_y", "first_moment_z")
     sizes = [values[name].value for name in names]
     assert sizes == pytest.approx([MASS, MASS * x, MASS * y, MASS * z], rel=0.005)

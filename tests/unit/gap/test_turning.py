@@ -4,23 +4,32 @@ import numpy as np
 import pytest
 from scipy.special import erf
 
-from ident.gap.stretch import DIRECTION_HZ
-from ident.gap.turning import TURNINGS, USUAL, Mixture, Turning, best_mixture, parts_of
+from ident.effects.reversal_friction import (
+    BASIS,
+    USUAL,
+    MaxwellSlipMixture,
+    SmoothedSign,
+    best_mixture,
+    parts_of,
+)
+from ident.effects.smoothed_segment import DIRECTION_HZ
 
 T = np.linspace(0.0, 20.0, 4000)
 Q = 0.3 * np.sin(0.7 * T) + 0.1 * np.sin(2.3 * T)
 SPEED = 0.21 * np.cos(0.7 * T) + 0.23 * np.cos(2.3 * T)
 SPEEDS = np.tile(SPEED, (len(DIRECTION_HZ), 1))
-COLUMNS = np.column_stack([t(Q, SPEEDS) for t in TURNINGS])
+COLUMNS = np.column_stack([t(Q, SPEEDS) for t in BASIS])
 
 
-def mixed(target: np.ndarray) -> tuple[Mixture, float]:
+def mixed(target: np.ndarray) -> tuple[MaxwellSlipMixture, float]:
     """The best mixture for a friction torque, and the largest error relative to its rms."""
     weights, gain = best_mixture(COLUMNS.T @ COLUMNS, COLUMNS.T @ target)
     assert (weights >= 0.0).all()
     rest = target - COLUMNS @ weights
     assert gain == pytest.approx((target @ target - rest @ rest) / 2, rel=1e-4)
-    return Mixture(parts_of(weights, USUAL)), float(np.sqrt(np.mean(rest**2) / np.mean(target**2)))
+    return MaxwellSlipMixture(parts_of(weights, USUAL)), float(
+        np.sqrt(np.mean(rest**2) / np.mean(target**2))
+    )
 
 
 @pytest.mark.parametrize("width", [0.004, 0.009])
@@ -57,14 +66,14 @@ def test_friction_that_falls_with_speed_is_none():
 
 
 def test_nearly_all_of_a_mixture_has_turned_at_its_width():
-    parts = np.zeros(len(TURNINGS))
+    parts = np.zeros(len(BASIS))
     for part, turning in (
-        (0.7, Turning(0.003, 0)),
-        (0.25, Turning(0.018, 2)),
-        (0.05, Turning(0.035, 2)),
+        (0.7, SmoothedSign(0.003, 0)),
+        (0.25, SmoothedSign(0.018, 2)),
+        (0.05, SmoothedSign(0.035, 2)),
     ):
-        parts[TURNINGS.index(turning)] = part
-    mixture = Mixture(parts)
+        parts[BASIS.index(turning)] = part
+    mixture = MaxwellSlipMixture(parts)
     assert (mixture.width, mixture.cutoff) == (0.018, 0)
     assert mixture.along(np.array([-1.0, 0.0, 1.0])) == pytest.approx([-1.0, 0.0, 1.0])
     assert mixture(Q, SPEEDS) == pytest.approx(COLUMNS @ parts)

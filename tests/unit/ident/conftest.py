@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from synthetic_arm import Truth, motion, recording
 
-from ident.arm import arm_from_file
+from ident.model.arm import arm_from_file
 from wamctl.arm.config import load_arm_file
 from wamctl.arm.recording import Recording
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.arm import Arm
+from ident.model.arm import Arm
 from wamctl.arm.recording import Recording
 from wamctl.arm.robot import cad_parameters, inverse_dynamics
 from wamctl.arm.trajectory import read_trajectory, sample

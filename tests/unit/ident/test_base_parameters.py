@@ -7,16 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ident.base_parameters import (
+from ident.dynamics.base_parameters import (
     Posture,
     base_map,
     combination_name,
     independent_columns,
     whole_range,
 )
-from ident.parameters import Parameter, Terms, standard_parameters, unit_rows
-from ident.problem import prior_parameters
-from ident.regressor import SHARP, Motion, sharp_columns, smooth_columns
+from ident.dynamics.parameters import Parameter, Terms, standard_parameters, unit_rows
+from ident.dynamics.regressor import SHARP, Motion, sharp_columns, smooth_columns
+from ident.estimation.problem import prior_parameters
 from wamctl.arm.robot import cad_parameters, inverse_dynamics, load_robot
 
 TABLE_1 = """

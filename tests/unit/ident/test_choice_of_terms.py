@@ -3,8 +3,8 @@
 import numpy as np
 from synthetic_arm import motion, recording
 
-from ident.choice_of_terms import with_needed_terms
-from ident.dataset import dataset
+from ident.identification.term_selection import with_needed_terms
+from ident.recordings.dataset import dataset
 
 ROTORS = np.array([0.08, 0.08, 0.08, 0.1, 0.02, 0.02, 0.002])
 OFFSETS = np.array([0.5, -0.8, 0.3, 0.2, 0.05, -0.05, 0.01])

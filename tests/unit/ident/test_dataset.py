@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from synthetic_arm import recording
 
-from ident.dataset import dataset
-from ident.errors import JointMismatchError
-from ident.instants import held_mean, resampled
-from ident.steady_state import only_steady_state
+from ident.recordings.dataset import dataset
+from ident.recordings.errors import JointMismatchError
+from ident.recordings.samples import held_mean, resampled
+from ident.recordings.steady_state import only_steady_state
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import Command, ReferenceSeries
 from wamctl.arm.trajectory import read_trajectory, reference, trajectory_yaml

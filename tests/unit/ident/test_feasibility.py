@@ -8,12 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ident.dataset import dataset
-from ident.entropic_fit import entropic_path
-from ident.evidence import Evidence, gather
-from ident.feasibility import positive_fraction, verdict
-from ident.feasible_fit import feasible, nearest_to_cad
-from ident.feasible_set import (
+from ident.estimation.entropic import entropic_path
+from ident.estimation.feasible_sdp import feasible, nearest_to_cad
+from ident.estimation.feasible_set import (
     Constraint,
     feasible_set,
     link_matrix_map,
@@ -25,14 +22,17 @@ from ident.feasible_set import (
     smallest_eigenvalue,
     unpacked,
 )
-from ident.problem import ordinary, with_beta
-from ident.regression import squared_error
+from ident.estimation.problem import ordinary, with_beta
+from ident.estimation.regression_data import RegressionData, gather
+from ident.identification.feasibility_test import positive_fraction, verdict
+from ident.recordings.dataset import dataset
+from ident.regression.reduction import squared_error
 from wamctl.arm.errors import ConfigurationError
 from wamctl.arm.inertial import pseudo_inertia
 
 
 @pytest.fixture(scope="module")
-def evidence(wam, noisy) -> Evidence:
+def evidence(wam, noisy) -> RegressionData:
     return gather([dataset(noisy, wam.arm.robot.joint_names, "log")], wam.arm)
 
 
@@ -70,7 +70,7 @@ def test_fit_equals_problem_44_in_a_modelling_language(evidence, form):
     assert u == pytest.approx(oracle(evidence, form), rel=1e-5)
 
 
-def oracle(evidence: Evidence, form: str) -> float:
+def oracle(evidence: RegressionData, form: str) -> float:
     """u of (44), with U of (43) and E of (24)-(26) written out; only the scale differs."""
     base, problem = evidence.base, evidence.problem()
     parameters = base.parameters

@@ -10,8 +10,8 @@ import yaml
 
 from ident import load_model
 from ident.cli import main
-from ident.recordings import Reading
-from ident.run import run_logs
+from ident.recordings.loading import Reading
+from ident.workflows.run import run_logs
 from wamctl.arm.config import shipped_file
 from wamctl.arm.recorder import Recorder
 from wamctl.arm.robot import inverse_dynamics as rigid_torque

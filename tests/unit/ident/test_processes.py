@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from ident.processes import in_processes
+from ident.regression.processes import in_processes
 
 
 def test_results_come_in_the_order_of_the_items():
@@ -25,7 +25,7 @@ def test_an_error_comes_through_and_leaves_no_process():
 
 ENDLESS = """
 import time
-from ident.processes import in_processes
+from ident.regression.processes import in_processes
 
 if __name__ == "__main__":
     list(in_processes(time.sleep, [600.0, 600.0], 2))

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from synthetic_arm import motion, recording
 
-import ident.evidence
-from ident.culling import automatic, sweep
-from ident.dataset import dataset
-from ident.delay import delay
-from ident.errors import TooShortError
-from ident.estimators import ESTIMATORS, wanted_estimators
-from ident.evidence import Evidence, gather, held_out, noise
-from ident.held_out import check_held_out
-from ident.identifiability import confusions, identifiability
-from ident.regression import (
+import ident.estimation.regression_data
+from ident.estimation.least_squares import ESTIMATORS, wanted_estimators
+from ident.estimation.regression_data import RegressionData, gather, held_out, noise
+from ident.identification.cross_validation import check_held_out
+from ident.identification.identifiability import confusions, identifiability
+from ident.identification.torque_delay import delay
+from ident.identification.velocity_threshold import automatic, sweep
+from ident.recordings.dataset import dataset
+from ident.recordings.errors import TooShortError
+from ident.regression.reduction import (
     BLOCKS,
     condition_number,
     least_squares,
@@ -29,7 +29,7 @@ from wamctl.arm.recording import ReferenceSeries
 
 
 @pytest.fixture(scope="module")
-def evidence(wam, noisy) -> Evidence:
+def evidence(wam, noisy) -> RegressionData:
     return gather([dataset(noisy, wam.arm.robot.joint_names, "log")], wam.arm)
 
 
@@ -205,7 +205,7 @@ def test_what_cannot_be_told_is_named(evidence):
 def test_recordings_reduce_alike_in_several_processes(wam, noisy, monkeypatch):
     data = [dataset(noisy, wam.arm.robot.joint_names, name) for name in ("first", "second")]
     alone = gather(data, wam.arm)
-    monkeypatch.setattr(ident.evidence, "_WORTH_PROCESSES", 0)
+    monkeypatch.setattr(ident.estimation.regression_data, "_WORTH_PROCESSES", 0)
     together = gather(data, wam.arm)
     assert [log.data.name for log in together.logs] == ["first", "second"]
     np.testing.assert_array_equal(together.triangles, alone.triangles)

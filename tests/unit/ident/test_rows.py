@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from synthetic_arm import motion, recording
 
-import ident.rows
-from ident.arm import arm_from_file
-from ident.base_parameters import base_map, whole_range
-from ident.dataset import dataset
-from ident.errors import TooShortError
-from ident.processing import highest_frequency, processing
-from ident.rows import Regressor, rows_of
+import ident.regression.rows
+from ident.dynamics.base_parameters import base_map, whole_range
+from ident.model.arm import arm_from_file
+from ident.recordings.dataset import dataset
+from ident.recordings.errors import TooShortError
+from ident.regression.filters import highest_frequency, processing
+from ident.regression.rows import Regressor, rows_of
 from wamctl.arm.errors import DataError
 
 
@@ -37,7 +37,7 @@ def test_without_noise_the_true_parameters_explain_the_torque(wam, base, clean):
 
 def test_rows_do_not_depend_on_the_windows(wam, base, clean, monkeypatch):
     _, whole = rows(wam, base, clean)
-    monkeypatch.setattr(ident.rows, "_WINDOW_SAMPLES", 700)
+    monkeypatch.setattr(ident.regression.rows, "_WINDOW_SAMPLES", 700)
     _, pieces = rows(wam, base, clean)
     for a, b in zip(whole, pieces, strict=True):
         np.testing.assert_allclose(a, b, atol=1e-6)

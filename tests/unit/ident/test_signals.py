@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import signal as scipy_signal
 
-from ident.signals import Lowpass, extended, fast_length, spectrum
+from ident.signals.zero_phase import Lowpass, extended, fast_length, spectrum
 
 
 def filtered(x, lowpass, derivative=0, every=1):

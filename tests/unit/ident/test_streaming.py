@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from synthetic_arm import recording
 
-from ident.dataset import dataset, dataset_of
-from ident.evidence import gather
-from ident.survey import survey
+from ident.estimation.regression_data import gather
+from ident.recordings.dataset import dataset, dataset_of
+from ident.recordings.log_summary import survey
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import Command, Piece, ReferenceSeries
 from wamctl.arm.ros2.joint_series import JointSeries

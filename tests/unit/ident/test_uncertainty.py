@@ -5,12 +5,12 @@ import pytest
 from pendulum import pendulum
 from synthetic_arm import recording
 
-from ident.arm import Arm
-from ident.dataset import dataset
-from ident.evidence import gather
-from ident.parameters import Terms
-from ident.problem import ordinary
-from ident.uncertainty import QUANTILE_90, standard_errors
+from ident.dynamics.parameters import Terms
+from ident.estimation.problem import ordinary
+from ident.estimation.regression_data import gather
+from ident.identification.standard_errors import QUANTILE_90, standard_errors
+from ident.model.arm import Arm
+from ident.recordings.dataset import dataset
 from wamctl.arm.config import IdentificationSection
 from wamctl.arm.robot import cad_parameters, inverse_dynamics, load_robot
 

@@ -12,7 +12,7 @@ import typer
 import yaml
 from typer.testing import CliRunner
 
-from ident.import_command import import_table
+from ident.commands.import_table import import_table
 from ident.importers.recording import import_recording
 from wamctl.arm.errors import ConfigurationError, DataError, UserError
 from wamctl.arm.recording import read_recording

@@ -1,0 +1,1 @@
+"""The sub-commands of `ident`: options in, a workflow called, its outcome printed."""

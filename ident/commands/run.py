@@ -1,0 +1,53 @@
+"""`ident run`: recordings in; model, numbers, and report out."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ident.commands.options import (
+    Cutoff,
+    JointStates,
+    Json,
+    Logs,
+    Settings,
+    TorqueChoice,
+    settings_of,
+)
+
+
+def run(
+    logs: Logs,
+    robot: Annotated[
+        Path | None, typer.Option(help="Arm's .yaml or .urdf; default: what the log carries.")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("identified"),
+    effects: Annotated[
+        Path | None,
+        typer.Option(
+            help="A model.yaml of `ident gap`: its effects are taken off first, and kept."
+        ),
+    ] = None,
+    cutoff: Cutoff = None,
+    settings: Settings = None,
+    torque: TorqueChoice = None,
+    joint_states: JointStates = "/joint_states",
+    as_json: Json = False,
+) -> None:
+    """Identify a physically feasible model from recordings.
+
+    Example: ident run excitation.mcap --out identified
+    """
+    changes = settings_of(cutoff, settings)
+    from ident.recordings.loading import Reading
+    from ident.regression.progress import shown
+    from ident.workflows.run import run_logs
+
+    reading = Reading(joint_states, torque=torque.value if torque else None)
+    with shown() as tell:
+        text = run_logs(logs, robot, out, reading, tell, effects, **changes)
+    for log in json.loads(text)["logs"]:
+        for remark in log["remarks"]:
+            typer.echo(f"{log['name']}: {remark}.", err=True)
+    typer.echo(text.rstrip() if as_json else f"{out / 'report.html'}")

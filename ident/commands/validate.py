@@ -1,0 +1,50 @@
+"""`ident validate`: a model against recordings that it was not fitted on."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ident.commands.options import (
+    Cutoff,
+    JointStates,
+    Json,
+    Logs,
+    Settings,
+    TorqueChoice,
+    settings_of,
+)
+
+
+def validate(
+    logs: Logs,
+    model: Annotated[Path, typer.Option(help="The model.yaml of `ident run`.")],
+    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("validated"),
+    cutoff: Cutoff = None,
+    settings: Settings = None,
+    torque: TorqueChoice = None,
+    joint_states: JointStates = "/joint_states",
+    as_json: Json = False,
+) -> None:
+    """Test a model on recordings that it was not fitted on.
+
+    Example: ident validate other.mcap --model identified/model.yaml
+    """
+    changes = settings_of(cutoff, settings)
+    from ident.recordings.loading import Reading
+    from ident.regression.progress import shown
+    from ident.workflows.validate import validate_logs
+
+    reading = Reading(joint_states, torque=torque.value if torque else None)
+    with shown() as tell:
+        text = validate_logs(logs, model, out, reading, tell, **changes)
+    if as_json:
+        typer.echo(text.rstrip())
+        return
+    for log in json.loads(text)["logs"]:
+        typer.echo(
+            f"{log['name']}: relative torque error {log['relative_error_percent']:.2f} %"
+            f" (raw torque {log['raw_torque']['relative_error_percent']:.2f} %)"
+        )
+    typer.echo(f"{out / 'report.html'}")

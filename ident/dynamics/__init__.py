@@ -1,0 +1,1 @@
+"""Rigid bodies: parameters, regressors, base parameters."""

@@ -1,0 +1,134 @@
+"""A link beside its motor: how it moves where the transmission between them is loose or gives."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit
+
+from ident.dynamics.compiled_chain import Chain, inverse_dynamics, mass_matrix, workspace
+from ident.dynamics.derivatives import rates
+from ident.effects.effect import Array
+from ident.effects.observation import Observed
+from ident.simulation.arm import SimulatedArm
+
+_SUBSTEPS = 5
+_TURNED = 0.005  # rad/s: the motor's friction has turned round
+LIGHT = 1e-6
+"""No link or motor is lighter [kg m^2]."""
+
+
+@dataclass(frozen=True)
+class Transmission:
+    """What ties a link to its motor.
+
+    Attributes:
+        half_play: half the way to its stops [rad]; infinite: there are none.
+        compliance: of what pulls it back to the motor [rad/(N m)]; 0: nothing does.
+        damped: damping of that, as a part of the critical one.
+        rubbing: part of the joint's friction that the link rubs, not the motor.
+        motor_inertia: on the joint's side [kg m^2].
+    """
+
+    half_play: float
+    compliance: float
+    damped: float
+    rubbing: float
+    motor_inertia: float
+
+    def change(self, seen: Observed, joint: int) -> Array:
+        """What the link's motion beside its motor changes in the joints' torque, shape (S, n)."""
+        j, motor = joint, self.motor_inertia
+        slopes, load = seen.slopes(j), seen.load[:, j] + seen.carried[:, j]
+        inertia = np.maximum(slopes.acceleration[:, j] - motor, LIGHT)
+        pull = seen.qdd[:, j] - (load - motor * seen.qdd[:, j]) / inertia
+        friction = self.rubbing * np.maximum([[seen.coulomb[j]], [seen.viscous[j]]], 0.0)
+        grip = np.zeros_like(inertia)
+        start = self.compliance * load[0]
+        if self.compliance > 0.0:
+            grip = 1.0 / (self.compliance * inertia)
+        else:
+            start = (1.0 - self.rubbing) * load[0] + self.rubbing * seen.tau[0, j]
+            start = np.copysign(self.half_play, start)
+        q, qd = np.ascontiguousarray(seen.q[:, j]), np.ascontiguousarray(seen.qd[:, j])
+        period = 1.0 / seen.rate_hz
+        beside, rubbed = way(
+            (q, qd), pull, friction / inertia, (grip, self.damped), -start, self.half_play, period
+        )
+        rate, change = rates(beside, period)
+        torque = slopes.times(beside, rate, change)
+        torque[:, j] += inertia * rubbed - motor * change
+        return torque
+
+    def between(self, arm: SimulatedArm, joint: int) -> SimulatedArm:
+        """The arm whose joint has a motor of its own, with the encoder, tied to it so."""
+        fields = {
+            f: getattr(arm, f).copy() for f in ("motor", "slack", "give", "damped", "rubbing")
+        }
+        fields["motor"][joint] = max(self.motor_inertia, LIGHT)
+        if self.half_play < np.inf:
+            fields["slack"][joint] += self.half_play
+        mass = mass_in(np.zeros(len(arm.motor)), arm.chain, arm.delta) + arm.armature
+        link = max(float(mass[joint, joint]) - self.motor_inertia, LIGHT)
+        fields["give"][joint] += self.compliance
+        fields["damped"][joint] += 2.0 * self.damped * np.sqrt(self.compliance * link)
+        fields["rubbing"][joint] = self.rubbing
+        return replace(arm, **fields)
+
+
+@njit(cache=True)
+def way(motor, pull, drag, spring, start, half_play, period):
+    """Way of a link beside its motor's, and friction that it has beside what it would have there.
+
+    Between its stops, +- half_play [rad] from the motor, the link moves freely, or is pulled back
+    to the motor by a spring; at a stop it is carried, without rebound, for as long as that pushes.
+
+    Args:
+        motor: its position and velocity on the joint's side, each of shape (S,).
+        pull: acceleration of the link where nothing touches it, but for its friction, shape (S,).
+        drag: deceleration by its dry friction, and per speed by its viscous one, shape (2, S).
+        spring: acceleration back to the motor per distance [1/s^2], shape (S,), and its damping as
+            a part of the critical one.
+        start: of the link beside the motor [rad].
+        half_play: [rad].
+        period: between samples [s].
+
+    Returns:
+        position of the link less the motor's [rad], and deceleration by friction less that of a
+        link that moves with the motor [rad/s^2], each of shape (S,).
+    """
+    (q, qd), (grip, damped) = motor, spring
+    beside, rubbed = np.empty(q.size), np.zeros(q.size)
+    h = period / _SUBSTEPS
+    speed = qd[0]
+    link = q[0] + start
+    beside[0] = start
+    for k in range(1, q.size):
+        for step in range(1, _SUBSTEPS + 1):
+            u = step / _SUBSTEPS
+            place = (1.0 + 2.0 * u) * (1.0 - u) ** 2 * q[k - 1] + u * u * (3.0 - 2.0 * u) * q[k]
+            place += period * (u * (1.0 - u) ** 2 * qd[k - 1] - u * u * (1.0 - u) * qd[k])
+            free = speed + h * ((1.0 - u) * pull[k - 1] + u * pull[k])
+            along = (1.0 - u) * qd[k - 1] + u * qd[k]
+            damping = 2.0 * damped * np.sqrt(grip[k])
+            free += h * (grip[k] * (place - link) + damping * along)
+            rub = h * drag[0, k]
+            slowed = max(free - rub, 0.0) if free > 0.0 else min(free + rub, 0.0)
+            slowed /= 1.0 + h * (drag[1, k] + damping + h * grip[k])
+            ahead = min(max(link + h * slowed, place - half_play), place + half_play)
+            speed = (ahead - link) / h
+            if ahead == link + h * slowed:
+                slower = (free - slowed) / h - (damping + h * grip[k]) * slowed
+                with_motor = drag[0, k] * min(max(along / _TURNED, -1.0), 1.0) + drag[1, k] * along
+                rubbed[k] += (slower - with_motor) / _SUBSTEPS
+            link = ahead
+        beside[k] = link - q[k]
+    return beside, rubbed
+
+
+def mass_in(pose: Array, chain: Chain, delta: Array) -> Array:
+    """Mass matrix in a pose, shape (n, n)."""
+    n = len(delta) // 10
+    rest, w, mass = np.zeros(n), workspace(n), np.empty((n, n))
+    inverse_dynamics(chain, delta, pose, rest, rest, w, np.empty(n))
+    mass_matrix(chain, delta, w, mass)
+    return mass

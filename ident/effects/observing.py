@@ -1,0 +1,96 @@
+"""Observations of a segment beside the current model, as effects form their columns from them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.dynamics.compiled_chain import torques
+from ident.effects.catalogue import catalogue
+from ident.effects.effect import Hypothesis, LoadsLink
+from ident.effects.observation import ArmFacts, Observed
+from ident.effects.reversal_friction import MaxwellSlipMixture
+from ident.effects.smoothed_segment import SmoothedSegment
+
+Array = NDArray[np.floating]
+
+
+@dataclass(frozen=True)
+class CurrentModel:
+    """What the columns of effects are formed with.
+
+    Attributes:
+        facts: of the arm, with the present inertial parameters.
+        viscous, coulomb: joint friction, each of shape (n,).
+        shapes: parts of the reversal curves of each joint, shape (n, T).
+        slow: speed below which each joint counts as turning [rad/s], shape (n,).
+        carried: effects that act on the links, with their coefficients.
+    """
+
+    facts: ArmFacts
+    viscous: Array
+    coulomb: Array
+    shapes: Array
+    slow: Array
+    carried: tuple[tuple[Hypothesis, Array], ...] = ()
+
+
+def on_links(
+    effects: Sequence[Hypothesis], values: Sequence[Array]
+) -> tuple[tuple[Hypothesis, Array], ...]:
+    """Those effects that act on the links, with their coefficients."""
+    pairs = zip(effects, values, strict=True)
+    return tuple((h, v) for h, v in pairs if isinstance(catalogue()[h.effect], LoadsLink))
+
+
+def observed(s: SmoothedSegment, model: CurrentModel, every: int) -> tuple[Observed, Observed]:
+    """What effects may look at in a stretch: all samples, and every so-manieth.
+
+    The model's torque varies as slowly as the links move; between its samples it is interpolated.
+    """
+    facts = model.facts
+    middle = slice(every // 2, None, every)
+    q, qd, qdd = (np.ascontiguousarray(a[middle]) for a in (s.q, s.qd, s.qdd))
+    still = np.zeros_like(q)
+    load = torques(facts.chain, facts.delta, q, qd, qdd)
+    gravity = torques(facts.chain, facts.delta, q, still, still)
+    carried = np.zeros_like(q)
+    coarse = _seen(s, model, middle, every, (load, carried, gravity))
+    for h, values in model.carried:
+        carried[:, list(h.rows)] += catalogue()[h.effect].columns(coarse, h) @ values
+    fine = tuple(
+        np.column_stack([np.interp(s.t, coarse.t, column) for column in part.T])
+        for part in (load, carried, gravity)
+    )
+    return _seen(s, model, slice(None), 1, (fine[0], fine[1], fine[2])), coarse
+
+
+def _seen(
+    s: SmoothedSegment,
+    model: CurrentModel,
+    samples: slice,
+    every: int,
+    torque: tuple[Array, Array, Array],
+) -> Observed:
+    shapes = [MaxwellSlipMixture(parts) for parts in model.shapes]
+    direction = [m(s.q[:, j], s.speeds[..., j])[samples] for j, m in enumerate(shapes)]
+    speed = [s.speeds[m.cutoff, samples, j] for j, m in enumerate(shapes)]
+    friction = model.viscous * s.qd[samples] + model.coulomb * np.stack(direction, axis=-1)
+    return Observed(
+        arm=model.facts,
+        rate_hz=s.rate_hz / every,
+        t=s.t[samples],
+        q=s.q[samples],
+        qd=s.qd[samples],
+        qdd=s.qdd[samples],
+        tau=s.tau[samples] if model.facts.commanded else torque[0] + friction,
+        speed=np.stack(speed, axis=-1),
+        direction=np.stack(direction, axis=-1),
+        load=torque[0],
+        carried=torque[1],
+        gravity=torque[2],
+        viscous=model.viscous,
+        coulomb=model.coulomb,
+        along=lambda joint, other: shapes[joint].along(other),
+    )

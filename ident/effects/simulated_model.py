@@ -1,0 +1,67 @@
+"""The identified arm with its effects, ready for the closed loop."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.dynamics.compiled_chain import chain_of
+from ident.effects.catalogue import catalogue
+from ident.effects.identified_effect import effect_of
+from ident.model.identified_model import Model
+from ident.simulation.arm import SETTINGS, SimulatedArm, Term, simulated_arm, term
+from wamctl.arm.errors import DataError
+
+Array = NDArray[np.floating]
+
+
+@term
+def _offset(t, q, qd, load, joint, settings, resistance, level):
+    resistance[joint] += settings[0]
+
+
+@term
+def _motor_drag(t, q, qd, load, joint, settings, resistance, level):
+    speed = 0.0
+    for k in range(qd.size):
+        speed += settings[1 + k] * qd[k]
+    resistance[joint] += settings[0] * speed
+
+
+def simulation_of(model: Model) -> SimulatedArm:
+    """The arm of a `model.yaml`, ready for the closed loop.
+
+    Raises:
+        DataError: an effect that the catalogue does not know, or an arm with too many joints.
+    """
+    friction, n = model.terms.drive_matrix, model.robot.dof
+    arm = simulated_arm(
+        chain_of(model.robot), model.inertial, model.parameter("fv"), model.parameter("fc")
+    )
+    arm = replace(arm, armature=friction.T @ np.diag(model.parameter("ia")) @ friction)
+    terms = [Term(_offset, j, (float(c),)) for j, c in enumerate(model.parameter("fo")) if c]
+    for m in np.flatnonzero(model.parameter("fcm")):
+        arm = replace(
+            arm,
+            friction_rows=np.vstack([arm.friction_rows, friction[m]]),
+            coulomb=np.append(arm.coulomb, model.parameter("fcm")[m]),
+            bristle=np.append(arm.bristle, 0.0),
+        )
+    dragging = np.flatnonzero(model.parameter("fvm"))
+    if len(dragging) and n >= SETTINGS:
+        raise DataError(f"Drag on shared motors is simulated for at most {SETTINGS - 1} joints.")
+    for m in dragging:
+        drag = model.parameter("fvm")[m]
+        for j in np.flatnonzero(friction[m]):
+            settings = (float(drag * friction[m, j]), *(float(x) for x in friction[m]))
+            terms.append(Term(_motor_drag, int(j), settings[: n + 1]))
+    arm = replace(arm, terms=tuple(terms))
+    for entry in model.effects:
+        arm = _with_effect(arm, entry)
+    return arm
+
+
+def _with_effect(arm: SimulatedArm, entry: dict[str, Any]) -> SimulatedArm:
+    hypothesis, values = effect_of(entry)
+    return catalogue()[hypothesis.effect].simulated(arm, hypothesis, values)

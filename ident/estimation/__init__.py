@@ -1,0 +1,1 @@
+"""From a regression to parameters: least squares and physically feasible fits."""

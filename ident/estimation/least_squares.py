@@ -1,0 +1,110 @@
+"""The estimators: each takes the evidence and gives an estimate."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.estimation.entropic import entropic_path
+from ident.estimation.feasible_sdp import feasible
+from ident.estimation.huber import irls
+from ident.estimation.instrumental_variables import bias_test, instrumental_solution, joined
+from ident.estimation.problem import Estimate, Problem, ordinary
+from ident.estimation.regression_data import FOLDS, RegressionData, held_out, noise_weights
+from ident.regression.squared_errors import sums
+
+Array = NDArray[np.floating]
+
+Estimator = Callable[[RegressionData], Estimate]
+
+_CAD_WEIGHTS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
+
+
+def cad(evidence: RegressionData) -> Estimate:
+    """The CAD model, whose friction is unknown and left out."""
+    return Estimate(evidence.base.K @ evidence.prior, evidence.prior)
+
+
+def ols(evidence: RegressionData) -> Estimate:
+    """Ordinary least squares (16)."""
+    return Estimate(ordinary(evidence.problem()))
+
+
+def wls(evidence: RegressionData) -> Estimate:
+    """Least squares with each log's and joint's rows in units of its noise."""
+    return Estimate(ordinary(evidence.problem(noise_weights(evidence))))
+
+
+def instrumental_variables(evidence: RegressionData) -> Estimate:
+    """The reference motion as instrument (IDIM-IV), with a test whether noise biased OLS."""
+    found = joined([log.moments for log in evidence.logs if log.moments])
+    test = bias_test(found)
+    words = "is biased" if test.biased else "shows no bias"
+    note = f"OLS {words} by noise in the position: |z| = {test.largest:.1f}, bound {test.bound:.1f}"
+    return Estimate(instrumental_solution(found), note=note)
+
+
+def feasible_least_squares(evidence: RegressionData) -> Estimate:
+    """Feasible least squares (44)."""
+    return feasible(evidence.problem())
+
+
+def feasible_wls(evidence: RegressionData) -> Estimate:
+    """Feasible least squares with rows in units of their noise."""
+    return feasible(evidence.problem(noise_weights(evidence)))
+
+
+def feasible_cad(evidence: RegressionData) -> Estimate:
+    """Feasible least squares with a squared distance to CAD, weighted by cross-validation."""
+    return _best_prior(evidence, _cad_path)
+
+
+def feasible_entropic(evidence: RegressionData) -> Estimate:
+    """Feasible least squares with an entropic distance to CAD, weighted by cross-validation."""
+    return _best_prior(evidence, entropic_path)
+
+
+def _cad_path(problem: Problem) -> list[Estimate]:
+    return [feasible(problem, weight) for weight in _CAD_WEIGHTS]
+
+
+def _best_prior(evidence: RegressionData, path: Callable[[Problem], list[Estimate]]) -> Estimate:
+    """The estimate of that weight whose fits predict left-out stretches best."""
+    errors = []
+    for fold in range(FOLDS):
+        out = held_out(fold)
+        test = evidence.only(out)
+        estimates = path(evidence.only(~out).problem())
+        errors.append([_squared_error(test, e.beta) for e in estimates])
+    final = path(evidence.problem())
+    common = min(len(final), *map(len, errors))
+    return final[int(np.argmin(np.sum([e[:common] for e in errors], axis=0)))]
+
+
+def _squared_error(evidence: RegressionData, beta: Array) -> float:
+    return float(sums(evidence.triangles, evidence.counts, beta).residual.sum())
+
+
+ESTIMATORS: dict[str, Estimator] = {
+    "cad": cad,
+    "ols": ols,
+    "wls": wls,
+    "irls": irls,
+    "iv": instrumental_variables,
+    "feasible": feasible_least_squares,
+    "feasible_wls": feasible_wls,
+    "feasible_cad": feasible_cad,
+    "feasible_entropic": feasible_entropic,
+}
+
+ALWAYS = ("cad", "ols", "wls", "feasible")
+"""Estimators that every run compares."""
+
+
+def wanted_estimators(evidence: RegressionData) -> list[str]:
+    """Names of the estimators to run, in the order of `ESTIMATORS`; cad only where there is one."""
+    settings = evidence.arm.settings
+    wanted = {*ALWAYS, *settings.estimators, settings.estimator}
+    if not evidence.prior.any():
+        wanted.remove("cad")
+    return [name for name in ESTIMATORS if name in wanted]

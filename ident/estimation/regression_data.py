@@ -1,0 +1,203 @@
+"""All recordings of one identification, reduced, with the base parameters that they share."""
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.dynamics.base_parameters import BaseMap, Posture, base_map
+from ident.estimation.bounds import bounds
+from ident.estimation.feasible_set import Constraint, LinkSize, feasible_set, link_sizes
+from ident.estimation.instrumental_variables import Moments, moments
+from ident.estimation.problem import Problem, prior_parameters
+from ident.model.arm import Arm
+from ident.recordings.dataset import Dataset
+from ident.regression.filters import Processing, processing
+from ident.regression.processes import in_processes
+from ident.regression.reduction import (
+    BLOCKS,
+    Reduction,
+    least_squares,
+    merged,
+    reduction,
+    squared_error,
+)
+from ident.regression.rows import Regressor, Rows, rows_of
+from wamctl.arm.errors import DataError
+
+Array = NDArray[np.floating]
+Hear = Callable[[float], None]
+
+FOLDS = 3
+"""Every third pair of stretches is held out in turn."""
+
+_WORTH_PROCESSES = 200_000
+"""With fewer samples in all, starting processes takes longer than they save."""
+
+
+@dataclass(frozen=True)
+class Log:
+    """One recording on its way into the fit.
+
+    Attributes:
+        data: its samples.
+        process: its filters.
+        reduction: its rows, reduced.
+        moments: products with instruments, where these are wanted.
+    """
+
+    data: Dataset
+    process: Processing
+    reduction: Reduction
+    moments: Moments | None = None
+
+    def only(self, stretches: NDArray[np.bool_]) -> "Log":
+        """The same recording, with only some of its stretches, shape (BLOCKS,)."""
+        moments = self.moments and self.moments.only(stretches)
+        return replace(self, reduction=self.reduction.only(stretches), moments=moments)
+
+
+@dataclass(frozen=True)
+class RegressionData:
+    """What the estimators know.
+
+    Attributes:
+        arm: the robot and its settings.
+        base: the base parameters.
+        logs: the recordings.
+        prior: delta of the CAD model, shape (p,).
+        sizes: each link's size.
+        constraints: the set D.
+    """
+
+    arm: Arm
+    base: BaseMap
+    logs: tuple[Log, ...]
+    prior: Array
+    sizes: dict[int, LinkSize]
+    constraints: list[Constraint]
+
+    @cached_property
+    def triangles(self) -> Array:
+        """Of all logs, stretches, and joints, shape (logs, BLOCKS, n, b + 1, b + 1)."""
+        return np.stack([log.reduction.R for log in self.logs])
+
+    @cached_property
+    def by_joint(self) -> Array:
+        """Of all logs and joints, shape (logs, n, b + 1, b + 1)."""
+        stretches = np.swapaxes(self.triangles, 1, 2)
+        return np.array([[merged(joint) for joint in log] for log in stretches])
+
+    @cached_property
+    def counts(self) -> NDArray[np.int64]:
+        """Number of rows in each, shape (logs, BLOCKS, n)."""
+        return np.stack([log.reduction.count for log in self.logs])
+
+    @property
+    def moving(self) -> NDArray[np.bool_]:
+        """Joints that move in any recording, shape (n,)."""
+        return np.any([log.data.moving for log in self.logs], axis=0)
+
+    def problem(self, weights: Array | None = None) -> Problem:
+        """The regression of all rows, perhaps weighted.
+
+        Args:
+            weights: of each log's and joint's rows, shape (logs, n); None: all alike, as in (15).
+        """
+        triangles = self.by_joint if weights is None else self.by_joint * weights[..., None, None]
+        rows = int(self.counts.sum())
+        return Problem(self.base, merged(triangles), rows, self.prior, self.sizes, self.constraints)
+
+    def only(self, stretches: NDArray[np.bool_]) -> "RegressionData":
+        """The same recordings, with only some of their stretches.
+
+        Args:
+            stretches: which to keep, shape (BLOCKS,).
+        """
+        return replace(self, logs=tuple(log.only(stretches) for log in self.logs))
+
+
+def held_out(fold: int) -> NDArray[np.bool_]:
+    """The stretches that a fold holds out, shape (BLOCKS,): every third pair of neighbours."""
+    return (np.arange(BLOCKS) // 2) % FOLDS == fold
+
+
+def _deaf(share: float) -> None:
+    """Hears nothing."""
+
+
+def gather(data: Sequence[Dataset], arm: Arm, hear: Hear = _deaf) -> RegressionData:
+    """Recordings filtered, turned into rows, and reduced.
+
+    Args:
+        data: the recordings, joints in the robot's order.
+        arm: the robot and its settings.
+        hear: called with the share that is done, again and again.
+
+    Raises:
+        DataError: recordings from which nothing can be learned.
+    """
+    base = base_map(arm.robot, arm.terms, [posture(d) for d in data])
+    if not base.kept:
+        raise DataError(f"{data[0].name}: no parameter of the model has an effect on this motion.")
+    logs = _logs(data, arm, base, hear)
+    prior = prior_parameters(arm.robot, base)
+    sizes = link_sizes(prior, base.parameters)
+    constraints = feasible_set(base.parameters, sizes, arm.settings.feasible_set)
+    constraints += bounds(arm.settings, base.parameters, prior)
+    return RegressionData(arm, base, logs, prior, sizes, constraints)
+
+
+def posture(data: Dataset) -> Posture:
+    """Where the held joints of a recording are; a moving one may be anywhere.
+
+    What columns depend on each other does not change with the range that a joint moves in.
+    """
+    return Posture(data.place, np.where(data.moving, np.pi, 0.0))
+
+
+def _logs(data: Sequence[Dataset], arm: Arm, base: BaseMap, hear: Hear) -> tuple[Log, ...]:
+    """All recordings reduced, in several processes where that pays."""
+    workers = min(len(data), os.cpu_count() or 1)
+    if workers == 1 or sum(d.samples for d in data) < _WORTH_PROCESSES:
+        return tuple(
+            _log(d, arm, base, lambda share, i=i: hear((i + share) / len(data)))
+            for i, d in enumerate(data)
+        )
+    logs = []
+    for log in in_processes(partial(_log, arm=arm, base=base, hear=_deaf), data, workers):
+        logs.append(log)
+        hear(len(logs) / len(data))
+    return tuple(logs)
+
+
+def _log(data: Dataset, arm: Arm, base: BaseMap, hear: Hear) -> Log:
+    process = processing(arm, data)
+    regressor = Regressor(arm.robot, arm.terms, base, data.moving)
+    stream = _heard(rows_of(data, process, regressor), data.span_s, hear)
+    reduced = reduction(stream, data.span_s, process.threshold_rad_s, data.moving)
+    products = moments(data, process, regressor) if "iv" in arm.settings.estimators else None
+    return Log(data, process, reduced, products)
+
+
+def _heard(stream: Iterator[Rows], span_s: tuple[float, float], hear: Hear) -> Iterator[Rows]:
+    for rows in stream:
+        yield rows
+        hear((float(rows.t[-1]) - span_s[0]) / (span_s[1] - span_s[0]))
+
+
+def noise(evidence: RegressionData, beta: Array) -> Array:
+    """Residual rms per log and joint [N m], shape (logs, n); NaN for held joints."""
+    errors = squared_error(evidence.triangles, beta).sum(axis=1)
+    counts = evidence.counts.sum(axis=1)
+    return np.sqrt(np.divide(errors, counts, out=np.full(errors.shape, np.nan), where=counts > 0))
+
+
+def noise_weights(evidence: RegressionData) -> Array:
+    """Weights 1 / sigma of each log's and joint's rows, from the OLS residual, shape (logs, n)."""
+    sigma = noise(evidence, least_squares(evidence.problem().R))
+    floor = 1e-6 * np.nanmax(sigma)
+    return np.nan_to_num(1 / np.maximum(sigma, floor), nan=0.0)

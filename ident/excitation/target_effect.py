@@ -1,0 +1,162 @@
+"""Designs for what a gap needs: an effect or a gap file becomes a motion of the library."""
+
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from ident.excitation.arm_limits import faults_at, possible_pose, some_poses
+from ident.excitation.constraints import bounds_of
+from ident.excitation.design import Design, Place, about, accepted, problem_of
+from ident.excitation.effect_motions import MOTIONS, REPEATED, Frame, Sketch
+from ident.excitation.scale_into_limits import fit
+from ident.excitation.settings import DesignSettings
+from ident.excitation.trajectory_grid import grid, series_of
+from wamctl.arm.collision import collision_shapes
+from wamctl.arm.config import beside
+from wamctl.arm.errors import ConfigurationError, DataError
+from wamctl.arm.trajectory import read_trajectory
+
+Array = NDArray[np.floating]
+
+_SAMPLES = 1000
+_REPEATS_S = 300.0
+_TRIED = 60
+
+
+@dataclass(frozen=True)
+class Purpose:
+    """What a motion is to show.
+
+    Attributes:
+        effect: name of the effect.
+        joint: from 1; None leaves the choice to the library.
+    """
+
+    effect: str
+    joint: int | None
+
+
+def purpose_of(text: str) -> Purpose:
+    """The purpose of `EFFECT`, `EFFECT:JOINT`, or of a gap file's first effect with an experiment.
+
+    Raises:
+        ConfigurationError: unknown effect, or no joint's number.
+        DataError: a gap file that asks for no experiment, or is none.
+    """
+    if text.endswith(".json"):
+        return _purpose_of_gap(Path(text))
+    effect, colon, number = text.partition(":")
+    if effect not in MOTIONS and effect not in REPEATED:
+        valid = ", ".join(sorted({*MOTIONS, *REPEATED}))
+        raise ConfigurationError("--for", [f"no effect {effect!r}; valid are {valid}"])
+    if colon and not number.isdecimal():
+        raise ConfigurationError("--for", [f"{number!r} is not the number of a joint"])
+    return Purpose(effect, int(number) if colon else None)
+
+
+def _purpose_of_gap(path: Path) -> Purpose:
+    try:
+        effects = json.loads(path.read_text(encoding="utf-8"))["effects"]
+        wanted = [e for e in effects if e["separating_experiment"]]
+        found = [Purpose(e["name"], int(e["joints"][0]) if e["joints"] else None) for e in wanted]
+    except (OSError, ValueError, LookupError, TypeError) as error:
+        raise DataError(f"{path} is not a gap.json that can be read ({error!r}).") from error
+    if not found:
+        raise DataError(f"{path} asks for no separating experiment: nothing in it is ambiguous.")
+    return purpose_of(f"{found[0].effect}:{found[0].joint}" if found[0].joint else found[0].effect)
+
+
+def design_motion(place: Place, purpose: Purpose) -> Design:
+    """The motion of the library, as large as the limits let it be.
+
+    Raises:
+        ConfigurationError: a joint that the arm does not have, or impossible limits.
+    """
+    found = _motion(place, purpose)
+    shown = purpose.effect if purpose.joint is None else f"{purpose.effect}:{purpose.joint}"
+    promise = {"shows": shown} | found.trajectory.promise
+    return replace(found, trajectory=replace(found.trajectory, promise=promise))
+
+
+def _motion(place: Place, purpose: Purpose) -> Design:
+    n = place.robot.dof
+    if purpose.joint is not None and not 1 <= purpose.joint <= n:
+        raise ConfigurationError("--for", [f"no joint {purpose.joint}; the arm has 1 to {n}"])
+    if purpose.effect in REPEATED:
+        return _repeated(place)
+    frame = _frame(place, purpose.joint or 1)
+    sketch = MOTIONS[purpose.effect](frame)
+    return _drawn(place, sketch, frame.pose)
+
+
+def _drawn(place: Place, sketch: Sketch, pose: Array) -> Design:
+    problem = problem_of(place, DesignSettings())
+    fundamental = 2 * np.pi / sketch.period_s
+    harmonics = len(sketch.coefficients) // 2
+    dense = replace(problem, grid=grid(fundamental, harmonics, _SAMPLES))
+    fitted = fit(dense, sketch.coefficients)
+    if fitted is None:
+        fitted = fit(dense, about(dense, sketch.coefficients, pose))
+    if fitted is None:
+        raise ConfigurationError(place.source, ["no motion about the middle pose is possible"])
+    series = series_of(fitted, place.robot.joint_names, fundamental)
+    return accepted(place, problem.columns, series, sketch.periods)
+
+
+def _repeated(place: Place) -> Design:
+    """The arm's own excitation, for long enough to warm it up; what the arm may run is kept."""
+    excitation = place.arm.excitation
+    if excitation.trajectory is None:
+        raise ConfigurationError(
+            place.source,
+            ["excitation.trajectory: name the motion to repeat; design one first, without --for"],
+        )
+    series = read_trajectory(beside(Path(place.source), excitation.trajectory)).series
+    problem = problem_of(place, DesignSettings())
+    unchanged = replace(place, limits=place.arm.limits)
+    return accepted(unchanged, problem.columns, series, round(_REPEATS_S / series.period_s))
+
+
+def _frame(place: Place, joint: int) -> Frame:
+    pose = possible_pose(place.arm, place.robot, place.limits, place.source)
+    return Frame(
+        bounds_of(place.limits),
+        pose,
+        _reaching_out(place, pose),
+        joint - 1,
+        _partner(place, joint - 1),
+    )
+
+
+def _partner(place: Place, joint: int) -> int:
+    """The joint with which a joint shares a motor, or its neighbour."""
+    matrix = np.array(place.arm.transmission.motor_from_joint)
+    shared = np.abs(matrix[matrix[:, joint] != 0]).sum(axis=0)
+    shared[joint] = 0.0
+    neighbour = joint + 1 if joint + 1 < place.robot.dof else joint - 1
+    return int(shared.argmax()) if shared.any() else neighbour
+
+
+def _reaching_out(place: Place, pose: Array) -> Array:
+    """Of some allowed poses, the one with the most first moment about the first joint's axis."""
+    shapes = collision_shapes(place.robot)
+    candidates = [
+        p
+        for p in some_poses(place.limits)[:_TRIED]
+        if not faults_at(place.arm, place.robot, place.limits, shapes, p)
+    ]
+    return max([pose, *candidates], key=lambda p: _sideways_torque(place, p))
+
+
+def _sideways_torque(place: Place, pose: Array) -> float:
+    """Torque that gravity would put on the first joint if the base lay on its side [N m]."""
+    model = pin.Model(place.robot.model)
+    torques = []
+    for direction in np.eye(3):
+        model.gravity.linear = 9.81 * direction
+        torques.append(pin.computeGeneralizedGravity(model, model.createData(), pose)[0])
+    return float(np.linalg.norm(torques))

@@ -1,0 +1,1 @@
+"""The recordings of a search: segments, windows, noise regions, checks."""

@@ -1,0 +1,177 @@
+"""The recordings of one arm, and what is known of the loop that made them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.dynamics.base_parameters import base_map
+from ident.dynamics.compiled_chain import chain_of
+from ident.dynamics.parameters import Terms
+from ident.effects.observation import ArmFacts
+from ident.estimation.regression_data import posture
+from ident.model.arm import Arm
+from ident.model.attachments import attached_config
+from ident.model.identified_model import Model
+from ident.model.model_file import load_model
+from ident.recordings.dataset import Dataset, TorqueSource, dataset
+from ident.recordings.loading import Reading, arm_of, joints_to_read
+from ident.simulation.configuration import controller_for, wire_for
+from ident.simulation.loop import Controller, Wire
+from wamctl.arm.config import ArmFile, RobotFile, load_robot_file
+from wamctl.arm.errors import DataError
+from wamctl.arm.recording import Recording, read_recording
+from wamctl.arm.robot import cad_parameters
+
+Array = NDArray[np.floating]
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """Recordings with their arm.
+
+    Attributes:
+        arm: robot and settings.
+        file: the arm's configuration, where one is known.
+        recordings: as read.
+        datasets: the same, uniform, joints in the robot's order.
+        trusted: a model that was known before; None: the links are fitted to the recordings.
+    """
+
+    arm: Arm
+    file: RobotFile | ArmFile | None
+    recordings: tuple[Recording, ...]
+    datasets: tuple[Dataset, ...]
+    trusted: Model | None = None
+
+    @property
+    def moving(self) -> NDArray[np.bool_]:
+        """Joints that move in any recording, shape (n,)."""
+        return np.any([d.moving for d in self.datasets], axis=0)
+
+    @property
+    def motor_from_joint(self) -> Array | None:
+        """Motor angles from joint angles, shape (n, n), or None where nobody says."""
+        if self.file is None or self.file.transmission is None:
+            return None
+        return np.array(self.file.transmission.motor_from_joint)
+
+
+def read_experiment(
+    paths: Sequence[Path], robot: Path | None = None, reading: Reading | None = None
+) -> Experiment:
+    """The recordings of some logs.
+
+    Args:
+        paths: the logs.
+        robot: file that describes the arm; None: what travels inside the logs.
+        reading: topics and torque to read.
+
+    Raises:
+        DataError: a log that cannot be used, or logs of different arms.
+        ConfigurationError: a robot file that cannot be used.
+    """
+    chosen = reading or Reading()
+    topics = chosen.joint_states, chosen.joint_commands
+    recordings = tuple(read_recording(p, *topics, joints_to_read(p, robot, chosen)) for p in paths)
+    return experiment(recordings, [str(p) for p in paths], robot, chosen.torque)
+
+
+def experiment(
+    recordings: Sequence[Recording],
+    names: Sequence[str],
+    robot: Path | None = None,
+    torque: TorqueSource | None = None,
+) -> Experiment:
+    """Recordings of one arm, joined with it."""
+    arm = arm_of(recordings, [Path(n) for n in names], robot)
+    data = tuple(
+        dataset(r, arm.robot.joint_names, name, torque, arm.robot.sliding.tolist())
+        for r, name in zip(recordings, names, strict=True)
+    )
+    return Experiment(arm, file_of(recordings[0], names[0], robot), tuple(recordings), data)
+
+
+def file_of(recording: Recording, name: str, robot: Path | None) -> RobotFile | ArmFile | None:
+    """The arm's configuration: as given, or as it travels inside a log; None where neither is.
+
+    Raises:
+        ConfigurationError: it is invalid.
+    """
+    if robot is not None and robot.suffix in (".yaml", ".yml"):
+        return load_robot_file(robot)
+    return attached_config(recording, name)
+
+
+def base_columns(source: Experiment) -> NDArray[np.int64]:
+    """Places of the base inertial parameters among the links' parameters, shape (b,).
+
+    None are left to fit where a model is trusted.
+    """
+    if source.trusted is not None:
+        return np.zeros(0, dtype=np.int64)
+    terms = Terms(
+        viscous=False,
+        coulomb=False,
+        offset=False,
+        rotor_inertia=False,
+        drive_matrix=np.eye(source.arm.robot.dof),
+        motor_friction=False,
+    )
+    return np.array(base_map(source.arm.robot, terms, [posture(d) for d in source.datasets]).kept)
+
+
+def facts_of(source: Experiment) -> ArmFacts:
+    """What the effects may know, with the trusted parameters, or those of the CAD."""
+    trusted = source.trusted
+    segments = [s for d in source.datasets for s in d.segments]
+    return ArmFacts(
+        chain_of(source.arm.robot),
+        cad_parameters(source.arm.robot) if trusted is None else trusted.inertial,
+        source.motor_from_joint,
+        source.moving,
+        np.nan_to_num(np.concatenate([s.q for s in segments]).mean(axis=0)),
+        np.max([np.abs(s.tau).max(axis=0) for s in segments], axis=0),
+        max(d.samples / d.rate_hz for d in source.datasets),
+        trusted is not None,
+        all(d.torque == "commanded" for d in source.datasets),
+    )
+
+
+def trusting(source: Experiment, path: Path) -> Experiment:
+    """The same with a model that was known before.
+
+    Raises:
+        DataError: a model of another arm, or one that holds effects already.
+        ConfigurationError: a file that cannot be read.
+    """
+    model = load_model(path)
+    joints = source.arm.robot.joint_names
+    if model.robot.joint_names != joints:
+        raise DataError(
+            f"{path} is a model of the joints {', '.join(model.robot.joint_names)}, but the"
+            f" recordings have {', '.join(joints)}."
+        )
+    if model.effects:
+        names = ", ".join(str(e.get("name")) for e in model.effects)
+        raise DataError(
+            f"{path} holds effects already ({names}); changes are told against a model of"
+            " ident run: give that one with --model."
+        )
+    return replace(source, trusted=model)
+
+
+def controller_of(source: Experiment) -> Controller | None:
+    """The controller of the recordings, with the CAD model, where the configuration names it."""
+    if not isinstance(source.file, ArmFile):
+        return None
+    return controller_for(source.file, source.arm.robot)
+
+
+def wire_of(source: Experiment) -> Wire | None:
+    """Encoders and drives of the recordings, where the configuration names them."""
+    if not isinstance(source.file, ArmFile):
+        return None
+    return wire_for(source.file)

@@ -1,0 +1,78 @@
+"""Averages of the equation of motion over short overlapping windows.
+
+A row of the gap's regression is the mean of (2) over a Hann window: torque and every column alike,
+so that nothing is gained or lost by the filter, and a row depends on nothing outside its window.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.floating]
+
+
+@dataclass(frozen=True)
+class Windows:
+    """Hann windows that overlap by half.
+
+    Attributes:
+        hop: samples from window to window; each is two hops long.
+        rate_hz: of the samples.
+    """
+
+    hop: int
+    rate_hz: float
+
+    @property
+    def cutoff_hz(self) -> float:
+        """The mean's gain is one half here (-6 dB)."""
+        return self.rate_hz / (2 * self.hop)
+
+    def coarser(self, factor: int) -> "Windows":
+        """The same windows over every so-manieth sample; `factor` must divide the hop."""
+        return Windows(self.hop // factor, self.rate_hz / factor)
+
+    def mean(self, samples: Array) -> Array:
+        """Weighted means, shape (R, ...), of samples of shape (S, ...)."""
+        blocks = self._blocks(samples)
+        rising, falling = self._halves()
+        ahead = np.einsum("rh...,h->r...", blocks[:-1], rising)
+        return ahead + np.einsum("rh...,h->r...", blocks[1:], falling)
+
+    def least(self, samples: Array) -> Array:
+        """Smallest sample of each window, shape (R, ...)."""
+        lowest = self._blocks(samples).min(axis=1)
+        return np.minimum(lowest[:-1], lowest[1:])
+
+    def centres(self, t: Array) -> Array:
+        """Times of the windows' centres, shape (R,)."""
+        count = len(t) // self.hop
+        return t[self.hop * np.arange(1, count)]
+
+    def _blocks(self, samples: Array) -> Array:
+        count = len(samples) // self.hop
+        return samples[: count * self.hop].reshape(count, self.hop, *samples.shape[1:])
+
+    def _halves(self) -> tuple[Array, Array]:
+        u = (np.arange(2 * self.hop) + 0.5) / (2 * self.hop)
+        hann = np.sin(np.pi * u) ** 2
+        hann /= hann.sum()
+        return hann[: self.hop], hann[self.hop :]
+
+
+def windows_for(rate_hz: float, cutoff_hz: float) -> Windows:
+    """Windows whose mean has about this cut-off; at least two samples to a hop."""
+    return Windows(max(2, round(rate_hz / (2 * cutoff_hz))), rate_hz)
+
+
+_BODY_RATE_HZ = 100.0
+
+
+def body_step(windows: Windows) -> int:
+    """Every so-manieth sample suffices for what varies as slowly as the links move.
+
+    The step is odd, so that the middle one of so many samples stands for all of them.
+    """
+    most = max(1, int(windows.rate_hz / _BODY_RATE_HZ))
+    return next(k for k in range(most, 0, -1) if windows.hop % k == 0 and k % 2 == 1)

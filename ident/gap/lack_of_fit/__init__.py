@@ -1,0 +1,1 @@
+"""Lack of fit: structure that remains, and the noise that repeats of a motion show."""

@@ -1,0 +1,1 @@
+"""Weighted regression of the current model, and the score of each candidate beside it."""

@@ -1,0 +1,1 @@
+"""The results of a search: verdict, estimates, errors, the model with its effects."""

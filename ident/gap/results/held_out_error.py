@@ -1,0 +1,198 @@
+"""Before and after: the model's error on held-out data, beside the noise floor."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.gap.data.noise_regions import Region
+from ident.gap.lack_of_fit.repeatability import noise_floor
+from ident.gap.regression.current_model import HELD_OUT
+from ident.gap.regression.design_matrix import Table, build_design_matrix
+from ident.gap.regression.residuals import Residual, residuals
+from ident.gap.results.outcome import Search
+
+Array = NDArray[np.floating]
+
+_NEGLIGIBLE = 0.02  # of the gap: smaller shares are not told
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors on some rows, those left out in which the joint turns round.
+
+    There dry friction is whatever holds the joint, which no motion tells; what an effect brings
+    there shows in `closed` and in the forward simulation.
+
+    Attributes:
+        relative_percent: size of the residual beside the torque's.
+        rms: per joint [N m], shape (n,); not-a-number for held joints.
+    """
+
+    relative_percent: float
+    rms: Array
+
+
+@dataclass(frozen=True)
+class BeforeAfter:
+    """The same rows with the nominal model and with the effects.
+
+    Attributes:
+        table: with the effects' columns.
+        before, after: residuals of all rows, from fits on the searched folds.
+        floor: noise per joint and region [N m], shape (n, regions), or None.
+    """
+
+    table: Table
+    before: list[Residual]
+    after: list[Residual]
+    floor: Array | None
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Errors on the fold that no fit has seen.
+
+    Attributes:
+        before, after: of the nominal model, and with the effects.
+        noise_floor: None where no motion is repeated.
+        closed: part of the gap above the floor that the effects close at their joints.
+    """
+
+    before: Errors
+    after: Errors
+    noise_floor: Errors | None
+    closed: float
+
+
+@dataclass(frozen=True)
+class Share:
+    """A part of the gap.
+
+    Attributes:
+        joint: from 0.
+        region: in words.
+        share: of the whole squared gap, in units of the fit's noise.
+    """
+
+    joint: int
+    region: str
+    share: float
+
+
+def sides(found: Search, before: Array, after: Array) -> BeforeAfter:
+    """Residuals of both models on all rows.
+
+    Args:
+        found: the search.
+        before: unknowns of the possible nominal model, fitted on the searched folds.
+        after: the same with the effects.
+    """
+    rows = found.rows
+    start = build_design_matrix(rows, found.start.model, ())
+    end = build_design_matrix(rows, found.end.model, found.end.accepted)
+    left = residuals(end, replace(found.end.fit, x=after))
+    return BeforeAfter(
+        end,
+        residuals(start, replace(found.start.fit, x=before)),
+        left,
+        noise_floor(found.source, rows, end, left),
+    )
+
+
+def held_out(found: Search, both: BeforeAfter) -> HeldOut:
+    """Errors on the held-out fold."""
+    table = both.table
+    kept = table.fold == HELD_OUT
+    before, after = (_errors(table, side, kept) for side in (both.before, both.after))
+    floor = None if both.floor is None else _floor(both, kept)
+    seats = sorted({j for f in found.verdict.found for j in f.seat})
+    seats = sorted({*seats, *(j for b in found.verdict.transients for j in b.joints)})
+    return HeldOut(before, after, floor, _closed(found, both, kept, seats))
+
+
+def _errors(table: Table, side: Sequence[Residual], kept: NDArray[np.bool_]) -> Errors:
+    squares = torque = 0.0
+    rms = np.full(len(side), np.nan)
+    for j, r in enumerate(side):
+        if len(r.values):
+            moving = kept & (r.region != Region.REVERSAL)
+            values = r.values[moving]
+            rms[j] = np.sqrt(np.mean(values**2)) if len(values) else np.nan
+            squares += float(values @ values)
+            torque += float((table.columns[j][moving, -1] ** 2).sum())
+    return Errors(100 * float(np.sqrt(squares / max(torque, 1e-300))), rms)
+
+
+def _floor(both: BeforeAfter, kept: NDArray[np.bool_]) -> Errors:
+    """The noise of each row's region, as if it were the residual."""
+    table = both.table
+    quiet = [
+        replace(r, values=_noise(both, j)[r.region]) if len(r.values) else r
+        for j, r in enumerate(both.after)
+    ]
+    return _errors(table, quiet, kept)
+
+
+def _noise(both: BeforeAfter, joint: int) -> Array:
+    """Noise of a joint by region; where no repeat says it, as much as in the other regions."""
+    if both.floor is None:
+        return np.zeros(len(Region))
+    noise = both.floor[joint]
+    known = np.isfinite(noise)
+    return np.where(known, noise, noise[known].min() if known.any() else 0.0)
+
+
+def _closed(
+    found: Search, both: BeforeAfter, kept: NDArray[np.bool_], seats: Sequence[int]
+) -> float:
+    """Part of the squared gap, in units of the fit's noise, at the joints of the effects."""
+    gap = rest = 0.0
+    for j in seats:
+        old, new = both.before[j], both.after[j]
+        if len(new.values) == 0:
+            continue
+        weight = 1 / found.end.fit.sigma[j][new.region[kept]] ** 2
+        noise = _noise(both, j)[new.region[kept]] ** 2
+        gap += max(float(weight @ (old.values[kept] ** 2 - noise)), 0.0)
+        rest += max(float(weight @ (new.values[kept] ** 2 - noise)), 0.0)
+    return float(np.clip(1 - rest / gap, 0.0, 1.0)) if gap > 0.0 else 0.0
+
+
+def where(found: Search, both: BeforeAfter) -> list[Share]:
+    """Joints and regions of the gap, in units of the fit's noise there, the largest first.
+
+    With effects found it is what they remove; else what is left above the noise.
+    """
+    named = bool(found.verdict.found or found.verdict.transients)
+    sizes: list[tuple[int, Region, float]] = []
+    if not named and not found.verdict.unexplained_structures:
+        return []
+    unexplained_structures = {n.leftover.joint for n in found.verdict.unexplained_structures}
+    for j, (old, new) in enumerate(zip(both.before, both.after, strict=True)):
+        if len(new.values) == 0 or (not named and j not in unexplained_structures):
+            continue
+        noise = _noise(both, j) ** 2
+        for region in Region:
+            here = new.region == region
+            reference = new.values[here] ** 2 if named else noise[region]
+            size = float((old.values[here] ** 2 - reference).sum())
+            loudness = size / found.end.fit.sigma[j, region] ** 2
+            sizes.append((j, region, max(loudness, 0.0)))
+    total = sum(size for _, _, size in sizes)
+    shares = [
+        Share(j, _words(found, j, region), size / total)
+        for j, region, size in sizes
+        if total > 0.0 and size > _NEGLIGIBLE * total
+    ]
+    return sorted(shares, key=lambda s: -s.share)
+
+
+def _words(found: Search, joint: int, region: Region) -> str:
+    slow = found.end.model.slow[joint]
+    return {
+        Region.REVERSAL: f"|qd| < {slow:.2g} rad/s",
+        Region.SLIDING: f"|qd| > {slow:.2g} rad/s",
+        Region.MOTOR_REVERSAL: f"|qd| > {slow:.2g} rad/s, while a shared motor turns round",
+    }[region]

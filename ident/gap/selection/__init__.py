@@ -1,0 +1,1 @@
+"""Forward selection: candidates, acceptance, rivals, null distribution."""

@@ -1,0 +1,1 @@
+"""Transients: short intervals with excess residual power."""

@@ -1,0 +1,1 @@
+"""One identification run, and how good it is."""

@@ -1,0 +1,153 @@
+"""From recordings to an identified arm: section V of the paper, in its order."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.estimation.feasible_sdp import nearest_to_cad
+from ident.estimation.least_squares import ESTIMATORS, wanted_estimators
+from ident.estimation.problem import Estimate, with_beta
+from ident.estimation.regression_data import RegressionData, gather
+from ident.identification.cross_validation import HeldOut, check_held_out
+from ident.identification.identifiability import Identifiability, identifiability
+from ident.identification.prediction_error import Assessment, assess
+from ident.identification.standard_errors import standard_errors
+from ident.identification.term_selection import Trial, with_needed_terms
+from ident.identification.torque_delay import Delay, delay
+from ident.identification.velocity_threshold import Sweep, sweep
+from ident.model.arm import Arm
+from ident.model.identified_model import BaseParameter, Filter, Model
+from ident.recordings.dataset import Dataset
+from ident.regression.progress import Tell, silent
+from ident.regression.reduction import condition_number
+
+Array = NDArray[np.floating]
+
+
+@dataclass(frozen=True)
+class Identification:
+    """All that a run found.
+
+    Attributes:
+        evidence: the reduced recordings.
+        estimates: by estimator.
+        assessments: by estimator.
+        held_out: by estimator.
+        sd: standard error of each OLS base parameter, shape (b,).
+        condition_number: of W.
+        sweep: what velocity culling does.
+        delays: of each recording.
+        limits: what could not be identified.
+        trials: terms that were tried, where the settings ask for it.
+        seconds: time spent by step [s].
+    """
+
+    evidence: RegressionData
+    estimates: dict[str, Estimate]
+    assessments: dict[str, Assessment]
+    held_out: dict[str, HeldOut]
+    sd: Array
+    condition_number: float
+    sweep: Sweep
+    delays: tuple[Delay, ...]
+    limits: Identifiability
+    trials: tuple[Trial, ...]
+    seconds: dict[str, float]
+
+    @property
+    def chosen(self) -> str:
+        """The estimator whose parameters become the model."""
+        return self.evidence.arm.settings.estimator
+
+
+def identify(data: Sequence[Dataset], arm: Arm, tell: Tell = silent) -> Identification:
+    """Identify an arm.
+
+    Args:
+        data: the recordings, joints in the robot's order.
+        arm: the robot and its settings.
+        tell: hears what is being done.
+
+    Raises:
+        DataError: recordings from which nothing can be learned.
+    """
+    start = time.perf_counter()
+    arm, trials = with_needed_terms(data, arm, tell)
+    reducing = partial(tell, f"filtering and reducing {sum(d.samples for d in data)} samples")
+    reducing()
+    evidence = gather(data, arm, reducing)
+    culling = sweep([log.reduction.excerpt for log in evidence.logs])
+    if arm.settings.velocity_threshold_rad_s == "auto":
+        culled = arm.with_settings(velocity_threshold_rad_s=culling.choice)
+        evidence = gather(data, culled, partial(tell, "leaving out slow samples"))
+    tell("fitting, and predicting what was not fitted")
+    formed = time.perf_counter()
+    regressor = sum(log.reduction.regressor_s for log in evidence.logs)
+    names = wanted_estimators(evidence)
+    estimates = {name: ESTIMATORS[name](evidence) for name in names}
+    chosen = arm.settings.estimator
+    estimates[chosen] = nearest_to_cad(evidence.problem(), estimates[chosen])
+    problem, sd = evidence.problem(), standard_errors(evidence)
+    return Identification(
+        evidence=evidence,
+        estimates=estimates,
+        assessments={name: assess(evidence, estimate) for name, estimate in estimates.items()},
+        held_out=check_held_out(evidence, names),
+        sd=sd,
+        condition_number=condition_number(problem.R),
+        sweep=culling,
+        delays=tuple(delay(log) for log in evidence.logs),
+        limits=identifiability(evidence.base, problem.R, estimates["ols"].beta, sd),
+        trials=trials,
+        seconds={
+            "filter": formed - start - regressor,
+            "regressor": regressor,
+            "solve": time.perf_counter() - formed,
+        },
+    )
+
+
+def model_of(found: Identification) -> Model:
+    """The model that `model.yaml` keeps."""
+    evidence, name = found.evidence, found.chosen
+    chosen = found.estimates[name]
+    process = evidence.logs[0].process
+    delta = chosen.delta
+    if delta is None:
+        delta = with_beta(evidence.base, evidence.prior, chosen.beta)
+    return Model(
+        arm=evidence.arm.name,
+        estimator=name,
+        robot=evidence.arm.robot,
+        terms=evidence.arm.terms,
+        delta=delta,
+        moving=evidence.moving,
+        base_parameters=_table(found),
+        filter=Filter(
+            cutoff_hz=process.cutoff_hz,
+            order=process.motion.order,
+            differentiation_cutoff_hz=process.motion.cutoff_hz,
+            sign_cutoff_hz=process.sign.cutoff_hz,
+            parallel=process.columns is not None,
+            velocity_threshold_rad_s=process.threshold_rad_s,
+        ),
+        noise=found.assessments[name].filtered.rms_by_joint,
+        logs=tuple(log.data.name for log in evidence.logs),
+    )
+
+
+def _table(found: Identification) -> tuple[BaseParameter, ...]:
+    base = found.evidence.base
+    rows = []
+    for i, (name, unit) in enumerate(zip(base.names, base.units, strict=True)):
+        values = {
+            estimator: float(estimate.beta[i])
+            for estimator, estimate in found.estimates.items()
+            if estimator != "cad" or base.kept_parameters[i].kind == "inertial"
+        }
+        rows.append(BaseParameter(name, unit, values, float(found.sd[i])))
+    return tuple(rows)

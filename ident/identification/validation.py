@@ -1,0 +1,105 @@
+"""How well a model predicts recordings that it was not fitted on."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.effects.compensation import without_effects
+from ident.estimation.regression_data import RegressionData, gather
+from ident.identification.cross_validation import spread
+from ident.model.arm import TERM_NAMES, Arm
+from ident.model.identified_model import Model
+from ident.recordings.dataset import Dataset
+from ident.regression.squared_errors import Errors, Sums, sums
+from wamctl.arm.config import IdentificationSection
+from wamctl.arm.errors import DataError
+
+Array = NDArray[np.floating]
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """One recording against a model.
+
+    Attributes:
+        evidence: the recording, reduced.
+        betas: base parameters by estimator, each of shape (b,).
+        filtered: errors on filtered torque, by estimator.
+        raw: errors on torque as recorded, by estimator.
+        sd_percent: standard error of the relative error on filtered torque, by estimator [%].
+    """
+
+    evidence: RegressionData
+    betas: Mapping[str, Array]
+    filtered: dict[str, Errors]
+    raw: dict[str, Errors]
+    sd_percent: dict[str, float]
+
+
+def arm_of(model: Model) -> Arm:
+    """The arm as the model has it, with the filter of its fit."""
+    filter_ = model.filter
+    settings = IdentificationSection(
+        cutoff_hz=filter_.cutoff_hz,
+        filter_order=filter_.order,
+        filter_torque=filter_.parallel,
+        differentiation_cutoff_hz=filter_.differentiation_cutoff_hz,
+        sign_cutoff_hz=filter_.sign_cutoff_hz,
+        velocity_threshold_rad_s=filter_.velocity_threshold_rad_s,
+    )
+    terms = [name for name in TERM_NAMES if getattr(model.terms, name)]
+    arm = Arm(model.arm, model.robot, settings, model.terms, None, "model.yaml")
+    return arm.with_settings(terms=terms)
+
+
+def predict(model: Model, arm: Arm, data: Dataset) -> Prediction:
+    """The model's errors on one recording, with the effects that the model holds.
+
+    The torque of the chosen parameters can be predicted for any motion of the joints that moved in
+    the fit; that of the other estimators only where the recording moves the same ones.
+
+    Args:
+        model: what `ident run` found.
+        arm: the model's arm, perhaps with another filter.
+        data: the recording.
+
+    Raises:
+        DataError: the recording moves joints that the model has not seen moving.
+    """
+    unseen = data.moving & ~model.moving
+    if unseen.any():
+        names = ", ".join(np.array(model.robot.joint_names)[unseen])
+        raise DataError(
+            f"{data.name} moves {names}, held in the recordings that the model was fitted on:"
+            " it says nothing about them."
+        )
+    evidence = whole = gather([data], arm)
+    if model.effects:
+        bare = replace(model, effects=())
+        whole, evidence = (gather([without_effects(m, data)], arm) for m in (bare, model))
+    betas: Mapping[str, Array] = {model.estimator: evidence.base.K @ model.delta}
+    if evidence.base.names == tuple(b.name for b in model.base_parameters):
+        betas = _all_betas(model)
+    log, torque = evidence.logs[0].reduction, whole.logs[0].reduction
+    filtered = {n: _sums(log.R, log.count, beta, torque.R).errors() for n, beta in betas.items()}
+    rows = log.count.sum(axis=0)
+    raw = {n: _sums(log.R_raw, rows, beta, torque.R_raw).errors() for n, beta in betas.items()}
+    filled = np.flatnonzero(log.count.any(axis=1))
+    sd = {
+        n: spread([_sums(log.R[b], log.count[b], beta, torque.R[b]) for b in filled])
+        for n, beta in betas.items()
+    }
+    return Prediction(evidence, betas, filtered, raw, sd)
+
+
+def _sums(R: Array, count: NDArray[np.int64], beta: Array, whole: Array) -> Sums:
+    """Squared errors beside the squares of the whole torque, that of the effects included."""
+    return replace(sums(R, count, beta), torque=sums(whole, count, beta).torque)
+
+
+def _all_betas(model: Model) -> Mapping[str, Array]:
+    """Base parameters by estimator; CAD's unknown friction is zero."""
+    names = dict.fromkeys(n for b in model.base_parameters for n in b.values)
+    return {n: np.array([b.values.get(n, 0.0) for b in model.base_parameters]) for n in names}

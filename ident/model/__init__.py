@@ -1,0 +1,1 @@
+"""The arm and its identified model: data and equations."""

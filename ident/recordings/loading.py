@@ -1,0 +1,122 @@
+"""Logs on disk, joined with their arm, and laid out as datasets."""
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import chain
+from pathlib import Path
+
+from ident.model.arm import Arm, arm_from_file, arm_from_log
+from ident.model.attachments import HasAttachments
+from ident.recordings.dataset import Dataset, dataset_of
+from ident.recordings.errors import ArmsDifferError
+from ident.recordings.log_summary import LogSummary, survey
+from ident.recordings.samples import TorqueSource
+from ident.recordings.steady_state import only_steady_state
+from wamctl.arm.joint_groups import joint_groups
+from wamctl.arm.recording import JOINT_COMMANDS, JOINT_STATES, LogFile
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What to read of a log.
+
+    Attributes:
+        joint_states, joint_commands: names of the topics.
+        torque: which torque to use; None: the commanded one where there is one.
+    """
+
+    joint_states: str = JOINT_STATES
+    joint_commands: str = JOINT_COMMANDS
+    torque: TorqueSource | None = None
+
+
+def read_logs(
+    paths: Sequence[Path], robot: Path | None, reading: Reading
+) -> tuple[Arm, list[Dataset]]:
+    """The arm and its recordings.
+
+    Args:
+        paths: the logs.
+        robot: file that describes the arm; None: what travels inside the logs.
+        reading: what to read.
+
+    Raises:
+        DataError: a log that cannot be used, or logs of different arms.
+        ConfigurationError: a robot file that cannot be used.
+    """
+    surveys = [_survey(path, reading, joints_to_read(path, robot, reading)) for path in paths]
+    arm = arm_of(surveys, paths, robot)
+    return arm, [_dataset(found, arm, reading) for found in surveys]
+
+
+def read_for(arm: Arm, path: Path, reading: Reading) -> Dataset:
+    """One recording of an arm that is known already.
+
+    Raises:
+        DataError: a log that cannot be used.
+    """
+    return _dataset(_survey(path, reading, arm.robot.joint_names), arm, reading)
+
+
+def joints_to_read(path: Path, robot: Path | None, reading: Reading) -> tuple[str, ...]:
+    """Joints whose messages are the arm's, where others' come on the same topic; empty: all.
+
+    Args:
+        path: the log.
+        robot: file that describes the arm, if one is given.
+        reading: what to read.
+
+    Raises:
+        DataError: a log that cannot be used.
+        ConfigurationError: a robot file that cannot be used, or without any of these joints.
+    """
+    if robot is None:
+        return ()
+    groups = joint_groups(path, reading.joint_states)
+    if len(groups) < 2:
+        return ()
+    of_arm = arm_from_file(robot, tuple(chain.from_iterable(groups))).robot.joint_names
+    most = max(groups, key=lambda group: len(set(group) & set(of_arm)))
+    return tuple(j for j in most if j in of_arm)
+
+
+def _survey(path: Path, reading: Reading, joints: tuple[str, ...]) -> LogSummary:
+    return survey(LogFile(path, reading.joint_states, reading.joint_commands, joints), str(path))
+
+
+def _dataset(found: LogSummary, arm: Arm, reading: Reading) -> Dataset:
+    data = dataset_of(found, arm.robot.joint_names, reading.torque, arm.robot.sliding.tolist())
+    if arm.unrecorded:
+        fact = (
+            f"joints of the URDF, but not recorded, so locked at zero: {', '.join(arm.unrecorded)}"
+        )
+        data = replace(data, facts=(*data.facts, fact))
+    return only_steady_state(data, found, found.name)
+
+
+def arm_of(logs: Sequence[HasAttachments], paths: Sequence[Path], robot: Path | None) -> Arm:
+    """The arm that all logs belong to: of the robot file, or of what travels inside them.
+
+    Raises:
+        DataError: logs of different arms, or without one.
+        ConfigurationError: a robot file that cannot be used.
+    """
+    if robot is not None:
+        return arm_from_file(robot, logs[0].joint_names)
+    arms = [arm_from_log(log, str(p)) for log, p in zip(logs, paths, strict=True)]
+    for arm, path in zip(arms, paths, strict=True):
+        if arm.robot.urdf != arms[0].robot.urdf:
+            raise ArmsDifferError(str(paths[0]), str(path))
+    return arms[0]
+
+
+def fingerprint(path: Path) -> str:
+    """SHA-256 of a log's bytes; of all files of a folder, in the order of their names."""
+    digest = hashlib.sha256()
+    files = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
+    for file in files:
+        with file.open("rb") as stream:
+            while block := stream.read(1 << 20):
+                digest.update(block)
+    return digest.hexdigest()

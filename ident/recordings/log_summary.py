@@ -1,0 +1,187 @@
+"""A first pass over a log: its joints, rate, holes, and how far each joint moves."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wamctl.arm.errors import DataError
+from wamctl.arm.recording import Piece
+from wamctl.arm.ros2.joint_series import Stamps
+
+Array = NDArray[np.floating]
+
+GAP_PERIODS = 10
+"""A hole of more periods than this is never bridged."""
+
+_MOST_HOLES = 1000
+_MOST_STEPS = 100_000
+"""The period is the median of so many steps between stamps at most, evenly thinned."""
+
+
+class Log(Protocol):
+    """What can be read from its start as often as needed: a file, or a recording in memory."""
+
+    def pieces(self) -> Iterator[Piece]:
+        """All of it in the order of time."""
+        ...
+
+
+@dataclass(frozen=True)
+class LogSummary:
+    """What a log holds.
+
+    Attributes:
+        name: the log's name.
+        log: to be read again.
+        joint_names: of its columns, N of them.
+        attachments: files inside the log.
+        first_ns: its first stamp [ns].
+        period_s: the median step of its stamps [s].
+        spans_s: first and last instant since the first stamp of each unbroken stretch [s].
+        low, high: range of the positions [rad], shape (N,) each.
+        repeated: number of samples with the stamp of the one before them.
+        measured, commanded: whether there is a torque of that kind.
+        reference: whether there is a wanted motion of these joints.
+    """
+
+    name: str
+    log: Log
+    joint_names: tuple[str, ...]
+    attachments: dict[str, bytes]
+    first_ns: int
+    period_s: float
+    spans_s: tuple[tuple[float, float], ...]
+    low: Array
+    high: Array
+    repeated: int
+    measured: bool
+    commanded: bool
+    reference: bool
+
+
+def survey(log: Log, name: str) -> LogSummary:
+    """The survey of a log.
+
+    Args:
+        log: the file or recording.
+        name: what to call it.
+
+    Raises:
+        DataError: a log that cannot be read, or whose stamps run backwards.
+    """
+    stamps, joints = _Stamps(name), ()
+    low, high = np.array(np.inf), np.array(-np.inf)
+    attachments: dict[str, bytes] = {}
+    measured = commanded = False
+    wanted, widths = 0, set()
+    for piece in log.pieces():
+        attachments |= piece.attachments
+        if piece.states is not None:
+            joints = piece.states.joint_names
+            stamps.add(piece.states.stamp_ns)
+            low = np.minimum(low, piece.states.positions.min(axis=0))
+            high = np.maximum(high, piece.states.positions.max(axis=0))
+            measured = piece.states.effort is not None
+        if piece.commands is not None:
+            commanded = piece.commands.effort is not None
+        if piece.reference is not None:
+            wanted += len(piece.reference.stamp_ns)
+            widths.add(piece.reference.q.shape[1])
+    return LogSummary(
+        name=name,
+        log=log,
+        joint_names=joints,
+        attachments=attachments,
+        first_ns=stamps.first,
+        period_s=stamps.period_ns * 1e-9,
+        spans_s=stamps.spans_s(),
+        low=low,
+        high=high,
+        repeated=stamps.repeated,
+        measured=measured,
+        commanded=commanded,
+        reference=wanted > 1 and widths == {len(joints)},
+    )
+
+
+class _Stamps:
+    """What is remembered of the stamps seen so far."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._steps = np.empty(0, dtype=np.int64)
+        self._stride = 1
+        self._longest = np.empty((0, 2), dtype=np.int64)
+        self._last = self._count = 0
+        self.first = self.repeated = 0
+
+    def add(self, stamp_ns: Stamps) -> None:
+        """The next stamps.
+
+        Raises:
+            DataError: they run backwards.
+        """
+        if not self._count:
+            self.first = self._last = int(stamp_ns[0])
+            self.repeated = -1
+        ends = np.concatenate([[self._last], stamp_ns])
+        steps = np.diff(ends)
+        if (steps < 0).any():
+            at = int(np.argmax(steps < 0))
+            raise DataError(
+                f"{self._name}: the stamp of sample {self._count + at} lies"
+                f" {-steps[at] * 1e-9:g} s before the one ahead of it; sort or repair the"
+                " recording."
+            )
+        self.repeated += int((steps == 0).sum())
+        self._count += len(steps)
+        self._last = int(stamp_ns[-1])
+        self._longest = _longest(np.concatenate([self._longest, _pairs(ends)]))
+        self._steps = np.concatenate([self._steps, steps[steps > 0][:: self._stride]])
+        while len(self._steps) > _MOST_STEPS:
+            self._steps, self._stride = self._steps[::2], 2 * self._stride
+
+    @property
+    def period_ns(self) -> float:
+        """The median step [ns].
+
+        Raises:
+            DataError: fewer than two different stamps.
+        """
+        if not len(self._steps):
+            raise DataError(
+                f"{self._name} holds {self._count} samples; nothing can be learned from it."
+            )
+        return float(np.median(self._steps))
+
+    def spans_s(self) -> tuple[tuple[float, float], ...]:
+        """The unbroken stretches [s].
+
+        Raises:
+            DataError: more holes than are remembered.
+        """
+        ends = self._longest
+        holes = ends[ends[:, 1] - ends[:, 0] > GAP_PERIODS * self.period_ns]
+        if len(holes) == _MOST_HOLES:
+            raise DataError(f"{self._name} has {_MOST_HOLES} holes or more; repair the recording.")
+        starts, stops = [self.first, *holes[:, 1]], [*holes[:, 0], self._last]
+        return tuple(
+            ((int(a) - self.first) * 1e-9, (int(b) - self.first) * 1e-9)
+            for a, b in zip(starts, stops, strict=True)
+        )
+
+
+def _pairs(stamps: Stamps) -> Stamps:
+    """Each stamp with the next, shape (S - 1, 2)."""
+    return np.column_stack([stamps[:-1], stamps[1:]])
+
+
+def _longest(pairs: Stamps) -> Stamps:
+    """Those of the longest steps, in order of time."""
+    if len(pairs) <= _MOST_HOLES:
+        return pairs
+    kept = np.argpartition(pairs[:, 0] - pairs[:, 1], _MOST_HOLES)[:_MOST_HOLES]
+    return pairs[np.sort(kept)]

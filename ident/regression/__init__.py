@@ -1,0 +1,1 @@
+"""From samples to triangles: filtering, regressor rows, reduction."""

@@ -1,0 +1,1 @@
+"""Each command from files to files: recordings are read, results written."""

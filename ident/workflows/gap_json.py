@@ -1,0 +1,197 @@
+"""The content of `gap.json`, as the contract fixes it."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.effects.catalogue import catalogue
+from ident.effects.effect import Value
+from ident.gap.regression.scoring import Score
+from ident.gap.results.error_by_term import Step
+from ident.gap.results.held_out_error import Errors, HeldOut, Share
+from ident.gap.results.minimum_detectable import MinimumDetectable
+from ident.gap.results.outcome import Search
+from ident.gap.results.verdict import UnexplainedStructure
+from ident.gap.selection.acceptance import AcceptedEffect
+from ident.gap.selection.estimates import FinalEstimates
+from ident.gap.transients.detect import Transient
+from ident.workflows.run_json import numbers
+
+Array = NDArray[np.floating]
+Content = dict[str, Any]
+
+_NEAREST = 2
+
+
+def effects_content(found: Search, final: FinalEstimates | None) -> list[Content]:
+    """All effects, with the first rivals first.
+
+    Args:
+        found: the search.
+        final: values on all data; None where the data have faults.
+    """
+    verdict = found.verdict
+    if verdict.faults:
+        return [
+            _entry(f.name, f.joints, {}, f.text, {"count": f.count}, [], None)
+            for f in verdict.faults
+        ]
+    parameters = final.parameters if final is not None else ()
+    entries = [
+        _found(found, f, values) for f, values in zip(verdict.found, parameters, strict=True)
+    ]
+    return [*entries, *(_contact(found, b) for b in verdict.transients)]
+
+
+def _found(found: Search, item: AcceptedEffect, values: Mapping[str, Value]) -> Content:
+    h = item.hypothesis
+    effect = catalogue()[h.effect]
+    evidence = {
+        "gain_nats_per_sample": item.score.gain,
+        "asked_nats_per_sample": found.threshold.of(h.effect),
+        "smallest_held_out_gain": min(item.held_out, default=None),
+        "effect_free_runs": found.threshold.draws,
+    }
+    if item.next_best is not None:
+        rival = item.next_best.hypothesis
+        evidence["next_best"] = f"{rival.effect} at {[j + 1 for j in rival.joints]}"
+        evidence["next_best_gain"] = item.next_best.gain
+    parameters = {
+        name: {"value": v.value, "sd": v.sd, "unit": v.unit} for name, v in values.items()
+    }
+    rivals = [_rival(r) for r in item.rivals]
+    experiment = _experiment(h.effect, h.joints) if rivals else None
+    return _entry(h.effect, h.joints, parameters, effect.equation, evidence, rivals, experiment)
+
+
+def _rival(score: Score) -> Content:
+    h = score.hypothesis
+    return {"name": h.effect, "joints": [j + 1 for j in h.joints], "evidence": score.gain}
+
+
+def _experiment(effect: str, joints: Sequence[int]) -> str:
+    """What `ident design --for` takes."""
+    return f"{effect}:{joints[0] + 1}" if joints else effect
+
+
+def _contact(found: Search, transient: Transient) -> Content:
+    sd = found.end.fit.sigma.max(axis=1)
+    count = max(int(transient.rows.sum()), 1)
+    parameters: dict[str, Any] = {
+        f"torque_{j + 1}": {
+            "value": float(torque),
+            "sd": float(sd[j] / math.sqrt(count)),
+            "unit": "N m",
+        }
+        for j, torque in zip(transient.joints, transient.torque, strict=True)
+    }
+    step = found.rows.windows.hop / found.rows.windows.rate_hz
+    parameters["start"] = {"value": transient.start_s, "sd": step, "unit": "s"}
+    parameters["end"] = {"value": transient.end_s, "sd": step, "unit": "s"}
+    evidence = {
+        "gain_nats_per_sample": transient.gain,
+        "asked_nats_per_sample": found.threshold.of("contact"),
+        "log": transient.log + 1,
+    }
+    equation = catalogue()["contact"].equation
+    return _entry("contact", transient.joints, parameters, equation, evidence, [], None)
+
+
+def _entry(
+    name: str,
+    joints: Sequence[int],
+    parameters: Content,
+    equation: str,
+    evidence: Content,
+    rivals: list[Content],
+    experiment: str | None,
+) -> Content:
+    return {
+        "name": name,
+        "joints": [j + 1 for j in joints],
+        "parameters": parameters,
+        "equation": equation,
+        "evidence": evidence,
+        "rivals": rivals,
+        "separating_experiment": experiment,
+    }
+
+
+def unexplained_content(found: Search) -> list[Content]:
+    """Structure without a name: where, on what it depends, and which effects come nearest."""
+    return [_nameless(found, n) for n in found.verdict.unexplained_structures]
+
+
+def _nameless(found: Search, item: UnexplainedStructure) -> Content:
+    left = item.leftover
+    nearest: dict[str, float] = {}
+    for score in (*found.last_scores, *found.first_scores):
+        if left.joint in score.hypothesis.rows:
+            nearest.setdefault(score.hypothesis.effect, score.gain)
+    return {
+        "joint": left.joint + 1,
+        "depends_on": left.group,
+        "share_of_residual": left.share,
+        "unexplained": item.unexplained,
+        "nearest": [{"name": k, "evidence": v} for k, v in list(nearest.items())[:_NEAREST]],
+    }
+
+
+def where_content(shares: Sequence[Share]) -> list[Content]:
+    """Joints and regions of the gap."""
+    return [{"joint": s.joint + 1, "region": s.region, "share_of_gap": s.share} for s in shares]
+
+
+def held_out_content(found: HeldOut) -> Content:
+    """Errors on held-out data; without repeats the noise floor is null."""
+    floor = found.noise_floor
+    nothing = Errors(math.nan, np.full(len(found.before.rms), np.nan))
+    return {
+        "before": _errors(found.before),
+        "after": _errors(found.after),
+        "noise_floor": _errors(nothing if floor is None else floor),
+        "closed_fraction": found.closed,
+    }
+
+
+def steps_content(found: Sequence[Step]) -> list[Content]:
+    """From the rigid body to the model with all effects."""
+    return [
+        {
+            "added": s.added,
+            "joints": [j + 1 for j in s.joints],
+            "relative_error_percent": s.relative_percent,
+        }
+        for s in found
+    ]
+
+
+def _errors(errors: Errors) -> Content:
+    percent = errors.relative_percent
+    return {
+        "relative_error_percent": None if math.isnan(percent) else percent,
+        "rms_by_joint": numbers(errors.rms),
+    }
+
+
+def forward_content(before: Array, after: Array) -> Content:
+    """Rms position errors of the simulated closed loop [rad]; null where it is unknown."""
+    return {
+        "before": {"rms_q_by_joint": numbers(before)},
+        "after": {"rms_q_by_joint": numbers(after)},
+    }
+
+
+def visibility_content(seen: MinimumDetectable) -> tuple[list[Content], Content]:
+    """`not_observable` and `minimum_detectable`."""
+    unseen = [
+        {"name": name, "joints": [j + 1 for j in joints]} for name, joints in seen.unseen.items()
+    ]
+    sizes = {
+        name: {str(j + 1): size for j, size in sorted(by.items())}
+        for name, by in seen.sizes.items()
+    }
+    return unseen, sizes

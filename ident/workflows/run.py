@@ -1,0 +1,95 @@
+"""The work of `ident run`, from files to files."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from ident.effects.compensation import without_effects
+from ident.identification.identify import identify, model_of
+from ident.model.arm import Arm
+from ident.model.identified_model import Model
+from ident.model.model_file import load_model, write_model
+from ident.recordings.dataset import Dataset
+from ident.recordings.loading import Reading, read_logs
+from ident.regression.progress import Tell, silent
+from ident.report.page import render
+from ident.report.run_page import RunReport, run_page
+from ident.report.traces import held_out_traces
+from ident.workflows.provenance import provenance
+from ident.workflows.run_json import as_json, run_content, whole_folder
+from wamctl.arm.errors import DataError
+
+
+def run_logs(
+    paths: Sequence[Path],
+    robot: Path | None,
+    out: Path,
+    reading: Reading,
+    tell: Tell = silent,
+    effects: Path | None = None,
+    **settings: Any,
+) -> str:
+    """Identify and write; gives the content of `run.json`.
+
+    Args:
+        paths: the logs.
+        robot: file that describes the arm; None: what travels inside the logs.
+        out: folder for the results.
+        reading: topics and torque to read.
+        tell: hears what is being done.
+        effects: a `model.yaml` whose effects are taken off the torque first, and kept.
+        settings: fields of the identification section that differ from the arm's.
+
+    Raises:
+        UserError: what cannot be done; nothing is written then.
+    """
+    start = time.perf_counter()
+    tell("reading")
+    arm, data = read_logs(paths, robot, reading)
+    arm = arm.with_settings(**settings)
+    known = None if effects is None else _known(effects, arm)
+    if known is not None:
+        data = [_without(known, d) for d in data]
+    read = time.perf_counter() - start
+    found = identify(data, arm, tell)
+    content = run_content(found) | {"provenance": provenance(arm, paths)}
+    content["seconds"] = {"read": read} | content["seconds"]
+    tell("writing the report")
+    drawing = time.perf_counter()
+    page = render(run_page(RunReport(content, held_out_traces(found))))
+    end = time.perf_counter()
+    content["seconds"] |= {"report": end - drawing, "total": end - start}
+    with whole_folder(out, ("run.json", "model.yaml", "report.html")) as folder:
+        model = model_of(found)
+        write_model(
+            folder / "model.yaml", model if known is None else replace(model, effects=known.effects)
+        )
+        (folder / "report.html").write_text(page, encoding="utf-8")
+        text = as_json(content)
+        (folder / "run.json").write_text(text, encoding="utf-8")
+    return text
+
+
+def _known(path: Path, arm: Arm) -> Model:
+    """The model whose effects are taken off.
+
+    Raises:
+        DataError: it is another arm's.
+    """
+    model = load_model(path)
+    if model.robot.joint_names != arm.robot.joint_names:
+        raise DataError(
+            f"{path} is a model of {model.arm}, whose joints are not those of the recordings:"
+            " its effects cannot be taken off here."
+        )
+    return model
+
+
+def _without(model: Model, data: Dataset) -> Dataset:
+    """A recording without the torque of a model's effects, and with a remark that says so."""
+    names = ", ".join(f"{e['name']} {'-'.join(map(str, e['joints']))}" for e in model.effects)
+    fact = f"torque of {names or 'no effect'} taken off, as the model that was given has it"
+    cleaned = without_effects(model, data)
+    return replace(cleaned, facts=(*cleaned.facts, fact))

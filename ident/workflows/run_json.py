@@ -1,0 +1,172 @@
+"""`run.json`, as the contract fixes it, and writing a folder of results all at once."""
+
+import json
+import math
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.dynamics.parameters import turns
+from ident.estimation.regression_data import Log
+from ident.identification.cross_validation import HeldOut
+from ident.identification.identify import Identification
+from ident.identification.prediction_error import Assessment
+from ident.identification.velocity_threshold import Sweep
+from ident.model.arm import TERM_NAMES
+from ident.regression.squared_errors import Errors
+from wamctl.arm.errors import DataError
+from wamctl.arm.robot import Robot
+
+Array = NDArray[np.floating]
+
+
+@contextmanager
+def whole_folder(out: Path, names: tuple[str, ...]) -> Iterator[Path]:
+    """A temporary folder whose files move to `out` when all of them are there, and not before.
+
+    Raises:
+        DataError: the folder cannot be written.
+    """
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".unfinished-", dir=out) as folder:
+            yield Path(folder)
+            for name in names:
+                shutil.move(Path(folder) / name, out / name)
+    except OSError as error:
+        raise DataError(f"{out} cannot be written ({error.strerror or error}).") from error
+
+
+def run_content(found: Identification) -> dict[str, Any]:
+    """The content of `run.json`."""
+    evidence = found.evidence
+    process = evidence.logs[0].process
+    culled = sum(int(log.reduction.culled.sum()) for log in evidence.logs)
+    chosen = found.estimates[found.chosen]
+    return {
+        "arm": evidence.arm.name,
+        "estimator": found.chosen,
+        "samples": sum(log.data.samples for log in evidence.logs),
+        "rows": int(evidence.counts.sum()),
+        "joints": list(evidence.arm.robot.joint_names),
+        "torque_units": torque_units(evidence.arm.robot),
+        "moving": [bool(m) for m in evidence.moving],
+        "logs": [_log_content(log) for log in evidence.logs],
+        "sample_rate_hz": evidence.logs[0].data.rate_hz,
+        "cutoff_hz": process.cutoff_hz,
+        "cutoff_from": process.reason,
+        "culled_fraction": culled / (culled + int(evidence.counts.sum())),
+        "velocity_threshold": process.threshold_rad_s,
+        "rank": len(evidence.base.kept),
+        "condition_number": found.condition_number,
+        "estimators": {
+            name: _estimator_content(assessment, found.held_out[name], found.estimates[name].note)
+            for name, assessment in found.assessments.items()
+        },
+        "base_parameters": _table_content(found),
+        "active_constraints": [
+            {"joint": a.joint, "constraint": a.constraint, "multiplier": a.multiplier}
+            | ({"direction": a.direction} if a.direction else {})
+            for a in chosen.active
+        ],
+        "delays": [{"seconds": d.seconds, "sd": d.sd} for d in found.delays],
+        "not_identified": {
+            "without_effect": list(found.limits.without_effect),
+            "only_combined": list(found.limits.only_combined),
+            "invisible": list(found.limits.invisible),
+            "hardly_told_apart": [list(c.names) for c in found.limits.confused],
+        },
+        "terms": [name for name in TERM_NAMES if getattr(evidence.arm.terms, name)],
+        "terms_tried": [asdict(trial) for trial in found.trials],
+        "culling": _sweep_content(found.sweep),
+        "solver": {"name": "Clarabel", "status": chosen.status, "seconds": chosen.seconds},
+        "seconds": found.seconds,
+    }
+
+
+def _sweep_content(sweep: Sweep) -> dict[str, Any]:
+    curves = {"slow": sweep.slow, "random": sweep.random, "other": sweep.other}
+    return {
+        "thresholds_rad_s": sweep.thresholds.tolist(),
+        "removed": sweep.removed.tolist(),
+        "automatic_choice_rad_s": sweep.choice,
+    } | {
+        name: {"condition_number": curve.condition.tolist(), "mse": curve.mse.tolist()}
+        for name, curve in curves.items()
+    }
+
+
+def _log_content(log: Log) -> dict[str, Any]:
+    return {
+        "name": log.data.name,
+        "samples": log.data.samples,
+        "sample_rate_hz": log.data.rate_hz,
+        "torque": log.data.torque,
+        "cutoff_hz": log.process.cutoff_hz,
+        "remarks": list(log.data.facts),
+    }
+
+
+def torque_units(robot: Robot) -> list[str]:
+    """Unit of each joint's torque; a sliding joint has a force."""
+    return ["N m" if turns(robot, k) else "N" for k in range(1, robot.dof + 1)]
+
+
+def errors_content(errors: Errors) -> dict[str, Any]:
+    """Errors as they stand in `run.json` and `validate.json`; a held joint has null."""
+    return {
+        "mse": errors.mse,
+        "relative_error_percent": errors.relative_percent,
+        "relative_error_percent_by_joint": numbers(errors.relative_percent_by_joint),
+        "rms_by_joint": numbers(errors.rms_by_joint),
+    }
+
+
+def numbers(values: Array) -> list[float | None]:
+    """Numbers for JSON, which knows no NaN."""
+    return [None if math.isnan(x) else float(x) for x in values]
+
+
+def _estimator_content(assessment: Assessment, held_out: HeldOut, note: str) -> dict[str, Any]:
+    content = errors_content(assessment.filtered) | {
+        "feasible": assessment.feasible,
+        "min_pseudo_inertia_eigenvalue": assessment.smallest_eigenvalue,
+        "mass_matrix_positive_fraction": assessment.positive_fraction,
+        "negative": list(assessment.negative),
+        "raw_torque": errors_content(assessment.raw),
+        "held_out": errors_content(held_out.errors)
+        | {"relative_error_percent_sd": held_out.sd_percent},
+    }
+    return content | ({"note": note} if note else {})
+
+
+def _table_content(found: Identification) -> list[dict[str, Any]]:
+    base = found.evidence.base
+    beta = {name: estimate.beta for name, estimate in found.estimates.items()}
+    rows = []
+    for i, (name, unit) in enumerate(zip(base.names, base.units, strict=True)):
+        known = base.kept_parameters[i].kind == "inertial"
+        rows.append(
+            {
+                "name": name,
+                "cad": float(beta["cad"][i]) if known and "cad" in beta else None,
+                "ols": float(beta["ols"][i]),
+                "sd": float(found.sd[i]),
+                "feasible": float(beta["feasible"][i]),
+                "unit": unit,
+            }
+            | {found.chosen: float(beta[found.chosen][i])}
+        )
+    return rows
+
+
+def as_json(content: dict[str, Any]) -> str:
+    """Readable JSON."""
+    return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

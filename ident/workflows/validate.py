@@ -1,0 +1,87 @@
+"""The work of `ident validate`, from files to files."""
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from ident.identification.validation import Prediction, arm_of, predict
+from ident.model.model_file import load_model
+from ident.recordings.loading import Reading, read_for
+from ident.regression.progress import Tell, silent
+from ident.report.page import render
+from ident.report.traces import validation_trace
+from ident.report.validate_page import ValidationReport, validate_page
+from ident.workflows.provenance import provenance
+from ident.workflows.run_json import as_json, errors_content, torque_units, whole_folder
+
+
+def validate_logs(
+    paths: Sequence[Path],
+    model_path: Path,
+    out: Path,
+    reading: Reading,
+    tell: Tell = silent,
+    **settings: Any,
+) -> str:
+    """Compare recordings with a model and write the errors; gives the content of `validate.json`.
+
+    Args:
+        paths: the logs.
+        model_path: a `model.yaml`.
+        out: folder for the results.
+        reading: topics and torque to read.
+        tell: hears what is being done.
+        settings: fields of the filter that differ from the model's.
+
+    Raises:
+        UserError: what cannot be done; nothing is written then.
+    """
+    start = time.perf_counter()
+    model = load_model(model_path)
+    arm = arm_of(model).with_settings(**settings)
+    predictions = []
+    for path in paths:
+        tell(f"predicting {path.name}")
+        predictions.append(predict(model, arm, read_for(arm, path, reading)))
+    tell("writing the report")
+    content = {
+        "arm": model.arm,
+        "model": str(model_path),
+        "fitted_on": list(model.logs),
+        "estimator": model.estimator,
+        "joints": list(model.robot.joint_names),
+        "torque_units": torque_units(model.robot),
+        "logs": [_content(p, model.estimator) for p in predictions],
+        "provenance": provenance(arm, paths),
+        "seconds": {"total": time.perf_counter() - start},
+    }
+    traces = tuple(validation_trace(p, model.estimator) for p in predictions)
+    page = render(validate_page(ValidationReport(content, traces)))
+    text = as_json(content)
+    with whole_folder(out, ("validate.json", "report.html")) as folder:
+        (folder / "validate.json").write_text(text, encoding="utf-8")
+        (folder / "report.html").write_text(page, encoding="utf-8")
+    return text
+
+
+def _content(prediction: Prediction, chosen: str) -> dict[str, Any]:
+    log = prediction.evidence.logs[0]
+    errors = {
+        name: errors_content(prediction.filtered[name])
+        | {
+            "relative_error_percent_sd": prediction.sd_percent[name],
+            "raw_torque": errors_content(prediction.raw[name]),
+        }
+        for name in prediction.betas
+    }
+    return {
+        "name": log.data.name,
+        "samples": log.data.samples,
+        "sample_rate_hz": log.data.rate_hz,
+        "torque": log.data.torque,
+        "cutoff_hz": log.process.cutoff_hz,
+        "remarks": list(log.data.facts),
+        **errors[chosen],
+        "estimators": errors,
+    }
