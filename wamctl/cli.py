@@ -16,16 +16,16 @@ from typing import Annotated, TypeVar
 import typer
 
 from wamctl.arm.errors import UserError
-from wamctl.bench import Bench, bench
-from wamctl.check import Check, check
+from wamctl.commands.bench import Bench, bench
+from wamctl.commands.check import Check, check
+from wamctl.commands.home import home
+from wamctl.commands.monitor import monitor
+from wamctl.commands.text_output import print_bench, print_check, print_summary
 from wamctl.errors import UsageError
-from wamctl.home import home
+from wamctl.experiment.excite import Order, Summary, excite
+from wamctl.experiment.preflight import Prepared, load_arm, prepare
+from wamctl.experiment.session import Connection, Place
 from wamctl.live.watch import PORT, check_installed, live_view
-from wamctl.monitor import monitor
-from wamctl.printout import print_bench, print_check, print_summary
-from wamctl.runtime.excite import Order, Summary, excite
-from wamctl.runtime.preflight import Prepared, load_arm, prepare
-from wamctl.runtime.session import Connection, Place
 
 app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
 

@@ -18,9 +18,9 @@ import yaml
 
 from wamctl.arm.config import find_file, load_arm_file
 from wamctl.arm.recording import read_recording
-from wamctl.runtime.preflight import load_arm
-from wamctl.runtime.residual import Residual
-from wamctl.runtime.state import ArmState
+from wamctl.experiment.preflight import load_arm
+from wamctl.safety.state_estimator import ArmState
+from wamctl.safety.torque_residual import Residual
 
 ALL = [1, 2, 3, 4, 5, 6, 7]
 TRUTH = load_arm_file("wam7.yaml").simulation

@@ -56,9 +56,9 @@ from wamctl.arm.errors import UserError
 from wamctl.arm.motion import move
 from wamctl.arm.trajectory import FourierSeries, Reference, Trajectory, write_trajectory
 from wamctl.canopen import dictionary
-from wamctl.runtime.excite import Order, excite
-from wamctl.runtime.preflight import Prepared, prepare
-from wamctl.runtime.session import Place
+from wamctl.experiment.excite import Order, excite
+from wamctl.experiment.preflight import Prepared, prepare
+from wamctl.experiment.session import Place
 
 PHASES = ("enable", "move", "excite", "return")
 POSE = np.array([0.0, -1.0, 0.0, 2.5, 0.0, 0.0, 0.0])

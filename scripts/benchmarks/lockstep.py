@@ -28,7 +28,7 @@ def children(pid: int) -> dict[str, int]:
     found = {}
     for child in listed:
         words = Path(f"/proc/{child}/cmdline").read_bytes().split(b"\0")
-        for name, word in (("simulated arm", b"serve"), ("writer", b"wamctl.runtime.writer")):
+        for name, word in (("simulated arm", b"serve"), ("writer", b"wamctl.telemetry.writer")):
             if word in words:
                 found[name] = int(child)
     return found

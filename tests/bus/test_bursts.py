@@ -13,8 +13,8 @@ from sim_bus.can_bus.frame import Frame
 from sim_bus.can_bus.hubs import open_hub
 from sim_bus.errors import SimulatedBusError
 from wamctl.arm.config import BusSection
-from wamctl.runtime.bus import open_bus, parse_channel, send_all
-from wamctl.runtime.socketcan import BurstBus
+from wamctl.drives.bus import open_bus, parse_channel, send_all
+from wamctl.drives.socketcan import BurstBus
 
 pytestmark = pytest.mark.vcan
 

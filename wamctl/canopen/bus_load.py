@@ -2,7 +2,7 @@
 
 from wamctl.arm.config import BusSection, CanopenDrivesSection
 from wamctl.canopen import pdo
-from wamctl.runtime.bus_load import Load, Traffic, load
+from wamctl.drives.bus_load import Load, Traffic, load
 
 
 def plan(bus: BusSection, drives: CanopenDrivesSection) -> Load:

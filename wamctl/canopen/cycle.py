@@ -10,10 +10,10 @@ from wamctl.canopen.ds402 import Controlword, Goal, State
 from wamctl.canopen.inputs import Inputs
 from wamctl.canopen.sdo import is_plain
 from wamctl.canopen.supervision import Supervision
+from wamctl.drives.answers import Arrivals
+from wamctl.drives.bus import next_frame, send_all
+from wamctl.drives.interface import Pace, Readings
 from wamctl.errors import BusStopError
-from wamctl.runtime.arrivals import Arrivals
-from wamctl.runtime.bus import next_frame, send_all
-from wamctl.runtime.drives import Pace, Readings
 
 Array = NDArray[np.floating]
 

@@ -14,8 +14,8 @@ from wamctl.canopen import dictionary as od
 from wamctl.canopen import ds402, sdo, set_up
 from wamctl.canopen.cycle import Cycle
 from wamctl.canopen.ds402 import Goal, State
+from wamctl.drives.interface import Counters, Pace, Readings
 from wamctl.errors import BusError, DrivesError
-from wamctl.runtime.drives import Counters, Pace, Readings
 
 Array = NDArray[np.floating]
 
@@ -24,7 +24,7 @@ _START, _PRE_OPERATIONAL = 0x01, 0x80
 
 
 class CanopenDrives:
-    """The drives of a configuration on an open bus (interface: `wamctl.runtime.drives.Drives`).
+    """The drives of a configuration on an open bus (interface: `wamctl.drives.interface.Drives`).
 
     Args:
         bus: the open bus, which nobody else reads.

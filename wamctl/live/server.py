@@ -26,11 +26,11 @@ from wamctl.arm.messages import DIAGNOSTICS, TOPICS, Messages
 from wamctl.arm.recording import JOINT_COMMANDS, JOINT_REFERENCE, JOINT_STATES
 from wamctl.arm.robot import load_robot
 from wamctl.arm.ros2.message_definition import definition
-from wamctl.live.news import Reader, Record
 from wamctl.live.pose import Links, Placement
+from wamctl.live.ring_reader import Reader, Record
 from wamctl.live.watch import READY
-from wamctl.runtime import ring as shared
-from wamctl.runtime.status import diagnostics
+from wamctl.telemetry import ring as shared
+from wamctl.telemetry.status import diagnostics
 
 _INTERVAL_S = 0.02
 _POLITENESS = 10

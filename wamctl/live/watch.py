@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from importlib.util import find_spec
 
 from wamctl.errors import UsageError
-from wamctl.runtime.logger import LogHead
+from wamctl.telemetry.logger import LogHead
 
 READY = "ready"
 PORT = 8765

@@ -1,9 +1,9 @@
 """What the experiment puts on the bus of a classic arm."""
 
 from wamctl.arm.config import BusSection, PuckDrivesSection
+from wamctl.drives.bus_load import Load, Traffic, load
 from wamctl.puck.supervision import STEADY_CYCLES
 from wamctl.puck.wiring import PUCKS_PER_TORQUE_FRAME, position_length
-from wamctl.runtime.bus_load import Load, Traffic, load
 
 _ANSWER_BYTES = 6  # the longest
 

@@ -5,14 +5,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wamctl.arm.config import PuckDrivesSection
+from wamctl.drives.answers import Arrivals
+from wamctl.drives.bus import next_frame, send_all
+from wamctl.drives.interface import Pace, Readings
 from wamctl.errors import BusStopError
 from wamctl.puck import frames
-from wamctl.puck.acting import ActingTorque
+from wamctl.puck.effective_torque import ActingTorque
 from wamctl.puck.supervision import Supervision
 from wamctl.puck.wiring import CycleFrames, is_plain, message
-from wamctl.runtime.arrivals import Arrivals
-from wamctl.runtime.bus import next_frame, send_all
-from wamctl.runtime.drives import Pace, Readings
 
 Array = NDArray[np.floating]
 

@@ -9,17 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wamctl.arm.config import ArmFile, PuckDrivesSection
+from wamctl.drives.answers import Arrivals
+from wamctl.drives.interface import Counters, Pace, Readings
 from wamctl.errors import BusError, DrivesError
 from wamctl.puck import safety_module, set_up
-from wamctl.puck.acting import ActingTorque
 from wamctl.puck.cycle import Cycle
+from wamctl.puck.effective_torque import ActingTorque
 from wamctl.puck.enumerations import MotorMode
 from wamctl.puck.exchange import Exchange
 from wamctl.puck.properties import motor_properties, safety_properties
 from wamctl.puck.supervision import Supervision
 from wamctl.puck.wiring import cycle_frames
-from wamctl.runtime.arrivals import Arrivals
-from wamctl.runtime.drives import Counters, Pace, Readings
 
 Array = NDArray[np.floating]
 
@@ -27,7 +27,7 @@ NOT_ASKED = -1
 
 
 class PuckDrives:
-    """The Pucks of a configuration on an open bus (interface: `wamctl.runtime.drives.Drives`).
+    """The Pucks of a configuration on an open bus (interface: `wamctl.drives.interface.Drives`).
 
     Args:
         bus: the open bus, which nobody else reads.

@@ -25,9 +25,9 @@ from wamctl.arm.config import find_file
 from wamctl.arm.errors import UserError
 from wamctl.arm.recording import Recording, read_recording
 from wamctl.arm.trajectory import FourierSeries, Trajectory, write_trajectory
-from wamctl.runtime.excite import Order, Summary, excite
-from wamctl.runtime.preflight import prepare
-from wamctl.runtime.session import Place
+from wamctl.experiment.excite import Order, Summary, excite
+from wamctl.experiment.preflight import prepare
+from wamctl.experiment.session import Place
 
 START = (0.0, -1.0, 0.0, 2.5, 0.0, 0.0, 0.0)
 

@@ -39,7 +39,7 @@ def left_over(before):
     found = []
     for process in psutil.process_iter(["pid", "cmdline", "ppid"]):
         line = " ".join(process.info["cmdline"] or [])
-        mine = "wamctl.runtime" in line or "--stop-with-stdin" in line
+        mine = "wamctl.telemetry" in line or "--stop-with-stdin" in line
         if process.info["pid"] not in before and mine and process.info["ppid"] == os.getpid():
             found.append(line)
     return found
@@ -160,7 +160,7 @@ def test_a_killed_loop_leaves_a_log_and_drives_that_stop_by_themselves(arm, tmp_
 
 def writer_of(process):
     children = psutil.Process(process.pid).children()
-    return next(c for c in children if "wamctl.runtime.writer" in c.cmdline())
+    return next(c for c in children if "wamctl.telemetry.writer" in c.cmdline())
 
 
 def started(arm, log, bus="sim", **options):

@@ -5,8 +5,8 @@ import pytest
 
 from wamctl.arm.recording import read_recording
 from wamctl.errors import UsageError
-from wamctl.runtime.excite import Order, excite
-from wamctl.runtime.preflight import prepare
+from wamctl.experiment.excite import Order, excite
+from wamctl.experiment.preflight import prepare
 
 ENABLE, ZERO = 0x0F, b"\0" * 8
 

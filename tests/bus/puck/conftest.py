@@ -30,12 +30,12 @@ from sim_bus.server import Arm, Lockstep, Service, serve
 from wamctl.arm.config import ArmFile, PuckDrivesSection, find_file, load_arm_file
 from wamctl.arm.recording import Recording, read_recording
 from wamctl.arm.trajectory import FourierSeries, Trajectory, write_trajectory
+from wamctl.drives.interface import Readings
 from wamctl.errors import StopError
+from wamctl.experiment.excite import Order, excite
+from wamctl.experiment.preflight import prepare
+from wamctl.experiment.session import Place
 from wamctl.puck.master import PuckDrives
-from wamctl.runtime.drives import Readings
-from wamctl.runtime.excite import Order, excite
-from wamctl.runtime.preflight import prepare
-from wamctl.runtime.session import Place
 
 
 @dataclass

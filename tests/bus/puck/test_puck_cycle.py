@@ -12,7 +12,7 @@ from sim_bus.puck import safety_node
 from sim_bus.puck.codec import Mode, SafetyState
 from sim_bus.puck.safety_module import Press
 from wamctl.errors import BusStopError
-from wamctl.puck.acting import CYCLE_ON_WIRE_S
+from wamctl.puck.effective_torque import CYCLE_ON_WIRE_S
 from wamctl.puck.supervision import REASON_CYCLES, STEADY_CYCLES
 
 UNITS_PER_NM = np.array([2700.0] * 4 + [6500.0] * 2 + [17474.0])

@@ -22,12 +22,12 @@ from wamctl.arm.recording import read_recording
 from wamctl.arm.robot import load_robot
 from wamctl.cli import main
 from wamctl.errors import UsageError
-from wamctl.live.news import Reader
 from wamctl.live.pose import Links
+from wamctl.live.ring_reader import Reader
 from wamctl.live.watch import live_view
-from wamctl.runtime import ring as shared
-from wamctl.runtime.logger import LogHead, recorded
-from wamctl.runtime.status import LoopStatus
+from wamctl.telemetry import ring as shared
+from wamctl.telemetry.logger import LogHead, recorded
+from wamctl.telemetry.status import LoopStatus
 
 JOINTS = load_arm_file("wam7.yaml").robot.joints
 URDF = find_file("wam7.urdf").read_text()

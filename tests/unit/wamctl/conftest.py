@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from wamctl.runtime.loop import Arm
-from wamctl.runtime.preflight import load_arm
+from wamctl.experiment.loop import Arm
+from wamctl.experiment.preflight import load_arm
 
 
 @pytest.fixture(scope="session")

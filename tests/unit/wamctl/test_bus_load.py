@@ -4,7 +4,7 @@ import pytest
 
 from wamctl.arm.config import BusSection, load_arm_file
 from wamctl.canopen.bus_load import plan
-from wamctl.runtime import bus_load
+from wamctl.drives import bus_load
 
 CLASSIC = BusSection(channel="sim")
 FD = BusSection(channel="sim", data_bitrate_bit_s=5e6)

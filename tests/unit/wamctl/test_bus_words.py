@@ -3,8 +3,8 @@
 import pytest
 
 from wamctl.arm.config import BusSection
+from wamctl.drives.bus import Channel, open_bus, parse_channel
 from wamctl.errors import BusError, UsageError
-from wamctl.runtime.bus import Channel, open_bus, parse_channel
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 
-from wamctl.runtime.clock import LockstepClock, RealTimeClock
+from wamctl.realtime.clock import LockstepClock, RealTimeClock
 
 
 class FakeTime:

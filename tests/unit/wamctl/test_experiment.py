@@ -7,11 +7,11 @@ import pinocchio as pin
 import pytest
 
 from wamctl.arm.trajectory import FourierSeries, reference
+from wamctl.drives.interface import Counters, Readings
 from wamctl.errors import BusStopError, RefusalError, SafetyStopError, StopError
-from wamctl.runtime import experiment
-from wamctl.runtime.clock import LockstepClock
-from wamctl.runtime.drives import Counters, Readings
-from wamctl.runtime.loop import Loop
+from wamctl.experiment import phases as experiment
+from wamctl.experiment.loop import Loop
+from wamctl.realtime.clock import LockstepClock
 
 PERIOD_S = 0.002
 REST = np.array([0.0, -1.0, 0.0, 2.5, 0.0, 0.0, 0.0])

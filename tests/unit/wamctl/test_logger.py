@@ -10,9 +10,9 @@ from wamctl.arm.control import Setpoint
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import read_recording
 from wamctl.errors import SafetyStopError
-from wamctl.runtime import ring as shared
-from wamctl.runtime.logger import LogHead, recorded
-from wamctl.runtime.status import LoopStatus, diagnostics, store
+from wamctl.telemetry import ring as shared
+from wamctl.telemetry.logger import LogHead, recorded
+from wamctl.telemetry.status import LoopStatus, diagnostics, store
 
 STATUS = LoopStatus(3, 100, 1, 2, 3, 4, 55.4, 234.6, 7)
 

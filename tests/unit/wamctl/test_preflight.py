@@ -5,7 +5,7 @@ import yaml
 
 from wamctl.arm.config import find_file
 from wamctl.arm.errors import ConfigurationError
-from wamctl.runtime.preflight import load_arm, prepare
+from wamctl.experiment.preflight import load_arm, prepare
 
 
 @pytest.fixture

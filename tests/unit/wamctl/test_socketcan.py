@@ -8,9 +8,9 @@ import can
 import pytest
 from can.interfaces.socketcan import socketcan
 
-from wamctl.runtime import socketcan as bursts
-from wamctl.runtime.bus import send_all
-from wamctl.runtime.socketcan import BurstBus
+from wamctl.drives import socketcan as bursts
+from wamctl.drives.bus import send_all
+from wamctl.drives.socketcan import BurstBus
 
 
 def frame(can_id, data=b"", **kind):

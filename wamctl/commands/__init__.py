@@ -1,0 +1,1 @@
+"""One module for each command: check, bench, monitor, home, excite."""

@@ -1,0 +1,72 @@
+"""Live table of joints and drives, without torque (`wamctl monitor`)."""
+
+import time
+from collections.abc import Iterator
+
+import numpy as np
+from rich.console import Console
+from rich.live import Live
+from rich.table import Table
+
+from wamctl.drives.interface import Drives, Readings
+from wamctl.experiment.operator_stop import StopRequest
+from wamctl.experiment.session import Connection, Place, connected
+from wamctl.realtime.clock import RealTimeClock
+from wamctl.safety.state_estimator import ArmState, Estimator
+
+_PERIOD_S = 0.02  # the least that BusSection.period_s allows, too: slow enough to draw in between
+_DRAWN = 5  # cycles to a drawing
+
+
+def monitor(place: Place, seconds: float | None) -> None:
+    """Show the arm until a key, Ctrl-C, or the time is up; the drives stay disabled.
+
+    Args:
+        place: which arm.
+        seconds: how long; None until the operator ends it [s].
+
+    Raises:
+        UserError: the drives do not answer, or are others.
+    """
+    console = Console()
+    with connected(place) as connection, StopRequest().listening() as operator:
+        deadline = None if seconds is None else time.monotonic() + seconds
+        with Live(console=console, auto_refresh=False) as live:
+            for k, (state, readings) in enumerate(_states(place, connection)):
+                if k % _DRAWN == 0:
+                    live.update(_table(place, connection.drives, state, readings), refresh=True)
+                if operator() is not None or (deadline and time.monotonic() > deadline):
+                    return
+
+
+def _states(place: Place, connection: Connection) -> Iterator[tuple[ArmState, Readings]]:
+    drives, arm = connection.drives, place.arm
+    clock = RealTimeClock(_PERIOD_S, connection.channel.stamps_by_wall_clock)
+    estimator = Estimator(
+        arm.transmission, arm.file.controller.velocity_cutoff_hz, drives.resting_angles()
+    )
+    drives.start()
+    clock.start()
+    while True:
+        clock.tick()
+        readings = drives.sample(clock)
+        yield estimator.update(readings, _PERIOD_S), readings
+        drives.send(np.zeros(arm.robot.dof))
+
+
+def _table(place: Place, drives: Drives, state: ArmState, readings: Readings) -> Table:
+    lost = drives.counters.lost
+    table = Table(
+        title=f"{place.arm.file.arm}: {readings.fault or readings.stop or 'no fault'}",
+        caption=f"{lost} positions lost. Drives are disabled. Any key ends.",
+    )
+    for column in ("joint", "position [rad]", "[deg]", "velocity [rad/s]", "drive", "state"):
+        table.add_column(column, justify="right" if "[" in column else "left")
+    rows = zip(
+        place.arm.robot.joint_names, state.q, state.qd, drives.names, drives.states(), strict=True
+    )
+    for slot, (joint, q, qd, drive, code) in enumerate(rows):
+        word = drives.state_names.get(code, f"unknown state {code}")
+        shown = "silent" if slot in readings.missing else word
+        table.add_row(joint, f"{q:+.4f}", f"{np.degrees(q):+.2f}", f"{qd:+.3f}", drive, shown)
+    return table

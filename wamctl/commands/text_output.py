@@ -1,0 +1,84 @@
+"""Results as lines for the operator."""
+
+import typer
+
+from wamctl.commands.bench import Bench
+from wamctl.commands.check import Check
+from wamctl.drives.interface import Counters
+from wamctl.experiment.excite import Summary
+from wamctl.realtime.latency import Percentiles
+from wamctl.realtime.scheduling import Grants
+
+
+def print_summary(summary: Summary) -> None:
+    """What came of an experiment."""
+    _line("log", str(summary.log))
+    _line("cycles", f"{summary.rows} logged, {summary.counted} of them counted")
+    _print_frames(summary.frames)
+    if summary.speed is not None:
+        _line("lockstep", f"{summary.speed:.1f} times as fast as real time")
+        return
+    _line("deadlines", f"{summary.timing.missed} missed")
+    _print_percentiles("wake-up", summary.timing.latency())
+    _print_percentiles("cycle", summary.timing.cycle())
+    _print_grants(summary.grants)
+
+
+def print_bench(measured: Bench) -> None:
+    """How punctual the loop is."""
+    _line("loop", f"{measured.cycles} cycles in {measured.seconds:g} s, drives disabled")
+    _print_percentiles("wake-up", measured.latency)
+    _print_percentiles("bare timer", measured.baseline)
+    _line("ratio", f"{measured.ratio:.2f} at 99.9 % (timer: {measured.baseline_name})")
+    _print_percentiles("cycle", measured.cycle)
+    _line(
+        "software",
+        f"{measured.software_us:.0f} us of the cycle at 99 %, {measured.share:.0%} of the period "
+        f"(the bus takes {measured.wire_us:.0f} us)",
+    )
+    _line("deadlines", f"{measured.missed} missed")
+    _print_frames(measured.frames)
+    _print_grants(measured.grants)
+
+
+def print_check(found: Check) -> None:
+    """What an examination found."""
+    _line("arm", f"{found.arm}, {found.seconds:.1f} s of excitation")
+    for use in found.uses:
+        _line(
+            use.quantity,
+            f"{use.share:.0%} of its limit: {use.value:.4g} of {use.limit:.4g} {use.unit}, "
+            f"{use.subject}",
+        )
+    _line(
+        "bus",
+        f"{found.load.nominal:.1%} without stuff bits, {found.load.worst:.1%} with the most; "
+        f"{found.load.cycle_us:.0f} us of each cycle",
+    )
+    _line("drives", ", ".join(found.drives) or "not asked (give --bus)")
+    for note in found.notes:
+        typer.echo(f"note: {note}", err=True)
+
+
+def _line(name: str, text: str) -> None:
+    typer.echo(f"{name:14} {text}")
+
+
+def _print_percentiles(name: str, us: Percentiles) -> None:
+    shown = (f"{us.p50:.0f} us half", f"{us.p99:.0f} us 99 %", f"{us.p99_9:.0f} us 99.9 %")
+    _line(name, f"{', '.join(shown)}, {us.most:.0f} us most")
+
+
+def _print_frames(frames: Counters) -> None:
+    _line(
+        "frames",
+        f"{frames.lost} lost, {frames.late} late, {frames.doubled} doubled, "
+        f"{frames.reordered} reordered, {frames.malformed} malformed, {frames.foreign} foreign",
+    )
+
+
+def _print_grants(grants: Grants) -> None:
+    memory = "locked" if grants.memory_locked else "not locked"
+    _line("system", f"{grants.scheduling} scheduling, memory {memory}")
+    for line in grants.advice:
+        typer.echo(f"for {line}", err=True)

@@ -1,0 +1,1 @@
+"""The interface to motor controllers, and the CAN bus."""

@@ -1,0 +1,1 @@
+"""The experiment: preflight, session, phases, and the loop."""

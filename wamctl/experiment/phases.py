@@ -1,0 +1,164 @@
+"""The experiment from enabling the drives to disabling them, in the order in which it happens."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wamctl.arm.collision import collision_shapes
+from wamctl.arm.control import Setpoint
+from wamctl.arm.motion import brake, move
+from wamctl.arm.trajectory import Reference
+from wamctl.arm.trajectory_check import quantities, violations
+from wamctl.drives.interface import Drives
+from wamctl.errors import BusStopError, RefusalError, StopError
+from wamctl.experiment.loop import Arm, Array, Law, Loop, Watch
+from wamctl.safety.state_estimator import ArmState
+from wamctl.telemetry.phase import Phase
+
+_RELEASE_S = 1.0
+_DISABLE_S = 0.02
+_PROGRESS_CYCLES = 25
+
+
+@dataclass(frozen=True)
+class Motion:
+    """All that the arm is to do, planned before the first torque.
+
+    Attributes:
+        approach: from the pose in which the arm rests to the start of the excitation.
+        excitation: the reference.
+        retreat: back to where it rested.
+    """
+
+    approach: Reference
+    excitation: Reference
+    retreat: Reference
+
+
+def plan(arm: Arm, rest: Array, excitation: Reference) -> Motion:
+    """The motion from and to a resting pose, shape (n,) [rad].
+
+    Raises:
+        RefusalError: the way there breaks a limit.
+    """
+    file, period_s = arm.file, arm.file.bus.period_s
+    approach = move(arm.robot, file.limits, rest, excitation.q[0], period_s)
+    retreat = move(arm.robot, file.limits, excitation.q[-1], rest, period_s)
+    shapes = collision_shapes(arm.robot)
+    faults = [
+        sentence
+        for quantity in quantities(file, file.limits, arm.robot, shapes, approach)
+        for sentence in violations(quantity, approach.t)
+    ]
+    if faults:
+        raise RefusalError("The move from the resting pose to the start of the excitation", faults)
+    return Motion(approach, excitation, retreat)
+
+
+def run(arm: Arm, drives: Drives, loop: Loop, motion: Motion) -> int:
+    """Enable, approach, excite, return, release, disable; returns the counted cycles logged.
+
+    Raises:
+        StopError: it ended early; the message says why, and what was done.
+    """
+    try:
+        _enable(drives, loop)
+        _follow(arm, loop, Phase.APPROACH, motion.approach)
+        counted = _follow(arm, loop, Phase.EXCITE, motion.excitation)
+        _follow(arm, loop, Phase.RETURN, motion.retreat)
+        _release(arm, loop)
+        _disable(drives, loop, Phase.DISABLE)
+        return counted
+    except StopError as stop:
+        stop.outcome = _end_early(arm, drives, loop, stop)
+        raise
+
+
+def _enable(drives: Drives, loop: Loop) -> None:
+    drives.enable()
+    for _ in range(loop.cycles(drives.enabling_s)):
+        if loop.cycle(_no_torque, Watch.MOTION, Phase.ENABLE).enabled:
+            return
+    states = [
+        f"{name} {drives.state_names.get(state, state)}"
+        for name, state in zip(drives.names, drives.states(), strict=True)
+    ]
+    needs = f", which needs {drives.enabling_needs}" if drives.enabling_needs else ""
+    stop = BusStopError(
+        f"not all drives were enabled within {drives.enabling_s:g} s ({', '.join(states)}){needs}"
+    )
+    loop.date(stop)
+    raise stop
+
+
+def _follow(arm: Arm, loop: Loop, phase: Phase, reference: Reference) -> int:
+    """Track a reference; returns how many of its counted cycles were logged."""
+    total, logged = len(reference.t), [0]
+    for k in range(total):
+        if k % _PROGRESS_CYCLES == 0:
+            loop.show(phase, k, total)
+        if k in (reference.counted.start, reference.counted.stop):
+            logged.append(loop.rows)
+        wanted = Setpoint(reference.q[k], reference.qd[k], reference.qdd[k])
+        loop.cycle(_towards(arm, wanted), Watch.TRACKING, phase)
+    return logged[-1] - logged[-2] if len(logged) > 2 else 0
+
+
+def _release(arm: Arm, loop: Loop) -> None:
+    """Let the arm sink onto whatever carries it: gravity fades out, damping stays."""
+    cycles = loop.cycles(_RELEASE_S)
+    for k in range(cycles):
+        loop.cycle(_sinking(arm, 1.0 - (k + 1) / cycles), Watch.DRIVES, Phase.RELEASE)
+
+
+def _disable(drives: Drives, loop: Loop, phase: Phase) -> bool:
+    """Torque zero from the next SYNC on, then the drives off; returns whether all confirmed it."""
+    loop.silence()
+    return any(
+        loop.cycle(_no_torque, Watch.NOTHING, phase).disabled
+        for _ in range(loop.cycles(_DISABLE_S))
+    )
+
+
+def _end_early(arm: Arm, drives: Drives, loop: Loop, stop: StopError) -> str:
+    """Brake where readings and drives can be trusted, then disable; returns what was done."""
+    done = ""
+    try:
+        if stop.brakes:
+            done = _brake(arm, loop)
+        confirmed = _disable(drives, loop, Phase.CUT_OFF)
+    except StopError as second:
+        drives.cut_off()
+        return f"{done}the drives were told to cut off, then {second.cause}"
+    sure = "were disabled" if confirmed else "were told to disable, and not all confirmed it"
+    return f"{done}the drives {sure}"
+
+
+def _brake(arm: Arm, loop: Loop) -> str:
+    state, file = loop.state, arm.file
+    braking_s = file.safety.braking_s
+    reference = brake(state.q, state.qd, braking_s, file.bus.period_s)
+    try:
+        for k in range(len(reference.t)):
+            wanted = Setpoint(reference.q[k], reference.qd[k], reference.qdd[k])
+            loop.cycle(_towards(arm, wanted), Watch.DRIVES, Phase.BRAKE)
+    except StopError as second:
+        return f"braking was cut short ({second.cause}) and "
+    return f"the arm was braked within {braking_s:g} s and "
+
+
+def _no_torque(state: ArmState) -> tuple[Setpoint, Array]:
+    zero = np.zeros_like(state.q)
+    return Setpoint(state.q, zero, zero), zero
+
+
+def _towards(arm: Arm, wanted: Setpoint) -> Law:
+    return lambda state: (wanted, arm.control.torque(state.q, state.qd, wanted))
+
+
+def _sinking(arm: Arm, held: float) -> Law:
+    def law(state: ArmState) -> tuple[Setpoint, Array]:
+        zero = np.zeros_like(state.q)
+        return Setpoint(state.q, zero, zero), arm.control.release(state.q, state.qd, held)
+
+    return law

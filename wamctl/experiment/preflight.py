@@ -1,0 +1,140 @@
+"""All that can be refused before a bus is opened, in one go."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+from wamctl.arm.config import ArmFile, CanopenDrivesSection, beside, find_file, load_arm_file
+from wamctl.arm.control import computed_torque
+from wamctl.arm.errors import ConfigurationError
+from wamctl.arm.robot import Robot, load_robot
+from wamctl.arm.trajectory import Reference, Trajectory, read_trajectory, reference
+from wamctl.arm.trajectory_check import check_trajectory
+from wamctl.arm.transmission import transmission
+from wamctl.canopen.dictionary import load_dictionary
+from wamctl.drives import bus_load
+from wamctl.experiment.loop import Arm
+from wamctl.experiment.protocols import bus_plan
+
+T = TypeVar("T")
+
+_SYNCS_BEFORE_LOSS = 3
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A configuration that passed every check that needs no bus.
+
+    Attributes:
+        path: the arm's file.
+        arm: its content, the models and the controller.
+        trajectory: what to excite the arm with.
+        excitation: its samples, ramps included.
+        load: share of the bus.
+    """
+
+    path: Path
+    arm: Arm
+    trajectory: Trajectory
+    excitation: Reference
+    load: bus_load.Load
+
+
+def load_arm(config: str | Path) -> tuple[Path, Arm]:
+    """The arm of a configuration file.
+
+    Raises:
+        ConfigurationError: all faults of the file and of the files it names.
+    """
+    path = find_file(config)
+    file = load_arm_file(path)
+    faults: list[str] = []
+    robot = _collected(faults, lambda: _robot(file, path))
+    joints = _collected(faults, lambda: transmission(file.transmission, str(path)))
+    if isinstance(file.drives, CanopenDrivesSection):
+        eds, node = beside(path, file.drives.dictionary), file.drives.node_ids[0]
+        _collected(faults, lambda: load_dictionary(eds, node))
+        faults += _drive_faults(file, file.drives)
+    if robot is not None:
+        faults += _frame_faults(file, robot)
+    if faults or robot is None or joints is None:
+        raise ConfigurationError(path, faults)
+    return path, Arm(file, robot, joints, computed_torque(robot, file.controller))
+
+
+def prepare(config: str | Path, trajectory: str | Path | None = None) -> Prepared:
+    """Configuration and trajectory, checked against each other and against the bus.
+
+    Args:
+        config: the arm's file, or the name of a shipped one.
+        trajectory: its file; unset: the one that the configuration names.
+
+    Raises:
+        ConfigurationError: all faults at once.
+    """
+    path, arm = load_arm(config)
+    file = arm.file
+    load = bus_plan(file)
+    faults = bus_load.faults(load)
+    found = _collected(faults, lambda: _trajectory(file, path, trajectory))
+    if found is not None:
+        faults += check_trajectory(file, arm.robot, found)
+    if faults or found is None:
+        raise ConfigurationError(path, faults)
+    motion = reference(found.series, found.periods, file.excitation.ramp_s, file.bus.period_s)
+    return Prepared(path, arm, found, motion, load)
+
+
+def _collected(faults: list[str], build: Callable[[], T]) -> T | None:
+    try:
+        return build()
+    except ConfigurationError as error:
+        faults += [f"{error.path.name}: {fault}" for fault in error.faults]
+        return None
+
+
+def _robot(file: ArmFile, path: Path) -> Robot:
+    source = beside(path, file.robot.urdf)
+    try:
+        text = source.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigurationError(source, [f"cannot be read ({error})"]) from error
+    section = file.robot
+    return load_robot(
+        text, section.joints, section.parameter_frames, section.gravity_m_s2, source.name
+    )
+
+
+def _trajectory(file: ArmFile, path: Path, given: str | Path | None) -> Trajectory:
+    if given is not None:
+        return read_trajectory(given)
+    if file.excitation.trajectory is None:
+        raise ConfigurationError(
+            path, ["excitation.trajectory: unset, and no --trajectory was given"]
+        )
+    return read_trajectory(beside(path, file.excitation.trajectory))
+
+
+def _drive_faults(file: ArmFile, drives: CanopenDrivesSection) -> list[str]:
+    faults = []
+    if len(set(drives.node_ids)) != len(drives.node_ids):
+        faults.append("drives.node_ids: two drives share a node")
+    least_ms = _SYNCS_BEFORE_LOSS * file.bus.period_s * 1e3
+    if drives.sync_loss_ms < least_ms:
+        faults.append(
+            f"drives.sync_loss_ms: {drives.sync_loss_ms} ms is less than {_SYNCS_BEFORE_LOSS} "
+            f"cycles ({least_ms:g} ms), so that one late SYNC would stop the arm"
+        )
+    return faults
+
+
+def _frame_faults(file: ArmFile, robot: Robot) -> list[str]:
+    return [
+        f"limits.{field}: the URDF has no link {frame!r}"
+        for field, frame in (
+            ("elbow_frame", file.limits.elbow_frame),
+            ("tool_frame", file.limits.tool_frame),
+        )
+        if not robot.model.existFrame(frame)
+    ]

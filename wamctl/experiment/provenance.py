@@ -1,0 +1,65 @@
+"""Where a log comes from: what travels inside it beside the measurements."""
+
+import importlib.metadata
+import platform
+import subprocess
+from collections.abc import Mapping
+from pathlib import Path
+
+import yaml
+
+from wamctl.arm.trajectory import Trajectory, trajectory_yaml
+from wamctl.drives.bus import EMBEDDED, Channel
+from wamctl.experiment.session import Place
+
+_LIBRARIES = ("wam-ident", "numpy", "pin", "python-can", "canopen", "ruckig")
+
+
+def metadata(place: Place, channel: Channel) -> dict[str, str]:
+    """Facts about a run at a place, on a bus."""
+    file = place.arm.file
+    versions = {f"version.{name}": importlib.metadata.version(name) for name in _LIBRARIES}
+    facts = {
+        "arm": file.arm,
+        "bus": EMBEDDED if place.is_embedded else str(channel),
+        "clock": "lockstep" if place.lockstep else "real time",
+        "period_s": repr(file.bus.period_s),
+        "protocol": file.drives.protocol,
+        "git_commit": git_commit(),
+        "version.python": platform.python_version(),
+    }
+    if place.is_embedded:
+        facts["seed"] = str(place.seed)
+    return facts | versions
+
+
+def attachments(place: Place, trajectory: Trajectory) -> Mapping[str, bytes]:
+    """The files that describe a run; `ident run` needs no others."""
+    return {
+        "config.yaml": _resolved(place).encode(),
+        "robot.urdf": place.arm.robot.urdf.encode(),
+        "trajectory.yaml": trajectory_yaml(trajectory).encode(),
+    }
+
+
+def _resolved(place: Place) -> str:
+    """The configuration with every default spelt out."""
+    return yaml.safe_dump(place.arm.file.model_dump(mode="json"), sort_keys=False, width=100)
+
+
+def git_commit() -> str:
+    """Commit of the source tree, with `+changes` where it differs; `unknown` outside of one."""
+    folder = Path(__file__).parent
+    try:
+        commit = _git(folder, "rev-parse", "HEAD")
+        changed = _git(folder, "status", "--porcelain", "--untracked-files=no")
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown"
+    return f"{commit}+changes" if changed else commit
+
+
+def _git(folder: Path, *arguments: str) -> str:
+    done = subprocess.run(
+        ["git", *arguments], cwd=folder, capture_output=True, text=True, check=True, timeout=10
+    )
+    return done.stdout.strip()

@@ -1,0 +1,103 @@
+"""From a word for a bus to drives that are set up on it, and back."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import can
+
+from wamctl.drives.bus import EMBEDDED, Channel, Timekeeper, open_bus, parse_channel
+from wamctl.drives.interface import Drives
+from wamctl.errors import UsageError
+from wamctl.experiment.loop import Arm
+from wamctl.experiment.protocols import open_drives
+from wamctl.experiment.simulator import simulated_arm
+from wamctl.realtime.clock import Clock, LockstepClock, RealTimeClock
+
+
+@dataclass(frozen=True)
+class Place:
+    """Which arm, and where.
+
+    Attributes:
+        path: the arm's file.
+        arm: its content and models.
+        bus: `sim`, or INTERFACE:CHANNEL.
+        lockstep: simulated time instead of real time.
+        seed: of the simulated arm.
+    """
+
+    path: Path
+    arm: Arm
+    bus: str
+    lockstep: bool = False
+    seed: int = 0
+
+    @property
+    def is_embedded(self) -> bool:
+        """Whether we start the simulated arm ourselves."""
+        return self.bus == EMBEDDED
+
+
+@dataclass(frozen=True)
+class Connection:
+    """Drives that are identified and configured, and give no torque.
+
+    Attributes:
+        channel: the bus.
+        clock: what paces the loop on it.
+        drives: its drives.
+        notes: what the operator should know.
+    """
+
+    channel: Channel
+    clock: Clock
+    drives: Drives
+    notes: tuple[str, ...]
+
+
+@contextmanager
+def connected(place: Place, zeroed: bool = True) -> Iterator[Connection]:
+    """The drives of an arm; they are cut off when the block is left.
+
+    Args:
+        place: which arm.
+        zeroed: refuse an arm that does not know its zero.
+
+    Raises:
+        UserError: no such bus, no answer, or not the drives of the configuration.
+    """
+    with (
+        _channel(place) as channel,
+        open_bus(channel, place.arm.file.bus, place.lockstep) as bus,
+    ):
+        drives = open_drives(bus, channel, place.arm.file, place.path, place.lockstep)
+        notes = drives.set_up() if zeroed else drives.prepare()
+        try:
+            yield Connection(channel, _clock(place, channel, bus), drives, tuple(notes))
+        finally:
+            drives.cut_off()
+
+
+def _clock(place: Place, channel: Channel, bus: can.BusABC) -> Clock:
+    file = place.arm.file
+    if place.lockstep:
+        return LockstepClock(file.bus.period_s, bus if isinstance(bus, Timekeeper) else None)
+    overtime = file.safety.missed_cycles / 2
+    return RealTimeClock(file.bus.period_s, channel.stamps_by_wall_clock, overtime)
+
+
+@contextmanager
+def _channel(place: Place) -> Iterator[Channel]:
+    if place.is_embedded:
+        with simulated_arm(place.path, place.seed, place.lockstep) as channel:
+            yield channel
+        return
+    channel = parse_channel(place.bus)
+    if place.lockstep and not channel.may_lockstep:
+        raise UsageError(
+            f"--lockstep is for simulated arms: on bus {channel} a SYNC would follow the last one "
+            "at once."
+        )
+    yield channel

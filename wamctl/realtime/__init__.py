@@ -1,0 +1,1 @@
+"""Deadlines, scheduling and how punctual the loop was."""

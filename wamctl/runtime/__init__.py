@@ -1,1 +1,0 @@
-"""The experiment: clock, loop, safety, logging and its phases."""

@@ -1,0 +1,1 @@
+"""Limits and fault detection that every cycle passes."""

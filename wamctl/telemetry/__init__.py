@@ -1,0 +1,1 @@
+"""From the loop to the log and the display, through shared memory."""

@@ -1,0 +1,70 @@
+"""The process that shows the operator what the loop does, so that no terminal ever delays it.
+
+Started as `python -m wamctl.telemetry.display DESCRIPTOR JOINTS`; it reads the
+ring's header ten times a second and ends with its input.
+"""
+
+import select
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from wamctl.telemetry import ring as shared
+from wamctl.telemetry.phase import Phase
+
+_INTERVAL_S = 0.1
+
+
+@contextmanager
+def display(descriptor: int, joints: int) -> Iterator[None]:
+    """Progress for the operator while the block runs, where standard error is a terminal.
+
+    Args:
+        descriptor: the ring's.
+        joints: number of joints.
+    """
+    if not sys.stderr.isatty():
+        yield
+        return
+    command = [sys.executable, "-m", "wamctl.telemetry.display", str(descriptor), str(joints)]
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, pass_fds=(descriptor,), start_new_session=True
+    ) as process:
+        try:
+            yield
+        finally:
+            if process.stdin:
+                process.stdin.close()
+
+
+def main() -> None:
+    """Show one run."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the operator's stop is for the loop
+    header = shared.attach(int(sys.argv[1]), int(sys.argv[2])).header
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f} of {task.total:.0f} cycles"),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+        phase, task = -1, progress.add_task("wake", total=1)
+        while not select.select([sys.stdin], [], [], _INTERVAL_S)[0]:
+            now, done, total = (
+                int(header[place]) for place in (shared.PHASE, shared.DONE, shared.TOTAL)
+            )
+            if now != phase:
+                phase = now
+                progress.reset(task, description=Phase(now).word)
+            progress.update(task, completed=done, total=max(1, total))
+
+
+if __name__ == "__main__":
+    main()
