@@ -22,9 +22,9 @@ from wamctl.commands.home import home
 from wamctl.commands.monitor import monitor
 from wamctl.commands.text_output import print_bench, print_check, print_summary
 from wamctl.errors import UsageError
-from wamctl.experiment.excite import Order, Summary, excite
+from wamctl.experiment.excite import ExciteRequest, Summary, excite
 from wamctl.experiment.preflight import Prepared, load_arm, prepare
-from wamctl.experiment.session import Connection, Place
+from wamctl.experiment.session import Connection, Setup
 from wamctl.live.watch import PORT, check_installed, live_view
 
 app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
@@ -74,11 +74,11 @@ def _excite(
             check_installed()
         prepared = prepare(config, trajectory)
         file = prepared.arm.file
-        place = Place(prepared.path, prepared.arm, bus or file.bus.channel, lockstep, seed)
+        setup = Setup(prepared.path, prepared.arm, bus or file.bus.channel, lockstep, seed)
         log = out or Path(f"{file.arm}-{datetime.now():%Y%m%d-%H%M%S}.mcap")
         confirm = partial(_confirm, prepared, yes_move_the_arm)
-        watchers = (partial(live_view, port=live_port),) if live else ()
-        summary = excite(Order(prepared, place, log, confirm, watchers))
+        live_views = (partial(live_view, port=live_port),) if live else ()
+        summary = excite(ExciteRequest(prepared, setup, log, confirm, live_views))
         _print(summary, print_summary, as_json)
 
 
@@ -96,7 +96,7 @@ def _bench(
     """
     with _reported(debug):
         path, arm = load_arm(config)
-        measured = bench(Place(path, arm, bus or arm.file.bus.channel), seconds)
+        measured = bench(Setup(path, arm, bus or arm.file.bus.channel), seconds)
         _print(measured, print_bench, as_json)
 
 
@@ -116,8 +116,8 @@ def _check(
     """
     with _reported(debug):
         prepared = prepare(config, trajectory)
-        place = Place(prepared.path, prepared.arm, bus) if bus else None
-        _print(check(prepared, place), print_check, as_json)
+        setup = Setup(prepared.path, prepared.arm, bus) if bus else None
+        _print(check(prepared, setup), print_check, as_json)
 
 
 @app.command("monitor")
@@ -135,7 +135,7 @@ def _monitor(
     """
     with _reported(debug):
         path, arm = load_arm(config)
-        monitor(Place(path, arm, bus or arm.file.bus.channel), seconds)
+        monitor(Setup(path, arm, bus or arm.file.bus.channel), seconds)
 
 
 @app.command("home")
@@ -146,8 +146,8 @@ def _home(config: Config, bus: Bus = None, debug: Debug = False) -> None:
     """
     with _reported(debug):
         path, arm = load_arm(config)
-        place = Place(path, arm, bus or arm.file.bus.channel)
-        for line in home(place, lambda text: typer.prompt(text, default="", err=True)):
+        setup = Setup(path, arm, bus or arm.file.bus.channel)
+        for line in home(setup, lambda text: typer.prompt(text, default="", err=True)):
             typer.echo(line)
 
 

@@ -20,7 +20,7 @@ from wamctl.arm.config import find_file, load_arm_file
 from wamctl.arm.recording import read_recording
 from wamctl.experiment.preflight import load_arm
 from wamctl.safety.state_estimator import ArmState
-from wamctl.safety.torque_residual import Residual
+from wamctl.safety.torque_residual import TorqueResidual
 
 ALL = [1, 2, 3, 4, 5, 6, 7]
 TRUTH = load_arm_file("wam7.yaml").simulation
@@ -130,7 +130,7 @@ def run(config: Path, effects: list[Effect]) -> tuple[str, np.ndarray]:
     recording = read_recording(log)
     tau = recording.command.effort if recording.command else np.zeros_like(recording.q)
     seconds = recording.stamp_ns * 1e-9
-    residual = Residual(arm.robot, arm.transmission, arm.file.controller.velocity_cutoff_hz)
+    residual = TorqueResidual(arm.robot, arm.transmission, arm.file.controller.velocity_cutoff_hz)
     driven = np.flatnonzero(np.abs(tau).sum(axis=1))
     end = seconds[driven[-1]] - (0.0 if done.returncode else RELEASE_S)
     left = [

@@ -56,9 +56,9 @@ from wamctl.arm.errors import UserError
 from wamctl.arm.motion import move
 from wamctl.arm.trajectory import FourierSeries, Reference, Trajectory, write_trajectory
 from wamctl.canopen import dictionary
-from wamctl.experiment.excite import Order, excite
+from wamctl.experiment.excite import ExciteRequest, excite
 from wamctl.experiment.preflight import Prepared, prepare
-from wamctl.experiment.session import Place
+from wamctl.experiment.session import Setup
 
 PHASES = ("enable", "move", "excite", "return")
 POSE = np.array([0.0, -1.0, 0.0, 2.5, 0.0, 0.0, 0.0])
@@ -208,10 +208,10 @@ def run(config: Path, fault: Fault, seed: int) -> Ending:
         case.faults.write_text(yaml.safe_dump({"faults": [fault]}))
         prepared, log = prepared_once(config), folder / "log.mcap"
         with served(case) as court:
-            place = Place(config, prepared.arm, f"simbus:{case.socket}", lockstep=True)
+            setup = Setup(config, prepared.arm, f"simbus:{case.socket}", lockstep=True)
             try:
                 with redirect_stderr(io.StringIO()):
-                    excite(Order(prepared, place, log, lambda _: None))
+                    excite(ExciteRequest(prepared, setup, log, lambda _: None))
             except UserError as raised:
                 error = raised
             testimony = court.hear()

@@ -10,9 +10,9 @@ from wamctl.canopen.ds402 import Controlword, Goal, State
 from wamctl.canopen.inputs import Inputs
 from wamctl.canopen.sdo import is_plain
 from wamctl.canopen.supervision import Supervision
-from wamctl.drives.answers import Arrivals
+from wamctl.drives.answers import Answers
 from wamctl.drives.bus import next_frame, send_all
-from wamctl.drives.interface import Pace, Readings
+from wamctl.drives.interface import CycleTiming, Readings
 from wamctl.errors import BusStopError
 
 Array = NDArray[np.floating]
@@ -50,8 +50,8 @@ class Cycle:
         self._supervision = Supervision(drives.node_ids, names, drives.heartbeat_ms / 1000)
         self._inputs = Inputs(drives, names, _UNHEARD_CYCLES)
         self._slots = {0x180 + node: slot for slot, node in enumerate(drives.node_ids)}
-        self._arrivals = Arrivals(names, list(self._slots), period_s)
-        self.counters = self._arrivals.counters
+        self._answers = Answers(names, list(self._slots), period_s)
+        self.counters = self._answers.counters
         self._sync = pdo.message(pdo.SYNC_ID, 0, fd)
         self._heartbeat = pdo.message(_MASTER_HEARTBEAT_ID, 1, fd)
         self._heartbeat.data[0] = _OPERATIONAL
@@ -87,7 +87,7 @@ class Cycle:
         """Motor angle from the arm's zero pose [rad], shape (n,), of position counts."""
         return (counts - self._zero_counts) * self._rad_per_count
 
-    def sample(self, pace: Pace) -> Readings:
+    def sample(self, timing: CycleTiming) -> Readings:
         """SYNC, then statusword and position of every drive.
 
         After a cycle in which frames stayed away, those may still come, before the new ones: then
@@ -97,8 +97,8 @@ class Cycle:
             BusStopError: the bus does not send or receive.
         """
         counts = [np.nan] * len(self.words)
-        arrivals = self._arrivals
-        arrivals.begin()
+        answers = self._answers
+        answers.begin()
         self._count += 1
         try:
             self._discard_late()
@@ -106,21 +106,21 @@ class Cycle:
             if self._count % self._heartbeat_cycles == 0:
                 self._bus.send(self._heartbeat)
             for _ in range(_MOST_FRAMES):
-                message = next_frame(self._bus, pace)
+                message = next_frame(self._bus, timing)
                 if message is None:
                     break
                 slot = self._slots.get(message.arbitration_id)
                 if slot is None or not _carries_position(message):
                     self._hear(message)
                     continue
-                if arrivals.admit(slot, pace.age(message.timestamp)):
+                if answers.admit(slot, timing.age(message.timestamp)):
                     self.words[slot], counts[slot] = pdo.POSITION_FRAME.unpack(message.data)
-                if not arrivals.missing and self._settled:
+                if not answers.missing and self._settled:
                     break
         except (can.CanError, OSError) as error:
             raise self._failed(error) from error
-        arrivals.end()
-        self._settled = not arrivals.missing
+        answers.end()
+        self._settled = not answers.missing
         return self._readings(np.array(counts))
 
     def send(self, tau_motor: Array) -> Array:
@@ -137,7 +137,7 @@ class Cycle:
             raise self._failed(error) from error
         return np.array(permille) / self._permille_per_nm
 
-    def silence(self) -> list[can.Message]:
+    def zero_torque_frames(self) -> list[can.Message]:
         """Frames that take all torque away at once."""
         n = len(self.words)
         self.go(Goal.DISABLED)
@@ -169,7 +169,7 @@ class Cycle:
                 return
             slot = self._slots.get(message.arbitration_id)
             if slot is not None and _carries_position(message):
-                self._arrivals.leave_out(slot)
+                self._answers.leave_out(slot)
             else:
                 self._hear(message)
 
@@ -198,14 +198,14 @@ class Cycle:
         self._arrived |= enabled if self._goal is Goal.ENABLED else disabled
         return Readings(
             self.angle(counts),
-            _in_order(self._arrivals.missing),
+            _in_order(self._answers.missing),
             enabled,
             disabled,
             fault,
             self._inputs.reason(),
-            _in_order(self._arrivals.late),
-            _in_order(self._arrivals.doubled),
-            _in_order(self._arrivals.overtaken),
+            _in_order(self._answers.late),
+            _in_order(self._answers.duplicates),
+            _in_order(self._answers.out_of_order),
         )
 
     def _read_states(self) -> None:

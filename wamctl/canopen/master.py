@@ -14,7 +14,7 @@ from wamctl.canopen import dictionary as od
 from wamctl.canopen import ds402, sdo, set_up
 from wamctl.canopen.cycle import Cycle
 from wamctl.canopen.ds402 import Goal, State
-from wamctl.drives.interface import Counters, Pace, Readings
+from wamctl.drives.interface import Counters, CycleTiming, Readings
 from wamctl.errors import BusError, DrivesError
 
 Array = NDArray[np.floating]
@@ -128,9 +128,9 @@ class CanopenDrives:
         self._cycle.start()
         self._cycle.send(np.zeros(len(self._nodes)))
 
-    def sample(self, pace: Pace) -> Readings:
+    def sample(self, timing: CycleTiming) -> Readings:
         """SYNC, then statusword and position of every drive."""
-        return self._cycle.sample(pace)
+        return self._cycle.sample(timing)
 
     def send(self, tau_motor: Array) -> Array:
         """Torque frames [N m], shape (n,); returns the torques as rounded on the wire."""
@@ -151,7 +151,7 @@ class CanopenDrives:
 
     def cut_off(self) -> None:
         """Zero torque, disable voltage, PRE-OPERATIONAL for all, without looking for answers."""
-        frames = self._cycle.silence()
+        frames = self._cycle.zero_torque_frames()
         for node in self._nodes:
             data = [_PRE_OPERATIONAL, node.id]
             frames.append(can.Message(arbitration_id=_NMT, is_extended_id=False, data=data))

@@ -14,11 +14,11 @@ import numpy as np
 from wamctl.arm.control import Setpoint
 from wamctl.drives.interface import Counters, Drives
 from wamctl.errors import StopError, UsageError
-from wamctl.experiment.loop import Array, Loop, Watch
+from wamctl.experiment.loop import Array, CheckLevel, Loop
 from wamctl.experiment.protocols import bus_plan
-from wamctl.experiment.session import Connection, Place, connected
+from wamctl.experiment.session import Connection, Setup, connected
 from wamctl.realtime.latency import Percentiles, percentiles
-from wamctl.realtime.scheduling import PRIORITY, Grants, punctual
+from wamctl.realtime.scheduling import PRIORITY, Privileges, real_time_scheduling
 from wamctl.safety.state_estimator import ArmState
 from wamctl.telemetry.logger import Logger, LogHead, recorded
 from wamctl.telemetry.phase import Phase
@@ -45,7 +45,7 @@ class Bench:
         wire_us: part of it that the bus itself takes [us].
         baseline: wake-up of a bare timer in the same minute [us].
         baseline_name: what the bare timer was.
-        grants: what the system granted.
+        privileges: what the system granted.
         ratio: latency over the baseline, at 99.9 %.
         software_us: the cycle at 99 %, without the bus's part [us].
         share: of the period that this is.
@@ -60,33 +60,36 @@ class Bench:
     wire_us: float
     baseline: Percentiles
     baseline_name: str
-    grants: Grants
+    privileges: Privileges
     ratio: float
     software_us: float
     share: float
 
 
-def bench(place: Place, seconds: float) -> Bench:
+def bench(setup: Setup, seconds: float) -> Bench:
     """Run the whole cycle, control law and log included, with disabled drives and zero torque.
 
     Args:
-        place: which drives.
+        setup: which drives.
         seconds: how long; the bare timer runs as long, half of it before and half after.
 
     Raises:
         UserError: the drives are not there, or the loop was stopped.
     """
-    period_s = place.arm.file.bus.period_s
-    with connected(place) as connection, TemporaryDirectory(prefix="wamctl-") as folder:
-        head = _head(place, connection.drives, Path(folder) / "bench.mcap")
-        with recorded(head, waits=False, shown=True) as log, punctual(real_time=True) as grants:
+    period_s = setup.arm.file.bus.period_s
+    with connected(setup) as connection, TemporaryDirectory(prefix="wamctl-") as folder:
+        head = _head(setup, connection.drives, Path(folder) / "bench.mcap")
+        with (
+            recorded(head, waits=False, shown=True) as log,
+            real_time_scheduling(real_time=True) as privileges,
+        ):
             name, before = baseline(period_s, seconds / 2)
-            loop = _run(place, connection, log, seconds)
+            loop = _run(setup, connection, log, seconds)
             _, after = baseline(period_s, seconds / 2)
     latency, cycle = loop.timing.latency(), loop.timing.cycle()
     timer, wire_us = (
         percentiles(np.concatenate([before, after])),
-        bus_plan(place.arm.file).answer_us,
+        bus_plan(setup.arm.file).answer_us,
     )
     software_us = max(0.0, cycle.p99 - wire_us)
     return Bench(
@@ -99,36 +102,36 @@ def bench(place: Place, seconds: float) -> Bench:
         wire_us,
         timer,
         name,
-        grants,
+        privileges,
         latency.p99_9 / max(1e-9, timer.p99_9),
         software_us,
         software_us * 1e-6 / period_s,
     )
 
 
-def _run(place: Place, connection: Connection, log: Logger, seconds: float) -> Loop:
-    drives, clock, control = connection.drives, connection.clock, place.arm.control
+def _run(setup: Setup, connection: Connection, log: Logger, seconds: float) -> Loop:
+    drives, clock, control = connection.drives, connection.clock, setup.arm.control
 
     def law(state: ArmState) -> tuple[Setpoint, Array]:
         wanted = Setpoint(state.q, 0.0 * state.q, 0.0 * state.q)
         return wanted, 0.0 * control.torque(state.q, state.qd, wanted)
 
-    loop = Loop(place.arm, drives, clock, log, lambda: None)
+    loop = Loop(setup.arm, drives, clock, log, lambda: None)
     drives.start()
     clock.start()
     total = loop.cycles(seconds)
     try:
         for k in range(total):
-            loop.show(Phase.WAKE, k, total)
-            loop.cycle(law, Watch.DRIVES, Phase.WAKE)
+            loop.show(Phase.IDLE, k, total)
+            loop.cycle(law, CheckLevel.DRIVES, Phase.IDLE)
     except StopError as stop:
         stop.outcome = "no drive was enabled"
         raise
     return loop
 
 
-def _head(place: Place, drives: Drives, path: Path) -> LogHead:
-    joints = place.arm.robot.joint_names
+def _head(setup: Setup, drives: Drives, path: Path) -> LogHead:
+    joints = setup.arm.robot.joint_names
     return LogHead(path, joints, drives.names, drives.state_names, {}, {})
 
 

@@ -9,7 +9,7 @@ from wamctl.arm.trajectory import reference
 from wamctl.arm.trajectory_check import Quantity, quantities
 from wamctl.drives.bus_load import Load
 from wamctl.experiment.preflight import Prepared
-from wamctl.experiment.session import Place, connected
+from wamctl.experiment.session import Setup, connected
 
 _GRID_S = 0.005
 
@@ -56,15 +56,15 @@ class Check:
     notes: tuple[str, ...]
 
 
-def check(prepared: Prepared, place: Place | None) -> Check:
-    """Examine a configuration that passed preflight, and the drives at a place if there is one.
+def check(prepared: Prepared, setup: Setup | None) -> Check:
+    """Examine a configuration that passed preflight, and the drives of a setup if there is one.
 
     Raises:
         UserError: the drives do not answer, or are others.
     """
     drives, notes = (), ()
-    if place is not None:
-        with connected(place) as connection:
+    if setup is not None:
+        with connected(setup) as connection:
             drives, notes = connection.drives.names, connection.notes
     file = prepared.arm.file
     seconds = float(prepared.excitation.t[-1])

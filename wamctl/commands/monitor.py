@@ -10,39 +10,39 @@ from rich.table import Table
 
 from wamctl.drives.interface import Drives, Readings
 from wamctl.experiment.operator_stop import StopRequest
-from wamctl.experiment.session import Connection, Place, connected
+from wamctl.experiment.session import Connection, Setup, connected
 from wamctl.realtime.clock import RealTimeClock
-from wamctl.safety.state_estimator import ArmState, Estimator
+from wamctl.safety.state_estimator import ArmState, StateEstimator
 
 _PERIOD_S = 0.02  # the least that BusSection.period_s allows, too: slow enough to draw in between
 _DRAWN = 5  # cycles to a drawing
 
 
-def monitor(place: Place, seconds: float | None) -> None:
+def monitor(setup: Setup, seconds: float | None) -> None:
     """Show the arm until a key, Ctrl-C, or the time is up; the drives stay disabled.
 
     Args:
-        place: which arm.
+        setup: which arm.
         seconds: how long; None until the operator ends it [s].
 
     Raises:
         UserError: the drives do not answer, or are others.
     """
     console = Console()
-    with connected(place) as connection, StopRequest().listening() as operator:
+    with connected(setup) as connection, StopRequest().listening() as operator:
         deadline = None if seconds is None else time.monotonic() + seconds
         with Live(console=console, auto_refresh=False) as live:
-            for k, (state, readings) in enumerate(_states(place, connection)):
+            for k, (state, readings) in enumerate(_states(setup, connection)):
                 if k % _DRAWN == 0:
-                    live.update(_table(place, connection.drives, state, readings), refresh=True)
+                    live.update(_table(setup, connection.drives, state, readings), refresh=True)
                 if operator() is not None or (deadline and time.monotonic() > deadline):
                     return
 
 
-def _states(place: Place, connection: Connection) -> Iterator[tuple[ArmState, Readings]]:
-    drives, arm = connection.drives, place.arm
+def _states(setup: Setup, connection: Connection) -> Iterator[tuple[ArmState, Readings]]:
+    drives, arm = connection.drives, setup.arm
     clock = RealTimeClock(_PERIOD_S, connection.channel.stamps_by_wall_clock)
-    estimator = Estimator(
+    estimator = StateEstimator(
         arm.transmission, arm.file.controller.velocity_cutoff_hz, drives.resting_angles()
     )
     drives.start()
@@ -54,16 +54,16 @@ def _states(place: Place, connection: Connection) -> Iterator[tuple[ArmState, Re
         drives.send(np.zeros(arm.robot.dof))
 
 
-def _table(place: Place, drives: Drives, state: ArmState, readings: Readings) -> Table:
+def _table(setup: Setup, drives: Drives, state: ArmState, readings: Readings) -> Table:
     lost = drives.counters.lost
     table = Table(
-        title=f"{place.arm.file.arm}: {readings.fault or readings.stop or 'no fault'}",
+        title=f"{setup.arm.file.arm}: {readings.fault or readings.stop or 'no fault'}",
         caption=f"{lost} positions lost. Drives are disabled. Any key ends.",
     )
     for column in ("joint", "position [rad]", "[deg]", "velocity [rad/s]", "drive", "state"):
         table.add_column(column, justify="right" if "[" in column else "left")
     rows = zip(
-        place.arm.robot.joint_names, state.q, state.qd, drives.names, drives.states(), strict=True
+        setup.arm.robot.joint_names, state.q, state.qd, drives.names, drives.states(), strict=True
     )
     for slot, (joint, q, qd, drive, code) in enumerate(rows):
         word = drives.state_names.get(code, f"unknown state {code}")

@@ -7,7 +7,7 @@ from wamctl.commands.check import Check
 from wamctl.drives.interface import Counters
 from wamctl.experiment.excite import Summary
 from wamctl.realtime.latency import Percentiles
-from wamctl.realtime.scheduling import Grants
+from wamctl.realtime.scheduling import Privileges
 
 
 def print_summary(summary: Summary) -> None:
@@ -21,7 +21,7 @@ def print_summary(summary: Summary) -> None:
     _line("deadlines", f"{summary.timing.missed} missed")
     _print_percentiles("wake-up", summary.timing.latency())
     _print_percentiles("cycle", summary.timing.cycle())
-    _print_grants(summary.grants)
+    _print_privileges(summary.privileges)
 
 
 def print_bench(measured: Bench) -> None:
@@ -38,7 +38,7 @@ def print_bench(measured: Bench) -> None:
     )
     _line("deadlines", f"{measured.missed} missed")
     _print_frames(measured.frames)
-    _print_grants(measured.grants)
+    _print_privileges(measured.privileges)
 
 
 def print_check(found: Check) -> None:
@@ -77,8 +77,8 @@ def _print_frames(frames: Counters) -> None:
     )
 
 
-def _print_grants(grants: Grants) -> None:
-    memory = "locked" if grants.memory_locked else "not locked"
-    _line("system", f"{grants.scheduling} scheduling, memory {memory}")
-    for line in grants.advice:
+def _print_privileges(privileges: Privileges) -> None:
+    memory = "locked" if privileges.memory_locked else "not locked"
+    _line("system", f"{privileges.scheduling} scheduling, memory {memory}")
+    for line in privileges.advice:
         typer.echo(f"for {line}", err=True)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from wamctl.drives.interface import WINDOW, Counters
 
 
-class Arrivals:
+class Answers:
     """The drives' answers to one SYNC, as they come in.
 
     A drive answers each SYNC once. Where its answer stays away, it may be lost or late, and a late
@@ -15,8 +15,8 @@ class Arrivals:
     Attributes:
         missing: places of the drives whose answer has not come.
         late: places of those with an answer to an older SYNC, or one behind the window.
-        doubled: places of those that answered more than once.
-        overtaken: places of those that came after one that they precede in the plan.
+        duplicates: places of those that answered more than once.
+        out_of_order: places of those that answered out of order.
 
     Args:
         names: what to call each drive.
@@ -37,8 +37,8 @@ class Arrivals:
         """A new cycle."""
         self.missing = set(range(len(self._rank)))
         self.late: set[int] = set()
-        self.doubled: set[int] = set()
-        self.overtaken: set[int] = set()
+        self.duplicates: set[int] = set()
+        self.out_of_order: set[int] = set()
         self._furthest = -1
 
     def leave_out(self, slot: int) -> None:
@@ -57,14 +57,14 @@ class Arrivals:
             self.leave_out(slot)
             return False
         if slot not in self.missing:
-            self.doubled.add(slot)
+            self.duplicates.add(slot)
             self.counters.doubled += 1
             return True
         self.missing.discard(slot)
         if age_s > self._window_s:
             self.leave_out(slot)
         elif self._rank[slot] < self._furthest:
-            self.overtaken.add(slot)
+            self.out_of_order.add(slot)
             self.counters.reordered += 1
         self._furthest = max(self._furthest, self._rank[slot])
         return True

@@ -7,7 +7,7 @@ from typing import Any, Protocol, runtime_checkable
 import can
 
 from wamctl.arm.config import BusSection
-from wamctl.drives.interface import Pace
+from wamctl.drives.interface import CycleTiming
 from wamctl.drives.socketcan import BurstBus
 from wamctl.errors import BusError, UsageError
 
@@ -44,7 +44,7 @@ class Channel:
 
 
 @runtime_checkable
-class Timekeeper(Protocol):
+class SimulatedTime(Protocol):
     """A bus with a time of its own: the simulated one in lockstep."""
 
     @property
@@ -112,7 +112,7 @@ def send_all(bus: can.BusABC, frames: Sequence[can.Message]) -> None:
             bus.send(frame)
 
 
-def next_frame(bus: can.BusABC, pace: Pace) -> can.Message | None:
+def next_frame(bus: can.BusABC, timing: CycleTiming) -> can.Message | None:
     """The next frame of a cycle; None where none comes while there is time for it.
 
     The clock is read only where there may be something to wait for.
@@ -122,4 +122,4 @@ def next_frame(bus: can.BusABC, pace: Pace) -> can.Message | None:
     """
     if isinstance(bus, BurstBus) and bus.has_arrived:
         return bus.recv(0.0)
-    return bus.recv(max(0.0, pace.remaining()))
+    return bus.recv(max(0.0, timing.remaining()))

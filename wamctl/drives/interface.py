@@ -21,8 +21,8 @@ class Readings:
         angle_motor: motor angle from the arm's zero pose, shape (n,) [rad]; NaN where none came.
         missing: places (0, 1, ...) of the drives whose angle did not come.
         late: those with an angle that came too late for its cycle, whether it is used or not.
-        doubled: those with more than one angle.
-        overtaken: those whose angle came behind one that it precedes in the plan.
+        duplicates: those with more than one angle.
+        out_of_order: those that answered out of order.
         enabled: every drive gives torque.
         disabled: no drive gives torque.
         fault: why the drives cannot be trusted any more, as the start of a sentence; or None.
@@ -36,11 +36,11 @@ class Readings:
     fault: str | None
     stop: str | None = None
     late: tuple[int, ...] = ()
-    doubled: tuple[int, ...] = ()
-    overtaken: tuple[int, ...] = ()
+    duplicates: tuple[int, ...] = ()
+    out_of_order: tuple[int, ...] = ()
 
 
-class Pace(Protocol):
+class CycleTiming(Protocol):
     """What a cycle's clock says about its frames."""
 
     def remaining(self) -> float:
@@ -124,11 +124,11 @@ class Drives(Protocol):
         """Bring the drives to where the cycle can begin, every torque primed with zero."""
         ...
 
-    def sample(self, pace: Pace) -> Readings:
+    def sample(self, timing: CycleTiming) -> Readings:
         """Ask for the angles of this instant and collect them.
 
         Args:
-            pace: how long to wait for frames, and how old they are.
+            timing: how long to wait for frames, and how old they are.
 
         Raises:
             BusStopError: the bus itself does not work any more.

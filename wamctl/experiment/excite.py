@@ -13,29 +13,29 @@ from wamctl.experiment import provenance
 from wamctl.experiment.loop import Loop
 from wamctl.experiment.operator_stop import StopRequest
 from wamctl.experiment.preflight import Prepared
-from wamctl.experiment.session import Connection, Place, connected
+from wamctl.experiment.session import Connection, Setup, connected
 from wamctl.realtime.latency import Timing
-from wamctl.realtime.scheduling import Grants, punctual
-from wamctl.telemetry.logger import LogHead, Watcher, recorded
+from wamctl.realtime.scheduling import Privileges, real_time_scheduling
+from wamctl.telemetry.logger import LiveView, LogHead, recorded
 
 
 @dataclass(frozen=True)
-class Order:
+class ExciteRequest:
     """What is wanted.
 
     Attributes:
         prepared: the checked configuration.
-        place: where its drives are.
+        setup: where its drives are.
         out: the log to write.
         confirm: asks the operator before the drives are enabled; raises when he refuses.
-        watchers: who looks on.
+        live_views: viewers that run beside it.
     """
 
     prepared: Prepared
-    place: Place
+    setup: Setup
     out: Path
     confirm: Callable[[Connection], None]
-    watchers: tuple[Watcher, ...] = ()
+    live_views: tuple[LiveView, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Summary:
         counted: those of the trajectory's counted periods.
         frames: bad frames.
         timing: how punctual the loop was.
-        grants: what the system granted.
+        privileges: what the system granted.
         speed: times as fast as real time, in lockstep; None in real time.
     """
 
@@ -57,7 +57,7 @@ class Summary:
     counted: int
     frames: Counters
     timing: Timing
-    grants: Grants
+    privileges: Privileges
     speed: float | None
 
     def figures(self) -> dict[str, object]:
@@ -70,30 +70,30 @@ class Summary:
             "frames": asdict(self.frames),
             "latency_us": asdict(self.timing.latency()),
             "cycle_us": asdict(self.timing.cycle()),
-            "scheduling": self.grants.scheduling,
-            "memory_locked": self.grants.memory_locked,
+            "scheduling": self.privileges.scheduling,
+            "memory_locked": self.privileges.memory_locked,
             "speed": self.speed,
         }
 
 
-def excite(order: Order) -> Summary:
+def excite(request: ExciteRequest) -> Summary:
     """Run the experiment and write its log.
 
     Raises:
         UserError: it could not start, or it ended early; nothing moves any more.
     """
-    if order.out.exists():
-        raise UsageError(f"The log {order.out} exists already: name another with --out.")
-    arm, place = order.prepared.arm, order.place
-    with connected(place) as connection:
+    if request.out.exists():
+        raise UsageError(f"The log {request.out} exists already: name another with --out.")
+    arm, setup = request.prepared.arm, request.setup
+    with connected(setup) as connection:
         clock, drives = connection.clock, connection.drives
         rest = arm.transmission.joint_angle(drives.resting_angles())
-        motion = experiment.plan(arm, rest, order.prepared.excitation)
-        order.confirm(connection)
+        motion = experiment.plan(arm, rest, request.prepared.excitation)
+        request.confirm(connection)
         with (
-            recorded(_head(order, connection), clock.waits, True, order.watchers) as log,
+            recorded(_head(request, connection), clock.waits, True, request.live_views) as log,
             StopRequest().listening() as operator,
-            punctual(real_time=not place.lockstep) as grants,
+            real_time_scheduling(real_time=not setup.lockstep) as privileges,
         ):
             loop = Loop(arm, drives, clock, log, operator)
             drives.start()
@@ -105,20 +105,20 @@ def excite(order: Order) -> Summary:
             try:
                 counted = experiment.run(arm, drives, loop, motion)
             except StopError as stop:
-                stop.outcome += f"; the log {order.out} holds {log.rows} cycles"
+                stop.outcome += f"; the log {request.out} holds {log.rows} cycles"
                 raise
             took_s = time.monotonic() - started_s
-    speed = loop.timing.cycles * arm.file.bus.period_s / took_s if place.lockstep else None
-    return Summary(order.out, log.rows, counted, drives.counters, loop.timing, grants, speed)
+    speed = loop.timing.cycles * arm.file.bus.period_s / took_s if setup.lockstep else None
+    return Summary(request.out, log.rows, counted, drives.counters, loop.timing, privileges, speed)
 
 
-def _head(order: Order, connection: Connection) -> LogHead:
-    prepared, place, drives = order.prepared, order.place, connection.drives
+def _head(request: ExciteRequest, connection: Connection) -> LogHead:
+    prepared, setup, drives = request.prepared, request.setup, connection.drives
     return LogHead(
-        order.out,
+        request.out,
         prepared.arm.robot.joint_names,
         drives.names,
         drives.state_names,
-        provenance.metadata(place, connection.channel),
-        provenance.attachments(place, prepared.trajectory),
+        provenance.metadata(setup, connection.channel),
+        provenance.attachments(setup, prepared.trajectory),
     )

@@ -15,9 +15,9 @@ from wamctl.drives.interface import Drives, Readings
 from wamctl.errors import BusStopError, SafetyStopError, StopError
 from wamctl.realtime.clock import Clock
 from wamctl.realtime.latency import Timing
-from wamctl.safety.bad_cycles import Disturbance
-from wamctl.safety.motor_faults import MotorWatch
-from wamctl.safety.state_estimator import ArmState, Estimator
+from wamctl.safety.bad_cycles import BadCycleCounter
+from wamctl.safety.motor_faults import MotorFaults
+from wamctl.safety.state_estimator import ArmState, StateEstimator
 from wamctl.safety.state_limits import StateLimits
 from wamctl.safety.torque_gate import TorqueGate
 from wamctl.telemetry.logger import Logger
@@ -31,8 +31,8 @@ Law = Callable[[ArmState], tuple[Setpoint, Array]]
 _STATUS_S = 0.1
 
 
-class Watch(IntEnum):
-    """What a cycle checks beside its torque; each level includes those below."""
+class CheckLevel(IntEnum):
+    """What a cycle checks besides its torque; each level includes those below."""
 
     NOTHING = 0
     DRIVES = 1
@@ -70,15 +70,15 @@ class Loop:
         operator: Callable[[], str | None],
     ) -> None:
         file = arm.file
-        self.phase = Phase.WAKE
+        self.phase = Phase.IDLE
         self.timing = Timing()
         self._arm, self._drives, self._clock, self._log = arm, drives, clock, log
         self._operator = operator
-        self._estimator = Estimator(
+        self._estimator = StateEstimator(
             arm.transmission, file.controller.velocity_cutoff_hz, drives.resting_angles()
         )
-        self._guard = StateLimits(file, arm.robot, arm.transmission)
-        self._motors = MotorWatch(file, arm.robot, arm.transmission)
+        self._limits = StateLimits(file, arm.robot, arm.transmission)
+        self._motors = MotorFaults(file, arm.robot, arm.transmission)
         self._gate = TorqueGate(
             np.array(file.limits.motor_torque_nm),
             np.array(file.limits.motor_torque_slew_nm_s),
@@ -86,7 +86,7 @@ class Loop:
         )
         self._status_cycles = max(1, round(_STATUS_S / file.bus.period_s))
         self._sent: list[Array] = [np.zeros(arm.robot.dof)] * (drives.delay_cycles + 1)
-        self._disturbance = Disturbance(
+        self._bad_cycles = BadCycleCounter(
             drives.names, file.safety.missed_cycles, file.safety.answers_in_order
         )
         self._first_ns = self._last_ns = 0
@@ -109,7 +109,7 @@ class Loop:
         """Number of cycles in a time [s]."""
         return round(duration_s / self._arm.file.bus.period_s)
 
-    def cycle(self, law: Law, watch: Watch, phase: Phase) -> Readings:
+    def cycle(self, law: Law, level: CheckLevel, phase: Phase) -> Readings:
         """One period of the experiment.
 
         Raises:
@@ -117,30 +117,30 @@ class Loop:
         """
         self.phase = phase
         try:
-            return self._cycle(law, watch)
+            return self._cycle(law, level)
         except StopError as stop:
-            self.date(stop)
+            self.stamp(stop)
             raise
 
-    def date(self, stop: StopError) -> None:
+    def stamp(self, stop: StopError) -> None:
         """Let an error know when it happened."""
         stop.at_s = (self._last_ns - self._first_ns) * 1e-9
         stop.phase = self.phase.word
 
-    def _cycle(self, law: Law, watch: Watch) -> Readings:
+    def _cycle(self, law: Law, level: CheckLevel) -> Readings:
         stamp_ns, elapsed_s = self._next_instant()
         readings = self._drives.sample(self._clock)
         self._clock.patient = not readings.missing
         state = self._estimator.update(readings, elapsed_s)
-        if watch >= Watch.DRIVES:
+        if level >= CheckLevel.DRIVES:
             self._check_drives(readings)
-            self._guard.check_readings(state.angle_motor, elapsed_s)
-        if watch >= Watch.MOTION:
+            self._limits.check_readings(state.angle_motor, elapsed_s)
+        if level >= CheckLevel.MOTION:
             self._check_host(readings)
-            self._guard.check(state)
+            self._limits.check(state)
         wanted, tau = law(state)
-        if watch >= Watch.TRACKING:
-            self._guard.check_tracking(state, wanted)
+        if level >= CheckLevel.TRACKING:
+            self._limits.check_tracking(state, wanted)
             self._motors.check(state, self._acting, elapsed_s)
         else:
             self._motors.rest()
@@ -152,7 +152,7 @@ class Loop:
         self._record(stamp_ns, state, wanted)
         return readings
 
-    def silence(self) -> None:
+    def send_zero_torque(self) -> None:
         """No torque from the next SYNC on, whatever the last cycle asked for.
 
         Raises:
@@ -176,7 +176,7 @@ class Loop:
     def _check_drives(self, readings: Readings) -> None:
         if readings.fault is not None:
             raise BusStopError(readings.fault)
-        cause = self._disturbance.note(readings, self._clock.waited)
+        cause = self._bad_cycles.note(readings, self._clock.waited)
         if cause is not None:
             raise BusStopError(cause)
 

@@ -11,7 +11,7 @@ from wamctl.arm.trajectory import Reference
 from wamctl.arm.trajectory_check import quantities, violations
 from wamctl.drives.interface import Drives
 from wamctl.errors import BusStopError, RefusalError, StopError
-from wamctl.experiment.loop import Arm, Array, Law, Loop, Watch
+from wamctl.experiment.loop import Arm, Array, CheckLevel, Law, Loop
 from wamctl.safety.state_estimator import ArmState
 from wamctl.telemetry.phase import Phase
 
@@ -77,7 +77,7 @@ def run(arm: Arm, drives: Drives, loop: Loop, motion: Motion) -> int:
 def _enable(drives: Drives, loop: Loop) -> None:
     drives.enable()
     for _ in range(loop.cycles(drives.enabling_s)):
-        if loop.cycle(_no_torque, Watch.MOTION, Phase.ENABLE).enabled:
+        if loop.cycle(_no_torque, CheckLevel.MOTION, Phase.ENABLE).enabled:
             return
     states = [
         f"{name} {drives.state_names.get(state, state)}"
@@ -87,7 +87,7 @@ def _enable(drives: Drives, loop: Loop) -> None:
     stop = BusStopError(
         f"not all drives were enabled within {drives.enabling_s:g} s ({', '.join(states)}){needs}"
     )
-    loop.date(stop)
+    loop.stamp(stop)
     raise stop
 
 
@@ -100,7 +100,7 @@ def _follow(arm: Arm, loop: Loop, phase: Phase, reference: Reference) -> int:
         if k in (reference.counted.start, reference.counted.stop):
             logged.append(loop.rows)
         wanted = Setpoint(reference.q[k], reference.qd[k], reference.qdd[k])
-        loop.cycle(_towards(arm, wanted), Watch.TRACKING, phase)
+        loop.cycle(_towards(arm, wanted), CheckLevel.TRACKING, phase)
     return logged[-1] - logged[-2] if len(logged) > 2 else 0
 
 
@@ -108,14 +108,14 @@ def _release(arm: Arm, loop: Loop) -> None:
     """Let the arm sink onto whatever carries it: gravity fades out, damping stays."""
     cycles = loop.cycles(_RELEASE_S)
     for k in range(cycles):
-        loop.cycle(_sinking(arm, 1.0 - (k + 1) / cycles), Watch.DRIVES, Phase.RELEASE)
+        loop.cycle(_sinking(arm, 1.0 - (k + 1) / cycles), CheckLevel.DRIVES, Phase.RELEASE)
 
 
 def _disable(drives: Drives, loop: Loop, phase: Phase) -> bool:
     """Torque zero from the next SYNC on, then the drives off; returns whether all confirmed it."""
-    loop.silence()
+    loop.send_zero_torque()
     return any(
-        loop.cycle(_no_torque, Watch.NOTHING, phase).disabled
+        loop.cycle(_no_torque, CheckLevel.NOTHING, phase).disabled
         for _ in range(loop.cycles(_DISABLE_S))
     )
 
@@ -141,7 +141,7 @@ def _brake(arm: Arm, loop: Loop) -> str:
     try:
         for k in range(len(reference.t)):
             wanted = Setpoint(reference.q[k], reference.qd[k], reference.qdd[k])
-            loop.cycle(_towards(arm, wanted), Watch.DRIVES, Phase.BRAKE)
+            loop.cycle(_towards(arm, wanted), CheckLevel.DRIVES, Phase.BRAKE)
     except StopError as second:
         return f"braking was cut short ({second.cause}) and "
     return f"the arm was braked within {braking_s:g} s and "

@@ -10,41 +10,41 @@ import yaml
 
 from wamctl.arm.trajectory import Trajectory, trajectory_yaml
 from wamctl.drives.bus import EMBEDDED, Channel
-from wamctl.experiment.session import Place
+from wamctl.experiment.session import Setup
 
 _LIBRARIES = ("wam-ident", "numpy", "pin", "python-can", "canopen", "ruckig")
 
 
-def metadata(place: Place, channel: Channel) -> dict[str, str]:
-    """Facts about a run at a place, on a bus."""
-    file = place.arm.file
+def metadata(setup: Setup, channel: Channel) -> dict[str, str]:
+    """Facts about a run of a setup, on a bus."""
+    file = setup.arm.file
     versions = {f"version.{name}": importlib.metadata.version(name) for name in _LIBRARIES}
     facts = {
         "arm": file.arm,
-        "bus": EMBEDDED if place.is_embedded else str(channel),
-        "clock": "lockstep" if place.lockstep else "real time",
+        "bus": EMBEDDED if setup.is_embedded else str(channel),
+        "clock": "lockstep" if setup.lockstep else "real time",
         "period_s": repr(file.bus.period_s),
         "protocol": file.drives.protocol,
         "git_commit": git_commit(),
         "version.python": platform.python_version(),
     }
-    if place.is_embedded:
-        facts["seed"] = str(place.seed)
+    if setup.is_embedded:
+        facts["seed"] = str(setup.seed)
     return facts | versions
 
 
-def attachments(place: Place, trajectory: Trajectory) -> Mapping[str, bytes]:
+def attachments(setup: Setup, trajectory: Trajectory) -> Mapping[str, bytes]:
     """The files that describe a run; `ident run` needs no others."""
     return {
-        "config.yaml": _resolved(place).encode(),
-        "robot.urdf": place.arm.robot.urdf.encode(),
+        "config.yaml": _resolved(setup).encode(),
+        "robot.urdf": setup.arm.robot.urdf.encode(),
         "trajectory.yaml": trajectory_yaml(trajectory).encode(),
     }
 
 
-def _resolved(place: Place) -> str:
+def _resolved(setup: Setup) -> str:
     """The configuration with every default spelt out."""
-    return yaml.safe_dump(place.arm.file.model_dump(mode="json"), sort_keys=False, width=100)
+    return yaml.safe_dump(setup.arm.file.model_dump(mode="json"), sort_keys=False, width=100)
 
 
 def git_commit() -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import can
 
-from wamctl.drives.bus import EMBEDDED, Channel, Timekeeper, open_bus, parse_channel
+from wamctl.drives.bus import EMBEDDED, Channel, SimulatedTime, open_bus, parse_channel
 from wamctl.drives.interface import Drives
 from wamctl.errors import UsageError
 from wamctl.experiment.loop import Arm
@@ -17,7 +17,7 @@ from wamctl.realtime.clock import Clock, LockstepClock, RealTimeClock
 
 
 @dataclass(frozen=True)
-class Place:
+class Setup:
     """Which arm, and where.
 
     Attributes:
@@ -58,44 +58,44 @@ class Connection:
 
 
 @contextmanager
-def connected(place: Place, zeroed: bool = True) -> Iterator[Connection]:
+def connected(setup: Setup, zeroed: bool = True) -> Iterator[Connection]:
     """The drives of an arm; they are cut off when the block is left.
 
     Args:
-        place: which arm.
+        setup: which arm.
         zeroed: refuse an arm that does not know its zero.
 
     Raises:
         UserError: no such bus, no answer, or not the drives of the configuration.
     """
     with (
-        _channel(place) as channel,
-        open_bus(channel, place.arm.file.bus, place.lockstep) as bus,
+        _channel(setup) as channel,
+        open_bus(channel, setup.arm.file.bus, setup.lockstep) as bus,
     ):
-        drives = open_drives(bus, channel, place.arm.file, place.path, place.lockstep)
+        drives = open_drives(bus, channel, setup.arm.file, setup.path, setup.lockstep)
         notes = drives.set_up() if zeroed else drives.prepare()
         try:
-            yield Connection(channel, _clock(place, channel, bus), drives, tuple(notes))
+            yield Connection(channel, _clock(setup, channel, bus), drives, tuple(notes))
         finally:
             drives.cut_off()
 
 
-def _clock(place: Place, channel: Channel, bus: can.BusABC) -> Clock:
-    file = place.arm.file
-    if place.lockstep:
-        return LockstepClock(file.bus.period_s, bus if isinstance(bus, Timekeeper) else None)
+def _clock(setup: Setup, channel: Channel, bus: can.BusABC) -> Clock:
+    file = setup.arm.file
+    if setup.lockstep:
+        return LockstepClock(file.bus.period_s, bus if isinstance(bus, SimulatedTime) else None)
     overtime = file.safety.missed_cycles / 2
     return RealTimeClock(file.bus.period_s, channel.stamps_by_wall_clock, overtime)
 
 
 @contextmanager
-def _channel(place: Place) -> Iterator[Channel]:
-    if place.is_embedded:
-        with simulated_arm(place.path, place.seed, place.lockstep) as channel:
+def _channel(setup: Setup) -> Iterator[Channel]:
+    if setup.is_embedded:
+        with simulated_arm(setup.path, setup.seed, setup.lockstep) as channel:
             yield channel
         return
-    channel = parse_channel(place.bus)
-    if place.lockstep and not channel.may_lockstep:
+    channel = parse_channel(setup.bus)
+    if setup.lockstep and not channel.may_lockstep:
         raise UsageError(
             f"--lockstep is for simulated arms: on bus {channel} a SYNC would follow the last one "
             "at once."

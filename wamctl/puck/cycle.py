@@ -5,12 +5,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wamctl.arm.config import PuckDrivesSection
-from wamctl.drives.answers import Arrivals
+from wamctl.drives.answers import Answers
 from wamctl.drives.bus import next_frame, send_all
-from wamctl.drives.interface import Pace, Readings
+from wamctl.drives.interface import CycleTiming, Readings
 from wamctl.errors import BusStopError
 from wamctl.puck import frames
-from wamctl.puck.effective_torque import ActingTorque
+from wamctl.puck.effective_torque import EffectiveTorque
 from wamctl.puck.supervision import Supervision
 from wamctl.puck.wiring import CycleFrames, is_plain, message
 
@@ -31,7 +31,7 @@ class Cycle:
         wires: the frames.
         supervision: what is asked beside them.
         acting: which torque acts when.
-        arrivals: which frames answer a poll.
+        answers: which frames answer a poll.
     """
 
     def __init__(
@@ -41,12 +41,12 @@ class Cycle:
         drives: PuckDrivesSection,
         wires: CycleFrames,
         supervision: Supervision,
-        acting: ActingTorque,
-        arrivals: Arrivals,
+        acting: EffectiveTorque,
+        answers: Answers,
     ) -> None:
         self._bus, self._channel = bus, channel
         self._wires, self._supervision, self._acting = wires, supervision, acting
-        self._arrivals, self.counters = arrivals, arrivals.counters
+        self._answers, self.counters = answers, answers.counters
         self._rad_per_count = 2.0 * np.pi / np.array(drives.counts_per_revolution)
         self._units_per_nm = np.array(drives.torque_units_per_nm, dtype=float)
         self._has_goal = self._must_idle = False
@@ -63,7 +63,7 @@ class Cycle:
         """Motor angle from the arm's zero pose [rad], shape (n,), of position counts."""
         return counts * self._rad_per_count
 
-    def sample(self, pace: Pace) -> Readings:
+    def sample(self, timing: CycleTiming) -> Readings:
         """Poll, then the position of every motor.
 
         After a cycle in which frames stayed away, those may still come, before the new ones: then
@@ -73,29 +73,29 @@ class Cycle:
             BusStopError: the bus does not send or receive.
         """
         counts = np.full(len(self._units_per_nm), np.nan)
-        arrivals = self._arrivals
-        arrivals.begin()
+        answers = self._answers
+        answers.begin()
         self._count += 1
         try:
             self._discard_late()
             self._acting.polled()
             self._bus.send(self._wires.poll)
             for _ in range(_MOST_FRAMES):
-                frame = next_frame(self._bus, pace)
+                frame = next_frame(self._bus, timing)
                 if frame is None:
                     break
                 slot = self._slot(frame)
                 if slot is None:
                     self._hear(frame)
                     continue
-                if arrivals.admit(slot, pace.age(frame.timestamp)):
+                if answers.admit(slot, timing.age(frame.timestamp)):
                     counts[slot] = frames.decode_position(frame.data[:3])
-                if not arrivals.missing and self._settled:
+                if not answers.missing and self._settled:
                     break
         except (can.CanError, OSError) as error:
             raise self._failed(error) from error
-        arrivals.end()
-        self._settled = not arrivals.missing
+        answers.end()
+        self._settled = not answers.missing
         return self._readings(counts)
 
     def send(self, tau_motor: Array) -> Array:
@@ -120,7 +120,7 @@ class Cycle:
             raise self._failed(error) from error
         return acting
 
-    def silence(self) -> list[can.Message]:
+    def zero_torque_frames(self) -> list[can.Message]:
         """Frames that take all torque away at once."""
         return [*self._wires.torques([0] * len(self._units_per_nm)), *self._wires.to_idle]
 
@@ -144,7 +144,7 @@ class Cycle:
             if slot is None:
                 self._hear(frame)
             else:
-                self._arrivals.leave_out(slot)
+                self._answers.leave_out(slot)
 
     def _slot(self, frame: can.Message) -> int | None:
         """Place of the motor whose position the frame carries; None for any other frame."""
@@ -169,19 +169,19 @@ class Cycle:
         return node is not None and self._supervision.hear(node, data)
 
     def _readings(self, counts: Array) -> Readings:
-        watched, arrivals = self._supervision, self._arrivals
-        if arrivals.missing:
+        watched, answers = self._supervision, self._answers
+        if answers.missing:
             watched.alarm()
         return Readings(
             self.angle(counts),
-            tuple(sorted(arrivals.missing)),
+            tuple(sorted(answers.missing)),
             watched.enabled,
             watched.disabled,
             watched.fault,
             watched.too_hot,
-            tuple(sorted(arrivals.late)),
-            tuple(sorted(arrivals.doubled)),
-            tuple(sorted(arrivals.overtaken)),
+            tuple(sorted(answers.late)),
+            tuple(sorted(answers.duplicates)),
+            tuple(sorted(answers.out_of_order)),
         )
 
     def _failed(self, error: Exception) -> BusStopError:

@@ -17,7 +17,7 @@ CYCLE_ON_WIRE_S = 850e-6
 """From a poll to the last torque without time to compute (manual, p. 46): lockstep's time."""
 
 
-class ActingTorque:
+class EffectiveTorque:
     """The mean torque between two sampling instants, which is what moves the arm between them.
 
     The torque of the cycle before acts until the new one arrives. Its share of the period is

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wamctl.arm.config import ArmFile, PuckDrivesSection
-from wamctl.drives.answers import Arrivals
-from wamctl.drives.interface import Counters, Pace, Readings
+from wamctl.drives.answers import Answers
+from wamctl.drives.interface import Counters, CycleTiming, Readings
 from wamctl.errors import BusError, DrivesError
 from wamctl.puck import safety_module, set_up
 from wamctl.puck.cycle import Cycle
-from wamctl.puck.effective_torque import ActingTorque
+from wamctl.puck.effective_torque import EffectiveTorque
 from wamctl.puck.enumerations import MotorMode
 from wamctl.puck.exchange import Exchange
 from wamctl.puck.properties import motor_properties, safety_properties
@@ -75,8 +75,8 @@ class PuckDrives:
             drives,
             wires,
             self._supervision,
-            ActingTorque(len(nodes), period_s, lockstep),
-            Arrivals(self.names, list(wires.slot_of), period_s),
+            EffectiveTorque(len(nodes), period_s, lockstep),
+            Answers(self.names, list(wires.slot_of), period_s),
         )
 
     @property
@@ -156,9 +156,9 @@ class PuckDrives:
         module, ignored = self._drives.safety_module.node_id, safety_module.IGNORED_SAMPLES
         self._exchange.tell(module, self._safety["IFAULT"], ignored)
 
-    def sample(self, pace: Pace) -> Readings:
+    def sample(self, timing: CycleTiming) -> Readings:
         """Poll, then the position of every motor."""
-        return self._cycle.sample(pace)
+        return self._cycle.sample(timing)
 
     def send(self, tau_motor: Array) -> Array:
         """Torque frames [N m], shape (n,); returns the mean torque until the next poll."""
@@ -178,7 +178,7 @@ class PuckDrives:
 
     def cut_off(self) -> None:
         """Zero torque and IDLE for all, without looking for answers."""
-        for frame in self._cycle.silence():
+        for frame in self._cycle.zero_torque_frames():
             try:
                 self._bus.send(frame)
             except (can.CanError, OSError):

@@ -3,7 +3,7 @@
 import time
 from typing import Protocol
 
-from wamctl.drives.bus import Timekeeper
+from wamctl.drives.bus import SimulatedTime
 from wamctl.drives.interface import WINDOW
 
 _LOCKSTEP_START_NS = 946_684_800_000_000_000  # 2000-01-01, so that two runs have the same stamps
@@ -135,7 +135,7 @@ class LockstepClock:
     waits = True
     waited = 1
 
-    def __init__(self, period_s: float, keeper: Timekeeper | None = None) -> None:
+    def __init__(self, period_s: float, keeper: SimulatedTime | None = None) -> None:
         self._keeper = keeper
         self.latency_ns = 0
         self.skipped = 0

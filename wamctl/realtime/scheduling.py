@@ -14,7 +14,7 @@ _WAKE_UP_LIMIT = Path("/dev/cpu_dma_latency")  # the kernel's PM QoS: an int32 [
 
 
 @dataclass(frozen=True)
-class Grants:
+class Privileges:
     """What the system granted.
 
     Attributes:
@@ -29,7 +29,7 @@ class Grants:
 
 
 @contextmanager
-def punctual(real_time: bool) -> Iterator[Grants]:
+def real_time_scheduling(real_time: bool) -> Iterator[Privileges]:
     """Real-time scheduling, locked memory, cores awake and no garbage collection in a block.
 
     Children are started with ordinary scheduling.
@@ -37,19 +37,19 @@ def punctual(real_time: bool) -> Iterator[Grants]:
     Args:
         real_time: ask the system for it; otherwise only the garbage collection is held.
     """
-    grants = _ask() if real_time else Grants("ordinary", False, ())
+    privileges = _ask() if real_time else Privileges("ordinary", False, ())
     gc.collect()
     gc.freeze()
     gc.disable()
     try:
         with _awake() if real_time else nullcontext():
-            yield grants
+            yield privileges
     finally:
         gc.enable()
         gc.unfreeze()
-        if grants.scheduling != "ordinary":
+        if privileges.scheduling != "ordinary":
             os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
-        if grants.memory_locked:
+        if privileges.memory_locked:
             ctypes.CDLL(None).munlockall()
 
 
@@ -66,7 +66,7 @@ def _awake() -> Iterator[None]:
         yield
 
 
-def _ask() -> Grants:
+def _ask() -> Privileges:
     advice, scheduling = [], f"SCHED_FIFO {PRIORITY}"
     try:
         policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
@@ -79,4 +79,4 @@ def _ask() -> Grants:
         advice.append("locked memory: sudo prlimit --pid $$ --memlock=unlimited:unlimited")
     if _WAKE_UP_LIMIT.exists() and not os.access(_WAKE_UP_LIMIT, os.W_OK):
         advice.append(f"cores that stay awake: sudo chmod o+w {_WAKE_UP_LIMIT}")
-    return Grants(scheduling, locked, tuple(advice))
+    return Privileges(scheduling, locked, tuple(advice))

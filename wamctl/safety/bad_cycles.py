@@ -1,11 +1,11 @@
-"""How long drives may answer badly: cycles without a good answer, less those with one."""
+"""Leaky bucket of bad cycles: how long drives may answer badly before the arm stops."""
 
 from collections.abc import Sequence
 
 from wamctl.drives.interface import Readings
 
 
-class Disturbance:
+class BadCycleCounter:
     """A count that bad cycles raise and good ones lower.
 
     A drive that answers badly more often than well is found like one that never answers well.
@@ -38,12 +38,12 @@ class Disturbance:
             return f"positions from {self._listed(readings.late)} came too late for their cycle"
         if readings.missing:
             return f"no position from {self._listed(readings.missing)}"
-        if readings.doubled:
-            return f"two positions at once from {self._listed(readings.doubled)}"
-        if readings.overtaken and self._in_order:
+        if readings.duplicates:
+            return f"two positions at once from {self._listed(readings.duplicates)}"
+        if readings.out_of_order and self._in_order:
             return (
-                f"positions from {self._listed(readings.overtaken)} came behind those that follow "
-                "them (safety.answers_in_order)"
+                f"positions from {self._listed(readings.out_of_order)} came behind those that "
+                "follow them (safety.answers_in_order)"
             )
         return ""
 

@@ -8,7 +8,7 @@ from wamctl.arm.robot import Robot
 from wamctl.arm.transmission import Transmission
 from wamctl.errors import SafetyStopError
 from wamctl.safety.state_estimator import ArmState
-from wamctl.safety.torque_residual import Residual
+from wamctl.safety.torque_residual import TorqueResidual
 
 Array = NDArray[np.floating]
 
@@ -18,7 +18,7 @@ _SETTLING_S = 0.1  # in which an arm that has just got torque takes up its load
 _FAST_RAD_S, _FAST_COUNTS = 6.0, 8.0  # motor speed from which nothing stops within a cycle
 
 
-class MotorWatch:
+class MotorFaults:
     """Compares reading, torque and motion of every motor.
 
     A motor that friction stops slows down count by count; a reading that stands still right behind
@@ -37,7 +37,7 @@ class MotorWatch:
         self._still_cycles = round(_STILL_S / period_s)
         self._settling_cycles = round(_SETTLING_S / period_s)
         self._limit = np.array(arm.safety.unaccounted_torque_nm)
-        self._residual = Residual(robot, transmission, arm.controller.velocity_cutoff_hz)
+        self._residual = TorqueResidual(robot, transmission, arm.controller.velocity_cutoff_hz)
         self._period_s = period_s
         self.rest()
 

@@ -29,7 +29,7 @@ class ArmState:
     complete: bool
 
 
-class Estimator:
+class StateEstimator:
     """Position and velocity of the joints from the angles of the motors.
 
     Attributes:

@@ -15,7 +15,7 @@ Array = NDArray[np.floating]
 _CUTOFF_HZ = 10.0  # as fast as an acceleration from whole encoder counts allows
 
 
-class Residual:
+class TorqueResidual:
     """Commanded torque less what the model needs for the measured motion: tau - M qdd - c - g.
 
     In a healthy arm it is friction, what the model lacks, and what pushes the arm. A motor that

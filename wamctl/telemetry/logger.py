@@ -50,8 +50,8 @@ class LogHead:
     attachments: Mapping[str, bytes]
 
 
-Watcher = Callable[[int, LogHead], AbstractContextManager[None]]
-"""Someone who looks on, given the ring's descriptor, while the block runs."""
+LiveView = Callable[[int, LogHead], AbstractContextManager[None]]
+"""A viewer that runs while the block runs, given the ring's descriptor."""
 
 
 class Logger:
@@ -204,7 +204,7 @@ def _json(head: LogHead) -> str:
 
 @contextmanager
 def recorded(
-    head: LogHead, waits: bool, shown: bool, watchers: Sequence[Watcher] = ()
+    head: LogHead, waits: bool, shown: bool, live_views: Sequence[LiveView] = ()
 ) -> Iterator[Logger]:
     """An open log that ends with the reason for which the block is left.
 
@@ -212,17 +212,17 @@ def recorded(
         head: what the log is about.
         waits: wait for a slow writer instead of stopping.
         shown: show progress where standard error is a terminal.
-        watchers: who else looks on.
+        live_views: viewers that run while the log is open.
 
     Raises:
         DataError: the file cannot be written, or is not whole.
-        UserError: a watcher cannot begin; there is no log then.
+        UserError: a viewer cannot start; no log is written then.
     """
     joints = len(head.joint_names)
     last_word = "the experiment ended with a bug"
     with shared.created(joints) as (descriptor, ring), ExitStack() as watching:
-        for watcher in watchers:
-            watching.enter_context(watcher(descriptor, head))
+        for live_view in live_views:
+            watching.enter_context(live_view(descriptor, head))
         log = Logger(head, descriptor, ring, waits)
         try:
             with display(descriptor, joints) if shown else nullcontext():

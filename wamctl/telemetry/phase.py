@@ -4,9 +4,12 @@ from enum import IntEnum
 
 
 class Phase(IntEnum):
-    """Phases of the experiment, in their order; the last two end it early."""
+    """Phases of the experiment, in their order; the last two end it early.
 
-    WAKE = 0
+    `IDLE` comes before the first phase, and is the only one of `wamctl bench`.
+    """
+
+    IDLE = 0
     ENABLE = 1
     APPROACH = 2
     EXCITE = 3

@@ -25,9 +25,9 @@ from wamctl.arm.config import find_file
 from wamctl.arm.errors import UserError
 from wamctl.arm.recording import Recording, read_recording
 from wamctl.arm.trajectory import FourierSeries, Trajectory, write_trajectory
-from wamctl.experiment.excite import Order, Summary, excite
+from wamctl.experiment.excite import ExciteRequest, Summary, excite
 from wamctl.experiment.preflight import prepare
-from wamctl.experiment.session import Place
+from wamctl.experiment.session import Setup
 
 START = (0.0, -1.0, 0.0, 2.5, 0.0, 0.0, 0.0)
 
@@ -100,17 +100,17 @@ class ServedArm:
     expected: set[State] = field(default_factory=lambda: {State.SWITCH_ON_DISABLED})
 
     @property
-    def place(self) -> Place:
+    def setup(self) -> Setup:
         prepared = prepare(self.path)
-        return Place(prepared.path, prepared.arm, self.word, lockstep=True)
+        return Setup(prepared.path, prepared.arm, self.word, lockstep=True)
 
     def excite(self, name: str = "log.mcap", confirm: Callable = lambda c: None) -> Outcome:
         prepared = prepare(self.path)
         out = self.path.with_name(name)
-        place = Place(prepared.path, prepared.arm, self.word, lockstep=True)
+        setup = Setup(prepared.path, prepared.arm, self.word, lockstep=True)
         summary = error = None
         try:
-            summary = excite(Order(prepared, place, out, confirm))
+            summary = excite(ExciteRequest(prepared, setup, out, confirm))
         except UserError as raised:
             error = raised
         return Outcome(summary, error, read_recording(out) if out.exists() else None)

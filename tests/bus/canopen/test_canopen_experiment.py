@@ -5,7 +5,7 @@ import pytest
 
 from wamctl.arm.recording import read_recording
 from wamctl.errors import UsageError
-from wamctl.experiment.excite import Order, excite
+from wamctl.experiment.excite import ExciteRequest, excite
 from wamctl.experiment.preflight import prepare
 
 ENABLE, ZERO = 0x0F, b"\0" * 8
@@ -105,6 +105,6 @@ def test_a_log_is_never_overwritten(serve_arms):
         log.write_bytes(b"precious")
         prepared = prepare(arm.path)
         with pytest.raises(UsageError) as refused:
-            excite(Order(prepared, arm.place, log, lambda connection: None))
+            excite(ExciteRequest(prepared, arm.setup, log, lambda connection: None))
     assert str(refused.value) == f"The log {log} exists already: name another with --out."
     assert log.read_bytes() == b"precious"

@@ -32,9 +32,9 @@ from wamctl.arm.recording import Recording, read_recording
 from wamctl.arm.trajectory import FourierSeries, Trajectory, write_trajectory
 from wamctl.drives.interface import Readings
 from wamctl.errors import StopError
-from wamctl.experiment.excite import Order, excite
+from wamctl.experiment.excite import ExciteRequest, excite
 from wamctl.experiment.preflight import prepare
-from wamctl.experiment.session import Place
+from wamctl.experiment.session import Setup
 from wamctl.puck.master import PuckDrives
 
 
@@ -316,9 +316,9 @@ def run_experiment(folder: Path, word: str, *happens: dict[str, object]) -> Outc
     stop = None
     with serving(Lockstep(witness, hub, simulation.period_ns, simulation.schedule), hub):
         prepared = prepare(path)
-        place = Place(path, prepared.arm, word, lockstep=True)
+        setup = Setup(path, prepared.arm, word, lockstep=True)
         try:
-            excite(Order(prepared, place, log, lambda _: None))
+            excite(ExciteRequest(prepared, setup, log, lambda _: None))
         except StopError as error:
             stop = error
         let_time_pass(witness)

@@ -107,8 +107,8 @@ def logged(path):
 
 def test_a_viewer_gets_the_messages_that_the_log_has(tmp_path):
     path, port = tmp_path / "log.mcap", free_port()
-    watcher = partial(live_view, port=port)
-    with recorded(head(path), waits=True, shown=False, watchers=[watcher]) as log:
+    view = partial(live_view, port=port)
+    with recorded(head(path), waits=True, shown=False, live_views=[view]) as log:
         fill(log, 100)
         with viewing(port) as viewer:
             seen = seen_of_each(viewer, log, least=5)
@@ -123,16 +123,16 @@ def test_a_viewer_gets_the_messages_that_the_log_has(tmp_path):
 
 def test_the_log_is_the_same_with_and_without_a_view(tmp_path):
     paths = [tmp_path / "seen.mcap", tmp_path / "unseen.mcap"]
-    for path, watchers in zip(paths, ([partial(live_view, port=free_port())], []), strict=True):
-        with recorded(head(path), waits=True, shown=False, watchers=watchers) as log:
+    for path, live_views in zip(paths, ([partial(live_view, port=free_port())], []), strict=True):
+        with recorded(head(path), waits=True, shown=False, live_views=live_views) as log:
             fill(log, 2000)
     assert paths[0].read_bytes() == paths[1].read_bytes()
 
 
 def test_a_view_that_dies_leaves_the_log_alone(tmp_path):
     path = tmp_path / "log.mcap"
-    watcher = partial(live_view, port=free_port())
-    with recorded(head(path), waits=True, shown=False, watchers=[watcher]) as log:
+    view = partial(live_view, port=free_port())
+    with recorded(head(path), waits=True, shown=False, live_views=[view]) as log:
         fill(log, 100)
         (view,) = [
             p for p in psutil.Process().children() if "wamctl.live.server" in " ".join(p.cmdline())
@@ -148,10 +148,10 @@ def test_a_port_in_use_is_refused_before_there_is_a_log(tmp_path):
         other.bind(("127.0.0.1", 0))
         other.listen()
         port = other.getsockname()[1]
-        watcher = partial(live_view, port=port)
+        view = partial(live_view, port=port)
         with (
             pytest.raises(UsageError) as error,
-            recorded(head(path), waits=True, shown=False, watchers=[watcher]),
+            recorded(head(path), waits=True, shown=False, live_views=[view]),
         ):
             pass
     assert str(error.value) == (

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from wamctl.puck import effective_torque
-from wamctl.puck.effective_torque import CYCLE_ON_WIRE_S, LATCH_S, TORQUE_FRAME_S, ActingTorque
+from wamctl.puck.effective_torque import CYCLE_ON_WIRE_S, LATCH_S, TORQUE_FRAME_S, EffectiveTorque
 
 
 @pytest.fixture
@@ -15,7 +15,7 @@ def clock(monkeypatch):
 
 
 def test_a_constant_torque_is_itself(clock):
-    torque = ActingTorque(7, 0.002, lockstep=False)
+    torque = EffectiveTorque(7, 0.002, lockstep=False)
     constant = np.arange(7.0)
     for _ in range(3):
         torque.polled()
@@ -25,7 +25,7 @@ def test_a_constant_torque_is_itself(clock):
 
 
 def test_each_frame_arrives_after_the_one_before(clock):
-    torque = ActingTorque(7, 0.002, lockstep=False)
+    torque = EffectiveTorque(7, 0.002, lockstep=False)
     torque.mean(np.zeros(7))
     torque.polled()
     clock[0] += 0.0008
@@ -35,7 +35,7 @@ def test_each_frame_arrives_after_the_one_before(clock):
 
 
 def test_a_cycle_that_took_too_long_tells_the_old_torque(clock):
-    torque = ActingTorque(4, 0.002, lockstep=False)
+    torque = EffectiveTorque(4, 0.002, lockstep=False)
     torque.mean(np.full(4, 3.0))
     torque.polled()
     clock[0] += 0.01
@@ -43,13 +43,13 @@ def test_a_cycle_that_took_too_long_tells_the_old_torque(clock):
 
 
 def test_lockstep_counts_the_wire_only():
-    torque = ActingTorque(2, 0.002, lockstep=True)
+    torque = EffectiveTorque(2, 0.002, lockstep=True)
     torque.mean(np.zeros(2))
     assert torque.mean(np.ones(2)) == pytest.approx(1.0 - CYCLE_ON_WIRE_S / 0.002)
 
 
 def test_the_impulse_of_a_run_is_kept():
-    torque = ActingTorque(1, 0.002, lockstep=True)
+    torque = EffectiveTorque(1, 0.002, lockstep=True)
     sent = np.random.default_rng(1).normal(size=(500, 1))
     told = np.array([torque.mean(t) for t in [*sent, np.zeros(1)]])
     assert told.sum() == pytest.approx(sent.sum())

@@ -79,7 +79,7 @@ def test_positions_are_angles_of_the_motors(bus, cycle):
     readings = sample(cycle)
     assert readings.angle_motor == pytest.approx(100 * np.arange(1, 8) * TURN)
     assert (readings.missing, readings.disabled, readings.fault) == ((), True, None)
-    assert (readings.late, readings.doubled, readings.overtaken) == ((), (), ())
+    assert (readings.late, readings.duplicates, readings.out_of_order) == ((), (), ())
 
 
 def test_a_position_that_stays_away_is_missing(bus, cycle):
@@ -104,7 +104,7 @@ def test_after_a_gap_the_last_position_counts(bus, cycle):
     assert sample(cycle).missing == tuple(range(7))
     readings = sample(cycle)
     assert readings.angle_motor == pytest.approx(2 * TURN * np.ones(7))
-    assert readings.doubled == tuple(range(7))
+    assert readings.duplicates == tuple(range(7))
     assert cycle.counters.doubled == 7
 
 
@@ -132,7 +132,7 @@ def test_a_position_behind_those_that_follow_it_is_told(bus, cycle):
     answers = everyone()
     bus.answers.append([*answers[:2], answers[3], answers[2], *answers[4:]])
     readings = sample(cycle)
-    assert (readings.missing, readings.overtaken) == ((), (2,))
+    assert (readings.missing, readings.out_of_order) == ((), (2,))
     assert cycle.counters.reordered == 1
 
 
@@ -244,7 +244,7 @@ def test_bus_off_is_told(bus, cycle):
 
 
 def test_silence_leaves_nothing_but_zero_torque(cycle):
-    frames = {(m.arbitration_id, bytes(m.data)) for m in cycle.silence()}
+    frames = {(m.arbitration_id, bytes(m.data)) for m in cycle.zero_torque_frames()}
     assert frames == {
         (0x200, bytes(8)),
         (0x300, bytes(8)),

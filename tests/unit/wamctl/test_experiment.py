@@ -49,7 +49,7 @@ class IdealDrives:
     def resting_angles(self):
         return self._arm.transmission.motor_angle(REST)
 
-    def sample(self, pace):
+    def sample(self, timing):
         self._on = self._wanted and self.obeys
         self.cycle += 1
         angle = self._arm.transmission.motor_angle(self._q)

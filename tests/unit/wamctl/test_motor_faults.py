@@ -6,9 +6,9 @@ import pytest
 
 from wamctl.drives.interface import Readings
 from wamctl.errors import SafetyStopError
-from wamctl.safety.motor_faults import MotorWatch
-from wamctl.safety.state_estimator import Estimator
-from wamctl.safety.torque_residual import Residual
+from wamctl.safety.motor_faults import MotorFaults
+from wamctl.safety.state_estimator import StateEstimator
+from wamctl.safety.torque_residual import TorqueResidual
 
 PERIOD_S = 0.002
 REST = np.array([0.0, -1.0, 0.0, 2.5, 0.0, 0.0, 0.0])
@@ -23,7 +23,7 @@ class MovingArm:
         self._wam, self._data = wam, wam.robot.data()
         self.gives = np.ones(7)  # share of its torque that each motor needs to be told
         self.stuck = None
-        self._estimator = Estimator(wam.transmission, 40.0, self._angle(REST))
+        self._estimator = StateEstimator(wam.transmission, 40.0, self._angle(REST))
         self._held = self._angle(REST)
 
     def _angle(self, q):
@@ -53,7 +53,7 @@ def arm(wam):
 
 @pytest.fixture
 def watch(wam):
-    return MotorWatch(wam.file, wam.robot, wam.transmission)
+    return MotorFaults(wam.file, wam.robot, wam.transmission)
 
 
 def watched(arm, watch, cycles):
@@ -67,7 +67,7 @@ def watched(arm, watch, cycles):
 
 
 def test_what_friction_takes_is_left_over(wam, arm):
-    residual = Residual(wam.robot, wam.transmission, 40.0)
+    residual = TorqueResidual(wam.robot, wam.transmission, 40.0)
     left = [residual.update(*arm.cycle(k), PERIOD_S) for k in range(400)][-1]
     moving = np.sign(np.sin(RATE * 400 * PERIOD_S))
     friction = wam.transmission.motor_torque(COULOMB * moving)

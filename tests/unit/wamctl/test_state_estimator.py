@@ -5,7 +5,7 @@ import pytest
 
 from wamctl.arm.transmission import Transmission
 from wamctl.drives.interface import Readings
-from wamctl.safety.state_estimator import Estimator
+from wamctl.safety.state_estimator import StateEstimator
 
 PERIOD_S = 0.002
 GEAR = np.array([[10.0, 0.0], [5.0, 5.0]])
@@ -19,7 +19,7 @@ def readings(angle, missing=()):
 
 @pytest.fixture
 def estimator():
-    return Estimator(Transmission(GEAR, np.linalg.inv(GEAR)), 40.0, np.zeros(2))
+    return StateEstimator(Transmission(GEAR, np.linalg.inv(GEAR)), 40.0, np.zeros(2))
 
 
 def test_before_the_first_cycle_the_arm_rests(estimator):
