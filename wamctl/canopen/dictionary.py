@@ -28,7 +28,6 @@ class Object:
 
 
 DEVICE_TYPE = Object(0x1000)
-HEARTBEAT_CONSUMER = Object(0x1016, 1)
 HEARTBEAT_PRODUCER = Object(0x1017)
 VENDOR = Object(0x1018, 1)
 PRODUCT = Object(0x1018, 2)

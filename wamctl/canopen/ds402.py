@@ -25,7 +25,6 @@ class Controlword(IntEnum):
     """Commands of the state machine: bits 7 and 3 to 0 of the controlword."""
 
     DISABLE_VOLTAGE = 0x00
-    QUICK_STOP = 0x02
     SHUTDOWN = 0x06
     SWITCH_ON = 0x07
     ENABLE_OPERATION = 0x0F
@@ -37,7 +36,6 @@ class Goal(IntEnum):
 
     DISABLED = 0
     ENABLED = 1
-    QUICK_STOP = 2
 
 
 ENERGISED = frozenset({State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE})
@@ -75,12 +73,6 @@ def controlword(now: State | None, goal: Goal) -> Controlword:
 
     A faulty drive is never reset on the way: it stays where it is until someone asks for a reset.
     """
-    if goal is Goal.ENABLED:
-        return (
-            _TOWARDS_ENABLED.get(now, Controlword.DISABLE_VOLTAGE)
-            if now is not None
-            else (Controlword.DISABLE_VOLTAGE)
-        )
-    if goal is Goal.QUICK_STOP and now in ENERGISED:
-        return Controlword.QUICK_STOP
-    return Controlword.DISABLE_VOLTAGE
+    if goal is Goal.DISABLED or now is None:
+        return Controlword.DISABLE_VOLTAGE
+    return _TOWARDS_ENABLED.get(now, Controlword.DISABLE_VOLTAGE)

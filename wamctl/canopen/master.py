@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from wamctl.arm.config import ArmFile, CanopenDrivesSection
 from wamctl.canopen import dictionary as od
 from wamctl.canopen import ds402, sdo, set_up
+from wamctl.canopen import identifiers as ids
 from wamctl.canopen.cycle import Cycle
 from wamctl.canopen.ds402 import Goal, State
 from wamctl.drives.interface import Counters, CycleTiming, Readings
@@ -19,7 +20,6 @@ from wamctl.errors import BusError, DrivesError
 
 Array = NDArray[np.floating]
 
-_NMT = 0x000
 _START, _PRE_OPERATIONAL = 0x01, 0x80
 
 
@@ -146,7 +146,7 @@ class CanopenDrives:
 
     def states(self) -> list[int]:
         """State of each drive, as `ds402.State`; -1 for a statusword that shows none."""
-        states = [ds402.state(word) for word in self._cycle.words]
+        states = [ds402.state(word) for word in self._cycle.statuswords]
         return [-1 if state is None else int(state) for state in states]
 
     def cut_off(self) -> None:
@@ -154,7 +154,7 @@ class CanopenDrives:
         frames = self._cycle.zero_torque_frames()
         for node in self._nodes:
             data = [_PRE_OPERATIONAL, node.id]
-            frames.append(can.Message(arbitration_id=_NMT, is_extended_id=False, data=data))
+            frames.append(can.Message(arbitration_id=ids.NMT, is_extended_id=False, data=data))
         for frame in frames:
             try:
                 self._bus.send(frame)

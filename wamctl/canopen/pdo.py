@@ -8,10 +8,10 @@ import can
 
 from wamctl.arm.config import CanopenDrivesSection
 from wamctl.canopen import dictionary as od
+from wamctl.canopen import identifiers as ids
 from wamctl.canopen.dictionary import Object
 from wamctl.canopen.ds402 import TORQUE_MODE
 
-SYNC_ID = 0x80
 EVERY_SYNC, ON_ARRIVAL = 1, 255
 PDOS_PER_DRIVE = 4
 GROUP_SIZE = 4
@@ -66,7 +66,7 @@ def wiring(drives: CanopenDrivesSection, slot: int) -> Wiring:
 
 def _sent(drives: CanopenDrivesSection, slot: int) -> tuple[Pdo, ...]:
     node, switch = drives.node_ids[slot], drives.stop_input
-    sent = [Pdo(0x180 + node, EVERY_SYNC, (od.STATUSWORD, od.POSITION))]
+    sent = [Pdo(position_id(node), EVERY_SYNC, (od.STATUSWORD, od.POSITION))]
     if drives.temperature_limit_c is not None:
         temperatures = (od.AMPLIFIER_TEMPERATURE, od.MOTOR_TEMPERATURE)
         staggered_ms = _TEMPERATURE_MS + _STAGGER_MS * slot
@@ -79,28 +79,43 @@ def _sent(drives: CanopenDrivesSection, slot: int) -> tuple[Pdo, ...]:
 def _received(drives: CanopenDrivesSection, slot: int) -> tuple[Pdo, ...]:
     node = drives.node_ids[slot]
     if drives.wiring == "pdo_per_drive":
-        return (Pdo(0x200 + node, EVERY_SYNC, (od.CONTROLWORD, od.TARGET_TORQUE)),)
+        return (Pdo(command_and_torque_id(node), EVERY_SYNC, (od.CONTROLWORD, od.TARGET_TORQUE)),)
     group, place = divmod(slot, GROUP_SIZE)
     entries = [od.DUMMY_I16] * GROUP_SIZE
     entries[place] = od.TARGET_TORQUE
     torque = Pdo(group_id(group), EVERY_SYNC, tuple(entries))
-    command = Pdo(0x300 + node, ON_ARRIVAL, (od.CONTROLWORD, od.MODE))
+    command = Pdo(command_id(node), ON_ARRIVAL, (od.CONTROLWORD, od.MODE))
     return torque, command
 
 
 def group_id(group: int) -> int:
     """COB-ID of a shared torque frame: node 0, which no drive has, of RPDO1, RPDO2, ..."""
-    return 0x200 + 0x100 * group
+    return ids.RECEIVE_PDO[group]
+
+
+def command_and_torque_id(node: int) -> int:
+    """COB-ID of a drive's controlword and torque, where it has its own: that of its RPDO1."""
+    return ids.RECEIVE_PDO[0] + node
+
+
+def command_id(node: int) -> int:
+    """COB-ID of a drive's controlword alone: that of its RPDO2."""
+    return ids.RECEIVE_PDO[1] + node
+
+
+def position_id(node: int) -> int:
+    """COB-ID of a drive's statusword and position: that of its TPDO1."""
+    return ids.TRANSMIT_PDO[0] + node
 
 
 def temperature_id(node: int) -> int:
     """COB-ID of a drive's temperatures: that of its TPDO2."""
-    return 0x280 + node
+    return ids.TRANSMIT_PDO[1] + node
 
 
 def stop_input_id(node: int) -> int:
     """COB-ID of the digital inputs of the drive with the stop switch: that of its TPDO3."""
-    return 0x380 + node
+    return ids.TRANSMIT_PDO[2] + node
 
 
 def received_ids(drives: CanopenDrivesSection) -> set[int]:
@@ -115,13 +130,13 @@ def settings(wanted: Wiring, node: int) -> list[tuple[Object, int]]:
     Order of CiA 301: PDO off, mapping emptied, filled and closed, type, PDO on.
     """
     writes = []
-    for communication, mapping, base, pdos in (
-        (0x1400, 0x1600, 0x200, wanted.received),
-        (0x1800, 0x1A00, 0x180, wanted.sent),
+    for communication, mapping, defaults, pdos in (
+        (0x1400, 0x1600, ids.RECEIVE_PDO, wanted.received),
+        (0x1800, 0x1A00, ids.TRANSMIT_PDO, wanted.sent),
     ):
         for number in range(PDOS_PER_DRIVE):
             pdo = pdos[number] if number < len(pdos) else None
-            off = (pdo.cob_id if pdo else base + 0x100 * number + node) | _INVALID
+            off = (pdo.cob_id if pdo else defaults[number] + node) | _INVALID
             flags = _NO_RTR if communication == 0x1800 else 0
             writes.append((Object(communication + number, 1), off | flags))
             if pdo is None:
@@ -147,7 +162,7 @@ class GroupFrames:
         groups = -(-len(drives.node_ids) // GROUP_SIZE)
         self._torques = [message(group_id(g), _TORQUE_GROUP.size, fd) for g in range(groups)]
         self._padding = (0,) * (groups * GROUP_SIZE - len(drives.node_ids))
-        self._commands = [message(0x300 + node, _COMMAND.size, fd) for node in drives.node_ids]
+        self._commands = [message(command_id(node), _COMMAND.size, fd) for node in drives.node_ids]
 
     def command(self, slot: int, controlword: int) -> can.Message | None:
         """The frame that gives one drive its controlword at once."""
@@ -168,7 +183,8 @@ class DriveFrames:
 
     def __init__(self, drives: CanopenDrivesSection, fd: bool) -> None:
         self._frames = [
-            message(0x200 + node, _COMMAND_AND_TORQUE.size, fd) for node in drives.node_ids
+            message(command_and_torque_id(node), _COMMAND_AND_TORQUE.size, fd)
+            for node in drives.node_ids
         ]
 
     def command(self, slot: int, controlword: int) -> can.Message | None:

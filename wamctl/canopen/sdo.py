@@ -9,17 +9,18 @@ import canopen
 from canopen.objectdictionary import ODVariable
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
+from wamctl.canopen import identifiers as ids
 from wamctl.canopen.dictionary import Object
 from wamctl.errors import BusError
 
 _ATTEMPTS = 3
 _POLL_S = 0.02
 _LENGTHS = {
-    0x080: (0, 8),
-    0x580: (8,),
-    0x600: (8,),
-    0x700: (1,),
-}  # by service: EMCY, SDO, heartbeat
+    ids.EMERGENCY: (0, 8),  # or SYNC
+    ids.SDO_ANSWER: (8,),
+    ids.SDO_REQUEST: (8,),
+    ids.HEARTBEAT: (1,),
+}
 
 
 def add_node(
@@ -61,7 +62,7 @@ def is_plain(message: can.Message) -> bool:
     """A data frame with an 11-bit identifier and a length that its service allows."""
     if message.is_extended_id or message.is_remote_frame or message.is_error_frame:
         return False
-    lengths = _LENGTHS.get(message.arbitration_id & 0x780)
+    lengths = _LENGTHS.get(message.arbitration_id & ids.SERVICE)
     return lengths is None or len(message.data) in lengths
 
 

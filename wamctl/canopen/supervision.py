@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 
+from wamctl.canopen import identifiers as ids
 from wamctl.canopen.emcy import Emergency, emergency
 
 _OPERATIONAL = 5
 _BOOT_UP = 0
 _NMT_STATES = {0: "BOOT-UP", 4: "STOPPED", 5: "OPERATIONAL", 127: "PRE-OPERATIONAL"}
 _HEARTBEATS_MISSED = 3
-_EMCY, _HEARTBEAT = 0x080, 0x700
 
 
 class Supervision:
@@ -38,12 +38,12 @@ class Supervision:
 
     def hear(self, can_id: int, data: bytes | bytearray, now_s: float) -> bool:
         """Take in a frame; False if it is none of an emergency or heartbeat of these drives."""
-        slot = self._slots.get(can_id & 0x7F)
+        slot = self._slots.get(can_id & ids.NODE)
         if slot is None:
             return False
-        if can_id & 0x780 == _EMCY:
+        if can_id & ids.SERVICE == ids.EMERGENCY:
             return self._hear_emergency(slot, data)
-        if can_id & 0x780 == _HEARTBEAT and len(data) == 1:
+        if can_id & ids.SERVICE == ids.HEARTBEAT and len(data) == 1:
             self._hear_heartbeat(slot, data[0] & 0x7F, now_s)
             return True
         return False

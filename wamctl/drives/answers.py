@@ -13,6 +13,7 @@ class Answers:
     when it passed, however late this program comes to read it.
 
     Attributes:
+        identifiers: of all answers.
         missing: places of the drives whose answer has not come.
         late: places of those with an answer to an older SYNC, or one behind the window.
         duplicates: places of those that answered more than once.
@@ -28,6 +29,7 @@ class Answers:
     def __init__(self, names: Sequence[str], identifiers: Sequence[int], period_s: float) -> None:
         order = sorted(identifiers)
         self.counters = Counters(lost_by_drive=dict.fromkeys(names, 0))
+        self.identifiers = frozenset(identifiers)
         self._names = names
         self._rank = [order.index(identifier) for identifier in identifiers]
         self._window_s = WINDOW * period_s

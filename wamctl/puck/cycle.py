@@ -5,10 +5,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wamctl.arm.config import PuckDrivesSection
+from wamctl.drives.answer_cycle import AnswerCycle
 from wamctl.drives.answers import Answers
-from wamctl.drives.bus import next_frame, send_all
 from wamctl.drives.interface import CycleTiming, Readings
-from wamctl.errors import BusStopError
 from wamctl.puck import frames
 from wamctl.puck.effective_torque import EffectiveTorque
 from wamctl.puck.supervision import Supervision
@@ -17,8 +16,6 @@ from wamctl.puck.wiring import CycleFrames, is_plain, message
 Array = NDArray[np.floating]
 
 _REPEAT = 10  # cycles after which an order to idle that was not followed is sent again
-_MOST_FRAMES = 200  # taken from the bus at one go: a flood must not hold the cycle for ever
-_BUS_OFF = 0x40  # class of an error frame, in SocketCAN's identifier bits
 
 
 class Cycle:
@@ -44,13 +41,12 @@ class Cycle:
         acting: EffectiveTorque,
         answers: Answers,
     ) -> None:
-        self._bus, self._channel = bus, channel
         self._wires, self._supervision, self._acting = wires, supervision, acting
-        self._answers, self.counters = answers, answers.counters
+        self.counters = answers.counters
+        self._exchange = AnswerCycle(bus, channel, answers, self)
         self._rad_per_count = 2.0 * np.pi / np.array(drives.counts_per_revolution)
         self._units_per_nm = np.array(drives.torque_units_per_nm, dtype=float)
         self._has_goal = self._must_idle = False
-        self._settled = True
         self._count = 0
         self._ordered_in = -_REPEAT
 
@@ -66,37 +62,13 @@ class Cycle:
     def sample(self, timing: CycleTiming) -> Readings:
         """Poll, then the position of every motor.
 
-        After a cycle in which frames stayed away, those may still come, before the new ones: then
-        the whole time is waited, and the last frame of each motor counts.
-
         Raises:
             BusStopError: the bus does not send or receive.
         """
-        counts = np.full(len(self._units_per_nm), np.nan)
-        answers = self._answers
-        answers.begin()
         self._count += 1
-        try:
-            self._discard_late()
-            self._acting.polled()
-            self._bus.send(self._wires.poll)
-            for _ in range(_MOST_FRAMES):
-                frame = next_frame(self._bus, timing)
-                if frame is None:
-                    break
-                slot = self._slot(frame)
-                if slot is None:
-                    self._hear(frame)
-                    continue
-                if answers.admit(slot, timing.age(frame.timestamp)):
-                    counts[slot] = frames.decode_position(frame.data[:3])
-                if not answers.missing and self._settled:
-                    break
-        except (can.CanError, OSError) as error:
-            raise self._failed(error) from error
-        answers.end()
-        self._settled = not answers.missing
-        return self._readings(counts)
+        self._exchange.begin()
+        self._acting.polled()
+        return self._readings(self._exchange.ask((self._wires.poll,), timing))
 
     def send(self, tau_motor: Array) -> Array:
         """Torque frames [N m], shape (n,), then at times a question or an order to idle.
@@ -113,11 +85,8 @@ class Cycle:
         if self._supervision.yields or not self._has_goal:
             units = np.zeros_like(units)
         acting = self._acting.mean(units / self._units_per_nm)
-        try:
-            torques = self._wires.torques(units.astype(int).tolist()) if self._has_goal else []
-            send_all(self._bus, (*torques, *self._aside()))
-        except (can.CanError, OSError) as error:
-            raise self._failed(error) from error
+        torques = self._wires.torques(units.astype(int).tolist()) if self._has_goal else []
+        self._exchange.send((*torques, *self._aside()))
         return acting
 
     def zero_torque_frames(self) -> list[can.Message]:
@@ -134,55 +103,33 @@ class Cycle:
             return ()
         return (message(question.identifier, frames.encode_get(question.property_id)),)
 
-    def _discard_late(self) -> None:
-        """Empty the queue before the poll: no frame of the last cycle may pass for a new one."""
-        for _ in range(_MOST_FRAMES):
-            frame = self._bus.recv(0.0)
-            if frame is None:
-                return
-            slot = self._slot(frame)
-            if slot is None:
-                self._hear(frame)
-            else:
-                self._answers.leave_out(slot)
-
-    def _slot(self, frame: can.Message) -> int | None:
+    def slot(self, frame: can.Message) -> int | None:
         """Place of the motor whose position the frame carries; None for any other frame."""
         slot = self._wires.slot_of.get(frame.arbitration_id)
         if slot is None or len(frame.data) != self._wires.lengths[slot] or frame.data[0] & 0xC0:
             return None
         return slot if is_plain(frame) else None
 
-    def _hear(self, frame: can.Message) -> None:
+    def counts(self, slot: int, frame: can.Message) -> int:
+        """The position in a motor's frame [counts]; its joint encoder's stays unused."""
+        return frames.decode_position(frame.data[:3])
+
+    def hear(self, frame: can.Message) -> bool:
+        """Take in a frame from outside the cycle; False if nobody sends such a frame."""
         can_id = frame.arbitration_id
-        if frame.is_error_frame and can_id & _BUS_OFF:
-            raise BusStopError(f"bus {self._channel} went bus-off")
-        if can_id in self._wires.slot_of:
-            self.counters.malformed += 1
-        elif can_id == self._wires.alarm_id:
+        if can_id == self._wires.alarm_id:
             self._supervision.alarm()
-        elif not (is_plain(frame) and self._is_answer(can_id, bytes(frame.data))):
-            self.counters.foreign += 1
+            return True
+        return is_plain(frame) and self._is_answer(can_id, bytes(frame.data))
 
     def _is_answer(self, can_id: int, data: bytes) -> bool:
         node = self._wires.node_of.get(can_id)
         return node is not None and self._supervision.hear(node, data)
 
     def _readings(self, counts: Array) -> Readings:
-        watched, answers = self._supervision, self._answers
-        if answers.missing:
+        watched = self._supervision
+        if self._exchange.missing:
             watched.alarm()
-        return Readings(
-            self.angle(counts),
-            tuple(sorted(answers.missing)),
-            watched.enabled,
-            watched.disabled,
-            watched.fault,
-            watched.too_hot,
-            tuple(sorted(answers.late)),
-            tuple(sorted(answers.duplicates)),
-            tuple(sorted(answers.out_of_order)),
+        return self._exchange.readings(
+            self.angle(counts), watched.enabled, watched.disabled, watched.fault, watched.too_hot
         )
-
-    def _failed(self, error: Exception) -> BusStopError:
-        return BusStopError(f"bus {self._channel} failed ({error})")

@@ -40,7 +40,6 @@ def walk(start, goal):
         (State.SWITCH_ON_DISABLED, Controlword.SHUTDOWN): State.READY_TO_SWITCH_ON,
         (State.READY_TO_SWITCH_ON, Controlword.SWITCH_ON): State.SWITCHED_ON,
         (State.SWITCHED_ON, Controlword.ENABLE_OPERATION): State.OPERATION_ENABLED,
-        (State.OPERATION_ENABLED, Controlword.QUICK_STOP): State.QUICK_STOP_ACTIVE,
     }
     state, commands = start, []
     for _ in range(6):
@@ -63,11 +62,6 @@ def test_the_way_to_disabled_is_one_command(start):
     commands, state = walk(start, Goal.DISABLED)
     assert set(commands) == {Controlword.DISABLE_VOLTAGE}
     assert state is State.SWITCH_ON_DISABLED
-
-
-def test_quick_stop_only_where_there_is_torque():
-    assert ds402.controlword(State.OPERATION_ENABLED, Goal.QUICK_STOP) == 0x02
-    assert ds402.controlword(State.SWITCHED_ON, Goal.QUICK_STOP) == 0x00
 
 
 @pytest.mark.parametrize("goal", list(Goal))

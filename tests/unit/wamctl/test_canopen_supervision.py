@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from wamctl.arm.config import StopInputSection, load_arm_file
 from wamctl.canopen.emcy import emergency, meaning
-from wamctl.canopen.inputs import Inputs
+from wamctl.canopen.inputs import StopInput, Temperatures
 from wamctl.canopen.supervision import Supervision
 
 NAMES = ("drive 1 (node 4)", "drive 2 (node 9)")
@@ -90,14 +90,17 @@ def test_frames_of_others_are_not_heard(can_id, data):
     assert not heard or can_id in (0x084, 0x089, 0x704, 0x709)
 
 
-def inputs(**changes):
-    found = Inputs(DRIVES.model_copy(update=changes), tuple("1234567"), patience=3)
-    found.start()
-    return found
+def temperatures(**changes):
+    return Temperatures(DRIVES.model_copy(update=changes), tuple("1234567"))
+
+
+def stop_input(**changes):
+    switch = StopInputSection(node_id=2, bit=2, **changes)
+    return StopInput(DRIVES.model_copy(update={"stop_input": switch}))
 
 
 def test_a_hot_motor_stops_the_arm():
-    heard = inputs()
+    heard = temperatures()
     assert heard.hear(0x283, struct.pack("<hh", 450, 600))
     assert heard.reason() is None
     assert heard.hear(0x283, struct.pack("<hh", 450, 601))
@@ -105,12 +108,12 @@ def test_a_hot_motor_stops_the_arm():
 
 
 def test_without_a_limit_temperatures_are_nothing():
-    assert not inputs(temperature_limit_c=None).hear(0x283, struct.pack("<hh", 999, 999))
+    assert not temperatures(temperature_limit_c=None).hear(0x283, struct.pack("<hh", 999, 999))
 
 
 @pytest.mark.parametrize(("level", "pressed"), [(0, 0b0000), (1, 0b0100)])
 def test_the_stop_switch_stops_the_arm(level, pressed):
-    heard = inputs(stop_input=StopInputSection(node_id=2, bit=2, stops_at=level))
+    heard = stop_input(stops_at=level)
     heard.hear(0x382, struct.pack("<I", pressed ^ 0b0100))
     assert heard.reason() is None
     heard.hear(0x382, struct.pack("<I", pressed))
@@ -118,6 +121,6 @@ def test_the_stop_switch_stops_the_arm(level, pressed):
 
 
 def test_a_stop_switch_that_is_not_heard_of_stops_the_arm():
-    heard = inputs(stop_input=StopInputSection(node_id=2, bit=2))
-    reasons = [heard.reason() for _ in range(4)]
-    assert reasons == [None, None, None, "the stop switch was not heard of for 4 cycles"]
+    heard = stop_input()
+    reasons = [heard.reason() for _ in range(6)]
+    assert reasons == [None] * 5 + ["the stop switch was not heard of for 6 cycles"]
