@@ -18,13 +18,14 @@ import typer
 from wamctl.arm.errors import UserError
 from wamctl.commands.bench import Bench, bench
 from wamctl.commands.check import Check, check
+from wamctl.commands.excite import confirm_by_name
 from wamctl.commands.home import home
 from wamctl.commands.monitor import monitor
 from wamctl.commands.text_output import print_bench, print_check, print_summary
 from wamctl.errors import UsageError
 from wamctl.experiment.excite import ExciteRequest, Summary, excite
-from wamctl.experiment.preflight import Prepared, load_arm, prepare
-from wamctl.experiment.session import Connection, Setup
+from wamctl.experiment.preflight import load_arm, prepare
+from wamctl.experiment.session import Setup
 from wamctl.live.watch import PORT, check_installed, live_view
 
 app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
@@ -76,7 +77,7 @@ def _excite(
         file = prepared.arm.file
         setup = Setup(prepared.path, prepared.arm, bus or file.bus.channel, lockstep, seed)
         log = out or Path(f"{file.arm}-{datetime.now():%Y%m%d-%H%M%S}.mcap")
-        confirm = partial(_confirm, prepared, yes_move_the_arm)
+        confirm = partial(confirm_by_name, prepared, yes_move_the_arm)
         live_views = (partial(live_view, port=live_port),) if live else ()
         summary = excite(ExciteRequest(prepared, setup, log, confirm, live_views))
         _print(summary, print_summary, as_json)
@@ -149,28 +150,6 @@ def _home(config: Config, bus: Bus = None, debug: Debug = False) -> None:
         setup = Setup(path, arm, bus or arm.file.bus.channel)
         for line in home(setup, lambda text: typer.prompt(text, default="", err=True)):
             typer.echo(line)
-
-
-def _confirm(prepared: Prepared, given: str, connection: Connection) -> None:
-    """Let the operator type the arm's name, unless the arm is the simulated one of this project."""
-    name, channel = prepared.arm.file.arm, connection.channel
-    for note in connection.notes:
-        typer.echo(f"note: {note}", err=True)
-    if channel.is_embedded:
-        return
-    if not given and sys.stdin.isatty():
-        seconds = prepared.excitation.t[-1]
-        typer.echo(
-            f"The arm {name} on {channel} will move for about {seconds:.0f} s. Keep everybody out "
-            "of its reach, and a hand on the emergency stop. Any key stops it.",
-            err=True,
-        )
-        given = typer.prompt("Type the arm's name to go on", err=True)
-    if given != name:
-        raise UsageError(
-            f"The arm does not move: {given!r} is not its name, which the operator must type or "
-            f"give with --yes-move-the-arm {name}."
-        )
 
 
 def _print(result: R, in_words: Callable[[R], None], as_json: bool) -> None:
