@@ -271,7 +271,7 @@ def test_frames_that_nobody_expects_are_counted(classic, rig):
 def test_late_positions_are_thrown_away(classic, rig):
     truth = rig.cycle().angle_motor
     classic.hub.accidents.append(lambda: [Frame(0x463, bytes.fromhex("00 12 34"))])
-    rig.drives._cycle._bus.send(can.Message(arbitration_id=0x7F, is_extended_id=False, data=[0]))
+    rig.drives._bus.send(can.Message(arbitration_id=0x7F, is_extended_id=False, data=[0]))
     time.sleep(0.05)
     assert rig.cycle().angle_motor == pytest.approx(truth, abs=0.05)
     assert rig.drives.counters.late == 1
