@@ -3,9 +3,9 @@
     python scripts/benchmarks/same_results.py BEFORE AFTER
 
 BEFORE and AFTER are folders that hold results of the same commands on the same logs (any depth):
-`run.json`, `gap.json`, `validate.json`, `model.yaml`. Times, settings, provenance and paths are left
-out; every other number, name and sentence has to be the same (numbers to a relative 1e-9, which
-allows for sums in another order). Prints each difference and ends with 1 if there is one.
+`run.json`, `gap.json`, `validate.json`, `model.yaml`. Times, settings, provenance and paths are
+left out; every other number, name and sentence has to be the same (numbers to a relative 1e-9,
+which allows for sums in another order). Prints each difference; ends with 1 if there is one.
 """
 
 import argparse
