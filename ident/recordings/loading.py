@@ -47,7 +47,7 @@ def read_logs(
     """
     surveys = [_survey(path, reading, joints_to_read(path, robot, reading)) for path in paths]
     arm = arm_of(surveys, paths, robot)
-    return arm, [_dataset(found, arm, reading) for found in surveys]
+    return arm, [dataset_for(arm, found, reading.torque) for found in surveys]
 
 
 def read_for(arm: Arm, path: Path, reading: Reading) -> Dataset:
@@ -56,7 +56,7 @@ def read_for(arm: Arm, path: Path, reading: Reading) -> Dataset:
     Raises:
         DataError: a log that cannot be used.
     """
-    return _dataset(_survey(path, reading, arm.robot.joint_names), arm, reading)
+    return dataset_for(arm, _survey(path, reading, arm.robot.joint_names), reading.torque)
 
 
 def joints_to_read(path: Path, robot: Path | None, reading: Reading) -> tuple[str, ...]:
@@ -85,8 +85,18 @@ def _survey(path: Path, reading: Reading, joints: tuple[str, ...]) -> LogSummary
     return survey(LogFile(path, reading.joint_states, reading.joint_commands, joints), str(path))
 
 
-def _dataset(found: LogSummary, arm: Arm, reading: Reading) -> Dataset:
-    data = dataset_of(found, arm.robot.joint_names, reading.torque, arm.robot.sliding.tolist())
+def dataset_for(arm: Arm, found: LogSummary, torque: TorqueSource | None = None) -> Dataset:
+    """The samples of a log on a uniform grid, joints in the robot's order, in steady state.
+
+    Args:
+        arm: the arm of the log.
+        found: the log.
+        torque: the one to use; None: the commanded one where there is one.
+
+    Raises:
+        DataError: joints or torque that cannot be used.
+    """
+    data = dataset_of(found, arm.robot.joint_names, torque, arm.robot.sliding.tolist())
     if arm.unrecorded:
         fact = (
             f"joints of the URDF, but not recorded, so locked at zero: {', '.join(arm.unrecorded)}"

@@ -2,11 +2,13 @@
 
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import active_children, get_context, parent_process
+from types import ModuleType
 from typing import TypeVar
 
 Item = TypeVar("Item")
@@ -18,13 +20,13 @@ def in_processes(
 ) -> Iterator[Result]:
     """The function's results in the order of the items, each as soon as those before are there.
 
-    A program that calls this runs its own work under `if __name__ == "__main__":`, as with every
-    use of `multiprocessing`.
+    The function has to be one of an importable module: a process does not run the caller's script
+    again, so that this also works in a script without a `__main__` guard and in a notebook.
     """
     before = set(active_children())
     pool = ProcessPoolExecutor(workers, get_context("spawn"), _end_with_parent)
     try:
-        with _deaf():
+        with _deaf(), _without_main():
             results = pool.map(function, items)
         yield from results
     except BaseException:
@@ -58,3 +60,14 @@ def _deaf() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, usual)
+
+
+@contextmanager
+def _without_main() -> Iterator[None]:
+    """Processes that start meanwhile do not import the program's main module."""
+    main = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ident.effects.catalogue import catalogue
-from ident.gap.data.experiment import read_experiment, trusting
+from ident.gap.data.experiment import Experiment, read_experiment, trusting
 from ident.gap.regression.feasible_fit import FeasibleModel, feasible_fit
 from ident.gap.results.error_by_term import steps
 from ident.gap.results.forward_simulation import Forward, forward, rms
@@ -19,7 +19,8 @@ from ident.gap.results.minimum_detectable import minimum_detectable
 from ident.gap.results.outcome import Options, Search
 from ident.gap.search import search
 from ident.gap.selection.estimates import FinalEstimates, final_estimates
-from ident.model.model_file import write_model
+from ident.model.identified_model import Model
+from ident.model.model_file import load_model, write_model
 from ident.recordings.loading import Reading
 from ident.report.gap_figures import maps, motion_blocks, torque_blocks
 from ident.report.gap_page import GapReport, gap_page, verdict_sentences
@@ -62,6 +63,43 @@ class _Outcome:
     after: list[Forward]
 
 
+@dataclass(frozen=True)
+class Gap:
+    """A search, and everything that is written about it.
+
+    Attributes:
+        report: the content of the page.
+        model: the model with the effects that were named.
+        content: the content of `gap.json`.
+    """
+
+    report: GapReport
+    model: Model
+    content: dict[str, Any]
+
+    @property
+    def sentences(self) -> list[str]:
+        """The verdict in sentences."""
+        return verdict_sentences(self.report)
+
+    def page(self) -> str:
+        """The report, one HTML page."""
+        return render(gap_page(self.report))
+
+    def write(self, out: Path) -> str:
+        """Write `gap.json`, `model.yaml` and `report.html`; gives the content of `gap.json`.
+
+        Raises:
+            DataError: the folder cannot be written.
+        """
+        text = as_json(self.content)
+        with whole_folder(out, ("gap.json", "model.yaml", "report.html")) as folder:
+            write_model(folder / "model.yaml", self.model)
+            (folder / "report.html").write_text(self.page(), encoding="utf-8")
+            (folder / "gap.json").write_text(text, encoding="utf-8")
+        return text
+
+
 def gap_logs(
     paths: Sequence[Path],
     known: tuple[Path | None, Path | None],
@@ -89,10 +127,28 @@ def gap_logs(
     robot, trusted = known
     source = read_experiment(paths, robot, reading)
     if trusted is not None:
-        source = trusting(source, trusted)
+        source = trusting(source, load_model(trusted), str(trusted))
+    done = gap_of(source, options, tell, paths)
+    done.content["seconds"] = time.perf_counter() - start
+    return done.write(out), done.sentences
+
+
+def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Path] = ()) -> Gap:
+    """Search recordings that have been read; nothing is written.
+
+    Args:
+        source: the recordings and their arm.
+        options: of the search.
+        tell: hears of the progress.
+        paths: files of the recordings, where there are any.
+
+    Raises:
+        DataError: recordings from which nothing can be learned.
+    """
+    start = time.perf_counter()
     outcome = _outcome(search(source, options, tell), tell)
     content = _content(outcome) | {"provenance": provenance(source.arm, paths)}
-    tell("writing the report")
+    tell("preparing the report")
     report = _report(outcome, content)
     content["seconds"] = time.perf_counter() - start
     model = model_with(
@@ -103,12 +159,7 @@ def gap_logs(
         outcome.final.hypotheses,
         outcome.found.end.model.slow,
     )
-    with whole_folder(out, ("gap.json", "model.yaml", "report.html")) as folder:
-        write_model(folder / "model.yaml", model)
-        (folder / "report.html").write_text(render(gap_page(report)), encoding="utf-8")
-        text = as_json(content)
-        (folder / "gap.json").write_text(text, encoding="utf-8")
-    return text, verdict_sentences(report)
+    return Gap(report, model, content)
 
 
 def _outcome(found: Search, tell: Tell) -> _Outcome:

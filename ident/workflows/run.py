@@ -2,12 +2,12 @@
 
 import time
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from ident.effects.compensation import without_effects
-from ident.identification.identify import identify, model_of
+from ident.identification.identify import Identification, identify, model_of
 from ident.model.arm import Arm
 from ident.model.identified_model import Model
 from ident.model.model_file import load_model, write_model
@@ -20,6 +20,43 @@ from ident.report.traces import held_out_traces
 from ident.workflows.provenance import provenance
 from ident.workflows.run_json import as_json, run_content, whole_folder
 from wamctl.arm.errors import DataError
+
+
+@dataclass(frozen=True)
+class Run:
+    """An identification, and everything that is written about it.
+
+    Attributes:
+        found: the identification.
+        model: the content of `model.yaml`.
+        content: the content of `run.json`.
+    """
+
+    found: Identification
+    model: Model
+    content: dict[str, Any]
+
+    def page(self) -> str:
+        """The report, one HTML page."""
+        return render(run_page(RunReport(self.content, held_out_traces(self.found))))
+
+    def write(self, out: Path, page: str | None = None) -> str:
+        """Write `run.json`, `model.yaml` and `report.html`; gives the content of `run.json`.
+
+        Args:
+            out: folder for the results.
+            page: the report, where it has been made already.
+
+        Raises:
+            DataError: the folder cannot be written.
+        """
+        page = self.page() if page is None else page
+        text = as_json(self.content)
+        with whole_folder(out, ("run.json", "model.yaml", "report.html")) as folder:
+            write_model(folder / "model.yaml", self.model)
+            (folder / "report.html").write_text(page, encoding="utf-8")
+            (folder / "run.json").write_text(text, encoding="utf-8")
+        return text
 
 
 def run_logs(
@@ -50,26 +87,42 @@ def run_logs(
     arm, data = read_logs(paths, robot, reading)
     arm = arm.with_settings(**settings)
     known = None if effects is None else _known(effects, arm)
-    if known is not None:
-        data = [_without(known, d) for d in data]
     read = time.perf_counter() - start
-    found = identify(data, arm, tell)
-    content = run_content(found) | {"provenance": provenance(arm, paths)}
-    content["seconds"] = {"read": read} | content["seconds"]
+    done = run_data(arm, data, tell, known, paths)
+    done.content["seconds"] = {"read": read} | done.content["seconds"]
     tell("writing the report")
     drawing = time.perf_counter()
-    page = render(run_page(RunReport(content, held_out_traces(found))))
+    page = done.page()
     end = time.perf_counter()
-    content["seconds"] |= {"report": end - drawing, "total": end - start}
-    with whole_folder(out, ("run.json", "model.yaml", "report.html")) as folder:
-        model = model_of(found)
-        write_model(
-            folder / "model.yaml", model if known is None else replace(model, effects=known.effects)
-        )
-        (folder / "report.html").write_text(page, encoding="utf-8")
-        text = as_json(content)
-        (folder / "run.json").write_text(text, encoding="utf-8")
-    return text
+    done.content["seconds"] |= {"report": end - drawing, "total": end - start}
+    return done.write(out, page)
+
+
+def run_data(
+    arm: Arm,
+    data: Sequence[Dataset],
+    tell: Tell = silent,
+    known: Model | None = None,
+    paths: Sequence[Path] = (),
+) -> Run:
+    """Identify an arm from recordings that have been read; nothing is written.
+
+    Args:
+        arm: robot and settings.
+        data: the recordings, joints in the robot's order.
+        tell: hears what is being done.
+        known: a model whose effects are taken off the torque first, and kept.
+        paths: files of the recordings, where there are any.
+
+    Raises:
+        DataError: recordings from which nothing can be learned.
+    """
+    if known is not None:
+        data = [_without(known, d) for d in data]
+    found = identify(data, arm, tell)
+    content = run_content(found) | {"provenance": provenance(arm, paths)}
+    model = model_of(found)
+    return Run(found, model if known is None else replace(model, effects=known.effects), content)
 
 
 def _known(path: Path, arm: Arm) -> Model:

@@ -52,7 +52,7 @@ def validate_logs(
         "estimator": model.estimator,
         "joints": list(model.robot.joint_names),
         "torque_units": torque_units(model.robot),
-        "logs": [_content(p, model.estimator) for p in predictions],
+        "logs": [prediction_content(p, model.estimator) for p in predictions],
         "provenance": provenance(arm, paths),
         "seconds": {"total": time.perf_counter() - start},
     }
@@ -65,7 +65,8 @@ def validate_logs(
     return text
 
 
-def _content(prediction: Prediction, chosen: str) -> dict[str, Any]:
+def prediction_content(prediction: Prediction, chosen: str) -> dict[str, Any]:
+    """Errors of a model on one recording, as `validate.json` holds them."""
     log = prediction.evidence.logs[0]
     errors = {
         name: errors_content(prediction.filtered[name])

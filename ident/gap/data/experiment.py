@@ -15,7 +15,6 @@ from ident.estimation.regression_data import posture
 from ident.model.arm import Arm
 from ident.model.attachments import attached_config
 from ident.model.identified_model import Model
-from ident.model.model_file import load_model
 from ident.recordings.dataset import Dataset, TorqueSource, dataset
 from ident.recordings.loading import Reading, arm_of, joints_to_read
 from ident.simulation.configuration import controller_for, wire_for
@@ -87,11 +86,33 @@ def experiment(
 ) -> Experiment:
     """Recordings of one arm, joined with it."""
     arm = arm_of(recordings, [Path(n) for n in names], robot)
+    return of_arm(arm, file_of(recordings[0], names[0], robot), recordings, names, torque)
+
+
+def of_arm(
+    arm: Arm,
+    file: RobotFile | ArmFile | None,
+    recordings: Sequence[Recording],
+    names: Sequence[str],
+    torque: TorqueSource | None = None,
+) -> Experiment:
+    """Recordings of an arm that is known already.
+
+    Args:
+        arm: robot and settings.
+        file: the arm's configuration, where there is one.
+        recordings: as read.
+        names: what to call each.
+        torque: the one to use; None: the commanded one where there is one.
+
+    Raises:
+        DataError: a recording that cannot be used.
+    """
     data = tuple(
         dataset(r, arm.robot.joint_names, name, torque, arm.robot.sliding.tolist())
         for r, name in zip(recordings, names, strict=True)
     )
-    return Experiment(arm, file_of(recordings[0], names[0], robot), tuple(recordings), data)
+    return Experiment(arm, file, tuple(recordings), data)
 
 
 def file_of(recording: Recording, name: str, robot: Path | None) -> RobotFile | ArmFile | None:
@@ -140,14 +161,17 @@ def facts_of(source: Experiment) -> ArmFacts:
     )
 
 
-def trusting(source: Experiment, path: Path) -> Experiment:
+def trusting(source: Experiment, model: Model, path: str = "The reference model") -> Experiment:
     """The same with a model that was known before.
+
+    Args:
+        source: the recordings.
+        model: the reference model.
+        path: what errors call it.
 
     Raises:
         DataError: a model of another arm, or one that holds effects already.
-        ConfigurationError: a file that cannot be read.
     """
-    model = load_model(path)
     joints = source.arm.robot.joint_names
     if model.robot.joint_names != joints:
         raise DataError(
