@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import IntEnum
 from functools import partial
 
 from sim_bus.can_bus.frame import Frame, carried_length
@@ -11,32 +10,15 @@ from sim_bus.canopen.dictionary import Abort, Description, Getter, Key, ObjectDi
 from sim_bus.canopen.ds402 import Statusword
 from sim_bus.canopen.emergency import ErrorCode, Errors
 from sim_bus.canopen.motor import MODE, MotorControl
-from sim_bus.canopen.pdo import LAST_SYNCHRONOUS, Pdo, Values
+from sim_bus.canopen.nmt import Command, Nmt
+from sim_bus.canopen.pdo import Pdo, Values
+from sim_bus.canopen.process_data import NEVER_NS, ProcessData
 from sim_bus.canopen.sdo import SdoServer
 
 Handler = Callable[[bytes], None]
 
-NEVER_NS = 1 << 62
 _MS = 1_000_000
 _REMOTE = int(Statusword.REMOTE)
-
-
-class Nmt(IntEnum):
-    """States of network management, as the heartbeat shows them."""
-
-    STOPPED = 0x04
-    OPERATIONAL = 0x05
-    PRE_OPERATIONAL = 0x7F
-
-
-class Command(IntEnum):
-    """Commands of network management."""
-
-    START = 0x01
-    STOP = 0x02
-    ENTER_PRE_OPERATIONAL = 0x80
-    RESET_NODE = 0x81
-    RESET_COMMUNICATION = 0x82
 
 
 @dataclass(frozen=True)
@@ -93,6 +75,7 @@ class CanopenDrive:
         self.motor = MotorControl(self.objects)
         self._fd = settings.fd
         self._longest = 64 if settings.fd else 8
+        self._pdos = ProcessData(self.objects, self._longest)
         self._torque_step_nm = settings.rated_torque_mnm * 1e-6
         self._sdo = SdoServer(self.objects.read, self._write)
         self._outbox: list[Frame] = []
@@ -122,10 +105,8 @@ class CanopenDrive:
             self._heartbeat_ns += self.objects.values[0x1017, 0] * _MS
         if time_ns >= self._sync_deadline_ns():
             self._fail(ErrorCode.SYNC_LOSS)
-        for p in self._timed:
-            if time_ns >= self._event_ns[p.number]:
-                self._event_ns[p.number] += p.event_ms * _MS
-                self._transmit(p)
+        for p in self._pdos.timed_out(time_ns):
+            self._transmit(p)
         self._plan()
         return self._sent()
 
@@ -166,33 +147,14 @@ class CanopenDrive:
 
     def _go_pre_operational(self, nmt: Nmt = Nmt.PRE_OPERATIONAL) -> None:
         self.nmt = nmt
-        self._timed: list[Pdo] = []
-        self._synchronous: list[Pdo] = []
-        self._receiving: list[Pdo] = []
-        self._latched: dict[int, Values] = {}
-        self._event_ns: dict[int, int] = {}
-        self._syncs = 0
+        self._pdos.stop()
         self._watch_ns = 0
         self._restart_heartbeat()
         self._route()
 
     def _go_operational(self) -> None:
         self.nmt = Nmt.OPERATIONAL
-        transmitting = pdo.valid_pdos(
-            self.objects, pdo.TPDO_PARAMETER, pdo.TPDO_MAPPING, self._longest
-        )
-        self._receiving = pdo.valid_pdos(
-            self.objects, pdo.RPDO_PARAMETER, pdo.RPDO_MAPPING, self._longest
-        )
-        self._synchronous = [p for p in transmitting if p.kind <= LAST_SYNCHRONOUS]
-        # A buffer of type 0 is applied at every SYNC, and holds zeros before its first frame.
-        self._latched = {
-            p.number: p.mapping.unpack(bytes(p.mapping.layout.size))
-            for p in self._receiving
-            if p.kind == 0
-        }
-        self._timed = [p for p in transmitting if p.kind > LAST_SYNCHRONOUS and p.event_ms]
-        self._event_ns = {p.number: self._now + p.event_ms * _MS for p in self._timed}
+        self._pdos.start(self._now)
         self._route()
         self._plan()
 
@@ -202,7 +164,7 @@ class CanopenDrive:
             self.handlers[0x600 + self.node_id] = self._on_sdo
         if self.nmt == Nmt.OPERATIONAL:
             self.handlers[self.objects.values[0x1005, 0] & 0x7FF] = self._on_sync
-            for p in self._receiving:
+            for p in self._pdos.receiving:
                 self.handlers[p.cob_id] = partial(self._on_rpdo, p)
 
     def _on_nmt(self, data: bytes) -> None:
@@ -234,23 +196,16 @@ class CanopenDrive:
 
     def _plan(self) -> None:
         # SYNC moves its deadline on without coming here: then `tick` is early and finds nothing.
-        events = min(self._event_ns.values(), default=NEVER_NS)
-        self.next_ns = min(self._heartbeat_ns, self._sync_deadline_ns(), events)
+        self.next_ns = min(self._heartbeat_ns, self._sync_deadline_ns(), self._pdos.next_ns)
 
     # Process data
 
     def _on_sync(self, data: bytes) -> None:
-        self._syncs += 1
         self._watch_ns = self._now
-        for p in self._synchronous:
-            if p.kind <= 1 or self._syncs % p.kind == 0:
-                self._transmit(p)
-        for p in self._receiving:
-            latched = self._latched.get(p.number)
-            if latched is not None:
-                self._apply(latched)
-                if p.kind != 0:
-                    del self._latched[p.number]
+        for p in self._pdos.at_sync():
+            self._transmit(p)
+        for values in self._pdos.latched():
+            self._apply(values)
 
     def _on_rpdo(self, p: Pdo, data: bytes) -> None:
         size = p.mapping.layout.size
@@ -263,10 +218,8 @@ class CanopenDrive:
         elif self.errors.present:
             self._complain(ErrorCode.PDO_TOO_SHORT, False)
             self._complain(ErrorCode.PDO_TOO_LONG, False)
-        values = p.mapping.unpack(data[:size])
-        if p.kind <= LAST_SYNCHRONOUS:
-            self._latched[p.number] = values
-        else:
+        values = self._pdos.receive(p, data[:size])
+        if values is not None:
             self._apply(values)
 
     def _complain(self, code: int, is_present: bool) -> None:

@@ -262,7 +262,11 @@ def _speed(g: Array, speed: Array, f: Array, row: int) -> float:
 
 @numba.njit(cache=True)
 def _factorise(a: Array, n: int) -> None:
-    """Cholesky factor of a positive definite matrix into its lower triangle."""
+    """Cholesky factor of a positive definite matrix into its lower triangle, in place.
+
+    In loops of our own: LAPACK, to which numba hands `np.linalg.solve`, takes a third longer for
+    a whole step of seven joints (2.1 for 1.6 us).
+    """
     for j in range(n):
         for k in range(j):
             a[j, j] -= a[j, k] * a[j, k]
