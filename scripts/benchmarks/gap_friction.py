@@ -125,7 +125,7 @@ def integrate(mass, resist, commands, friction, spring, state, h):
                 base = 0.0 if friction.kind[e] == 0 else force - slope[e] * speed[e]
                 _add(system, right, friction.rows[e], base, slope[e] if fresh else 0.0, h)
         if fresh:
-            invert(system, inverse)
+            inverse = np.ascontiguousarray(np.linalg.inv(system))
         _with_sticking(inverse, right, friction, (speed, sign, new), stuck, h)
         for e in range(m):
             _relax(friction, e, _dot(friction.rows, e, new), stretch, h)
@@ -140,26 +140,6 @@ def _dot(rows, e, v):
     for i in range(v.size):
         total += rows[e, i] * v[i]
     return total
-
-
-@njit(cache=True)
-def invert(matrix, out):
-    """Inverse of a positive definite matrix; the matrix is used up."""
-    n = matrix.shape[0]
-    for i in range(n):
-        for j in range(n):
-            out[i, j] = 1.0 if i == j else 0.0
-    for i in range(n):
-        pivot = 1.0 / matrix[i, i]
-        for c in range(n):
-            matrix[i, c] *= pivot
-            out[i, c] *= pivot
-        for r in range(n):
-            factor = matrix[r, i]
-            if r != i:
-                for c in range(n):
-                    matrix[r, c] -= factor * matrix[i, c]
-                    out[r, c] -= factor * out[i, c]
 
 
 @njit(cache=True)
@@ -272,10 +252,7 @@ def _with_sticking(inverse, right, friction, work, stuck, h):
                 level *= 1.0 + friction.unequal[e] * sign[e]
             for i in range(size):
                 push[i] -= h * sign[e] * level * friction.rows[e, i]
-        for i in range(size):
-            new[i] = 0.0
-            for j in range(size):
-                new[i] += inverse[i, j] * push[j]
+        new[:] = inverse @ push
         worst, place, direction = 1.0, -1, 0.0
         if held > 0:
             impulse = _hold(inverse, friction.rows, who[:held], new)
@@ -301,22 +278,9 @@ def _with_sticking(inverse, right, friction, work, stuck, h):
 @njit(cache=True)
 def _hold(inverse, rows, who, new):
     """Impulses that bring the held elements to rest; `new` becomes the velocity with them."""
-    size, held = new.size, who.size
-    response, system = np.empty((size, held)), np.empty((held, held))
-    impulse, inverted = np.zeros(held), np.empty((held, held))
-    for i in range(size):
-        for k in range(held):
-            response[i, k] = _dot(rows, who[k], inverse[i])
-    for r in range(held):
-        for k in range(held):
-            system[r, k] = 1e-12 if r == k else 0.0
-            for i in range(size):
-                system[r, k] += rows[who[r], i] * response[i, k]
-    invert(system, inverted)
-    for r in range(held):
-        for k in range(held):
-            impulse[r] += inverted[r, k] * _dot(rows, who[k], new)
-    for i in range(size):
-        for k in range(held):
-            new[i] -= response[i, k] * impulse[k]
+    held = rows[who]
+    response = inverse @ held.T
+    stiff = held @ response + 1e-12 * np.eye(who.size)
+    impulse = np.linalg.solve(stiff, held @ new)
+    new -= response @ impulse
     return impulse

@@ -10,13 +10,13 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
+from gap_drives import asked_torque, drives_of, encoder_angles, given_torque, model_torque
 from gap_friction import Friction, Spring, integrate
 from numba import NumbaExperimentalFeatureWarning, njit, types
 from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import (
     Chain,
-    chain_of,
     inverse_dynamics,
     mass_matrix,
     place,
@@ -24,7 +24,7 @@ from ident.dynamics.compiled_chain import (
 )
 from wamctl.arm.config import ArmFile
 from wamctl.arm.recording import Command, Recording
-from wamctl.arm.robot import Robot, cad_parameters
+from wamctl.arm.robot import Robot
 from wamctl.arm.trajectory import Reference
 
 Array = NDArray[np.float64]
@@ -120,21 +120,6 @@ class Noise:
     memory_s: float
 
 
-class _Loop(NamedTuple):
-    """The sampled side: controller, encoders, torque steps."""
-
-    chain: Chain
-    delta: Array
-    stiffness: Array
-    damping: Array
-    smoothing: float
-    motor: Array
-    joint: Array
-    count: Array
-    step: Array
-    period: float
-
-
 class _Truth(NamedTuple):
     """The arm's side."""
 
@@ -162,23 +147,9 @@ def record(
     seed: int,
 ) -> Recording:
     """Follow a reference and log as the driver does: one row a cycle, positions in whole counts."""
-    period = file.bus.period_s
+    drives = drives_of(file, nominal)
+    chain, period = drives.chain, drives.cycle_s
     samples, n = reference.q.shape
-    chain, cad = chain_of(windowed_rows), cad_parameters(windowed_rows)
-    bandwidth = np.array(file.controller.bandwidth_rad_s)
-    motor = np.array(file.transmission.motor_from_joint)
-    loop = _Loop(
-        chain,
-        cad,
-        bandwidth**2,
-        2.0 * file.controller.damping_ratio * bandwidth,
-        1.0 - np.exp(-2 * np.pi * file.controller.velocity_cutoff_hz * period),
-        motor,
-        np.linalg.inv(motor),
-        2 * np.pi / np.array(file.drives.counts_per_revolution, dtype=float),
-        1e-3 * np.array(file.drives.rated_torque_nm),
-        period,
-    )
     friction = _friction(body, hidden, n)
     bristles = np.isin(friction.kind, (DAHL, LUGRE, SLIP)).any() or hidden.spring[0].joint >= 0
     gravity = chain.gravity if hidden.gravity is None else hidden.gravity
@@ -205,10 +176,10 @@ def record(
     noise = _coloured(disturbance, samples, n, period, seed)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
-        q, tau = _run(
-            functions, settings, loop, truth, friction, hidden.spring[0], noise,
-            (reference.q, reference.qd, reference.qdd),
-        )  # fmt: skip
+        goals = np.stack([reference.q, reference.qd, reference.qdd], axis=1)
+        q, tau = _follow(
+            functions, settings, drives, truth, friction, hidden.spring[0], noise, goals
+        )
     if not np.isfinite(q).all() or np.abs(q - reference.q).max() > 1.5:
         raise ValueError("the arm did not follow its reference")
     stamp = (np.arange(samples) * round(period * 1e9)).astype(np.int64)
@@ -252,88 +223,54 @@ def _friction(body: Body, hidden: Hidden, n: int) -> Friction:
 
 
 @njit(cache=True)
-def _run(functions, settings, loop, truth, friction, spring, noise, wanted):
-    q_ref, qd_ref, qdd_ref = wanted
-    samples, n = q_ref.shape
-    size, m = friction.rows.shape[1], friction.level.size
-    q_log, tau_log = np.empty((samples, n)), np.empty((samples, n))
-    q, v = np.zeros(size), np.zeros(size)
-    q[:n] = q_ref[0] + truth.zero
-    if size > n:
-        q[n] = q[spring.joint]
-    state = (q, v, np.zeros((m, 3)), np.ones(m, dtype=np.bool_))
-    speed, last, alpha, torque = np.zeros(n), np.empty(n), np.empty(n), np.zeros(n)
-    w, accel, now = workspace(n), np.zeros(n), np.zeros(n)
-    coulomb = friction.level[:n].copy()
-    for k in range(samples):
-        _read(loop, truth, q, spring, q_log[k])
-        if k == 0:
-            last[:] = q_log[0]
-            inverse_dynamics(loop.chain, loop.delta, q_log[0], speed, speed, w, torque)
-            _round(loop, torque)
-            now[:] = torque
-        tau_log[k] = torque
-        for i in range(n):
-            speed[i] += loop.smoothing * ((q_log[k, i] - last[i]) / loop.period - speed[i])
-            last[i] = q_log[k, i]
-            alpha[i] = qdd_ref[k, i] + loop.stiffness[i] * (q_ref[k, i] - last[i])
-            alpha[i] += loop.damping[i] * (qd_ref[k, i] - speed[i])
-        inverse_dynamics(loop.chain, loop.delta, q_log[k], speed, alpha, w, torque)
-        _round(loop, torque)
+def _follow(functions, settings, drives, truth, friction, spring, noise, goals):
+    """Positions and torques of the log, for goals of shape (cycles, 3, n)."""
+    n = drives.kp.size
+    readings, asked = np.empty_like(noise), np.empty_like(noise)
+    q = np.zeros(friction.rows.shape[1])
+    q[:n] = goals[0, 0] + truth.zero
+    q[n:] = q[spring.joint]
+    state = (q, np.zeros_like(q), np.zeros((friction.level.size, 3)), friction.level >= 0.0)
+    dynamic = (workspace(n), np.zeros(n), np.zeros(n), friction.level[:n].copy())
+    estimate = np.zeros(n)
+    for cycle, goal in enumerate(goals):
+        seen = encoder_angles(drives, _driven(q, spring, n) - truth.zero)
+        if cycle == 0:
+            torque = given_torque(drives, model_torque(drives, seen, estimate, estimate))
+            dynamic[2][:] = torque
+        else:
+            estimate += drives.blend * ((seen - readings[cycle - 1]) / drives.cycle_s - estimate)
+        readings[cycle], asked[cycle] = seen, torque
+        torque = given_torque(drives, asked_torque(drives, seen, estimate, goal))
         _cycle(
-            functions, settings, loop, truth, friction, spring, (state, accel, now, coulomb), w,
-            (tau_log, k), noise[k],
+            functions, settings, drives.cycle_s, truth, friction, spring, state, dynamic,
+            asked[: cycle + 1], noise[cycle],
         )  # fmt: skip
-    return q_log, tau_log
+    return readings, asked
 
 
 @njit(cache=True)
-def _read(loop, truth, q, spring, out):
-    n = out.size
-    seen = q[:n] - truth.zero
+def _driven(q, spring, n):
+    """Positions on the motors' side of the transmission [rad], shape (n,)."""
+    out = q[:n].copy()
     if spring.joint >= 0:
-        seen[spring.joint] = q[n] - truth.zero[spring.joint]
-    counts = np.empty(n)
-    for i in range(n):
-        angle = 0.0
-        for j in range(n):
-            angle += loop.motor[i, j] * seen[j]
-        counts[i] = np.floor(angle / loop.count[i] + 0.5) * loop.count[i]
-    for i in range(n):
-        out[i] = 0.0
-        for j in range(n):
-            out[i] += loop.joint[i, j] * counts[j]
+        out[spring.joint] = q[n]
+    return out
 
 
 @njit(cache=True)
-def _round(loop, torque):
-    n = torque.size
-    steps = np.empty(n)
-    for i in range(n):
-        motor = 0.0
-        for j in range(n):
-            motor += loop.joint[j, i] * torque[j]
-        steps[i] = np.floor(motor / loop.step[i] + 0.5) * loop.step[i]
-    for i in range(n):
-        torque[i] = 0.0
-        for j in range(n):
-            torque[i] += loop.motor[j, i] * steps[j]
-
-
-@njit(cache=True)
-def _cycle(functions, settings, loop, truth, friction, spring, present, w, log, noise):
+def _cycle(functions, settings, cycle_s, truth, friction, spring, state, dynamic, asked, noise):
     """One cycle: inertia and bias at its middle, friction in smaller steps."""
-    state, accel, now, coulomb = present
+    w, accel, now, coulomb = dynamic
     q, v = state[0], state[1]
-    tau_log, k = log
-    n, size = tau_log.shape[1], q.size
-    middle, before, rest = q[:n] + 0.5 * loop.period * v[:n], v[:n].copy(), np.zeros(n)
+    n, size, k = noise.size, q.size, len(asked) - 1
+    middle, before, rest = q[:n] + 0.5 * cycle_s * v[:n], v[:n].copy(), np.zeros(n)
     bias, extra, level = np.empty(n), np.zeros(n), coulomb.copy()
     inverse_dynamics(truth.chain, truth.delta, middle, before, rest, w, bias)
     inner = np.empty((n, n))
     mass_matrix(truth.chain, truth.delta, w, inner)
     load = bias + inner @ accel
-    t = (k + 0.5) * loop.period
+    t = (k + 0.5) * cycle_s
     for f in range(len(functions)):
         functions[f](t, middle, before, load, settings[f], extra, level)
     mass, resist = np.zeros((size, size)), np.zeros(size)
@@ -344,24 +281,23 @@ def _cycle(functions, settings, loop, truth, friction, spring, present, w, log, 
     for i in range(n):
         friction.level[i] = max(level[i], 0.0)
     commands = np.zeros((truth.steps, size))
-    h = loop.period / truth.steps
+    h = cycle_s / truth.steps
     for s in range(truth.steps):
-        start = k + s / truth.steps - truth.delay / loop.period
+        start = k + s / truth.steps - truth.delay / cycle_s
         first = int(np.floor(start))
         share = min(max((first + 1 - start) * truth.steps, 0.0), 1.0)
+        command = share * asked[max(0, min(k, first))]
+        command += (1.0 - share) * asked[max(0, min(k, first + 1))]
+        if truth.lag > 0.0:
+            fade = 1.0 - np.exp(-h / truth.lag)
+            ahead = command - now
+            command -= ahead * fade * truth.lag / h
+            now += ahead * fade
         for i in range(n):
-            asked = share * tau_log[max(0, min(k, first)), i]
-            asked += (1.0 - share) * tau_log[max(0, min(k, first + 1)), i]
-            if truth.lag > 0.0:
-                fade = 1.0 - np.exp(-h / truth.lag)
-                ahead = asked - now[i]
-                asked -= ahead * fade * truth.lag / h
-                now[i] += ahead * fade
-            place_at = n if i == spring.joint else i
-            commands[s, place_at] = truth.gain[i] * _clipped(asked, truth.clip[i], truth.soft)
+            motor = n if i == spring.joint else i
+            commands[s, motor] = truth.gain[i] * _clipped(command[i], truth.clip[i], truth.soft)
     integrate(mass, resist, commands, friction, spring, state, h)
-    for i in range(n):
-        accel[i] = (v[i] - before[i]) / loop.period
+    accel[:] = (v[:n] - before) / cycle_s
 
 
 @njit(cache=True)
