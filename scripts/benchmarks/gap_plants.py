@@ -139,7 +139,7 @@ class _Truth(NamedTuple):
 
 def record(
     file: ArmFile,
-    windowed_rows: Robot,
+    nominal: Robot,
     body: Body,
     hidden: Hidden,
     disturbance: Noise,
