@@ -84,32 +84,50 @@ def excite(request: ExciteRequest) -> Summary:
     """
     if request.out.exists():
         raise UsageError(f"The log {request.out} exists already: name another with --out.")
-    arm, setup = request.prepared.arm, request.setup
-    with connected(setup) as connection:
-        clock, drives = connection.clock, connection.drives
-        rest = arm.transmission.joint_angle(drives.resting_angles())
-        motion = experiment.plan(arm, rest, request.prepared.excitation)
+    with connected(request.setup) as connection:
+        motion = _planned(request, connection)
         request.confirm(connection)
+        return _run(request, connection, motion)
+
+
+def _planned(request: ExciteRequest, connection: Connection) -> experiment.Motion:
+    arm = request.prepared.arm
+    rest = arm.transmission.joint_angle(connection.drives.resting_angles())
+    return experiment.plan(arm, rest, request.prepared.excitation)
+
+
+def _run(request: ExciteRequest, connection: Connection, motion: experiment.Motion) -> Summary:
+    arm, setup, drives = request.prepared.arm, request.setup, connection.drives
+    log = None
+    try:
         with (
-            recorded(_head(request, connection), clock.waits, True, request.live_views) as log,
+            recorded(
+                _head(request, connection), connection.clock.waits, True, request.live_views
+            ) as log,
             StopRequest().listening() as operator,
             real_time_scheduling(real_time=not setup.lockstep) as privileges,
         ):
-            loop = Loop(arm, drives, clock, log, operator)
-            drives.start()
-            if drives.enabling_needs:
-                within = f"within {drives.enabling_s:g} s"
-                sys.stderr.write(f"Enabling needs {drives.enabling_needs} {within}.\n")
-            clock.start()
+            loop = Loop(arm, drives, connection.clock, log, operator)
+            _start(connection)
             started_s = time.monotonic()
-            try:
-                counted = experiment.run(arm, drives, loop, motion)
-            except StopError as stop:
-                stop.outcome += f"; the log {request.out} holds {log.rows} cycles"
-                raise
+            counted = experiment.run(arm, drives, loop, motion)
             took_s = time.monotonic() - started_s
+    except StopError as stop:
+        if log is not None:
+            stop.outcome += f"; {log.summary}"
+        raise
     speed = loop.timing.cycles * arm.file.bus.period_s / took_s if setup.lockstep else None
-    return Summary(request.out, log.rows, counted, drives.counters, loop.timing, privileges, speed)
+    rows = log.rows_on_disk
+    return Summary(request.out, rows, counted, drives.counters, loop.timing, privileges, speed)
+
+
+def _start(connection: Connection) -> None:
+    drives = connection.drives
+    drives.start()
+    if drives.enabling_needs:
+        within = f"within {drives.enabling_s:g} s"
+        sys.stderr.write(f"Enabling needs {drives.enabling_needs} {within}.\n")
+    connection.clock.start()
 
 
 def _head(request: ExciteRequest, connection: Connection) -> LogHead:

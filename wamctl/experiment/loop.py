@@ -28,7 +28,14 @@ Array = NDArray[np.floating]
 Law = Callable[[ArmState], tuple[Setpoint, Array]]
 """From the arm's state to the reference and the joint torque [N m], shape (n,)."""
 
+Check = Callable[[ArmState], None]
+"""A check of the arm's state that one phase adds to the others."""
+
 _STATUS_S = 0.1
+
+
+def _no_check(state: ArmState) -> None:
+    """Nothing beyond what the level of a cycle says."""
 
 
 class CheckLevel(IntEnum):
@@ -109,15 +116,23 @@ class Loop:
         """Number of cycles in a time [s]."""
         return round(duration_s / self._arm.file.bus.period_s)
 
-    def cycle(self, law: Law, level: CheckLevel, phase: Phase) -> Readings:
+    def cycle(
+        self, law: Law, level: CheckLevel, phase: Phase, check: Check = _no_check
+    ) -> Readings:
         """One period of the experiment.
+
+        Args:
+            law: from the arm's state to the torque.
+            level: what is checked before torque is sent.
+            phase: what the arm is doing.
+            check: what else is checked; raises `StopError`.
 
         Raises:
             StopError: a limit, a drive, the operator or the log ended it.
         """
         self.phase = phase
         try:
-            return self._cycle(law, level)
+            return self._cycle(law, level, check)
         except StopError as stop:
             self.stamp(stop)
             raise
@@ -127,7 +142,7 @@ class Loop:
         stop.at_s = (self._last_ns - self._first_ns) * 1e-9
         stop.phase = self.phase.word
 
-    def _cycle(self, law: Law, level: CheckLevel) -> Readings:
+    def _cycle(self, law: Law, level: CheckLevel, check: Check) -> Readings:
         stamp_ns, elapsed_s = self._next_instant()
         readings = self._drives.sample(self._clock)
         self._clock.patient = not readings.missing
@@ -138,6 +153,7 @@ class Loop:
         if level >= CheckLevel.MOTION:
             self._check_host(readings)
             self._limits.check(state)
+        check(state)
         wanted, tau = law(state)
         if level >= CheckLevel.TRACKING:
             self._limits.check_tracking(state, wanted)

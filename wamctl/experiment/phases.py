@@ -12,6 +12,7 @@ from wamctl.arm.trajectory_check import quantities, violations
 from wamctl.drives.interface import Drives
 from wamctl.errors import BusStopError, RefusalError, StopError
 from wamctl.experiment.loop import Arm, Array, CheckLevel, Law, Loop
+from wamctl.safety.braking import BrakingMonitor
 from wamctl.safety.state_estimator import ArmState
 from wamctl.telemetry.phase import Phase
 
@@ -58,9 +59,21 @@ def plan(arm: Arm, rest: Array, excitation: Reference) -> Motion:
 def run(arm: Arm, drives: Drives, loop: Loop, motion: Motion) -> int:
     """Enable, approach, excite, return, release, disable; returns the counted cycles logged.
 
+    Whatever goes wrong, even a bug, torque is taken away before anything else happens.
+
     Raises:
         StopError: it ended early; the message says why, and what was done.
     """
+    try:
+        return _phases(arm, drives, loop, motion)
+    except StopError:
+        raise
+    except BaseException:
+        drives.cut_off()
+        raise
+
+
+def _phases(arm: Arm, drives: Drives, loop: Loop, motion: Motion) -> int:
     try:
         _enable(drives, loop)
         _follow(arm, loop, Phase.APPROACH, motion.approach)
@@ -108,7 +121,7 @@ def _release(arm: Arm, loop: Loop) -> None:
     """Let the arm sink onto whatever carries it: gravity fades out, damping stays."""
     cycles = loop.cycles(_RELEASE_S)
     for k in range(cycles):
-        loop.cycle(_sinking(arm, 1.0 - (k + 1) / cycles), CheckLevel.DRIVES, Phase.RELEASE)
+        loop.cycle(_sinking(arm, 1.0 - (k + 1) / cycles), CheckLevel.MOTION, Phase.RELEASE)
 
 
 def _disable(drives: Drives, loop: Loop, phase: Phase) -> bool:
@@ -135,16 +148,19 @@ def _end_early(arm: Arm, drives: Drives, loop: Loop, stop: StopError) -> str:
 
 
 def _brake(arm: Arm, loop: Loop) -> str:
+    """Brake for as long as braking makes the arm slower; returns what came of it."""
     state, file = loop.state, arm.file
+    monitor = BrakingMonitor(file, arm.robot, state)
     braking_s = file.safety.braking_s
     reference = brake(state.q, state.qd, braking_s, file.bus.period_s)
     try:
         for k in range(len(reference.t)):
             wanted = Setpoint(reference.q[k], reference.qd[k], reference.qdd[k])
-            loop.cycle(_towards(arm, wanted), CheckLevel.DRIVES, Phase.BRAKE)
+            loop.cycle(_towards(arm, wanted), CheckLevel.DRIVES, Phase.BRAKE, monitor.check)
     except StopError as second:
-        return f"braking was cut short ({second.cause}) and "
-    return f"the arm was braked within {braking_s:g} s and "
+        left = monitor.left(loop.state)
+        return f"braking was cut short with {left} ({second.cause}) and "
+    return f"the arm was braked for {braking_s:g} s with {monitor.left(loop.state)} and "
 
 
 def _no_torque(state: ArmState) -> tuple[Setpoint, Array]:

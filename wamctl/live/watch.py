@@ -1,19 +1,19 @@
 """Starts and ends the process that serves the live view, beside the loop."""
 
 import json
-import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 
 from wamctl.errors import UsageError
+from wamctl.telemetry.child_process import ChildProcess
 from wamctl.telemetry.logger import LogHead
 
 READY = "ready"
 PORT = 8765
 """Where Foxglove looks first."""
-_CLOSE_S = 5.0
+_START_S, _CLOSE_S = 30.0, 5.0
 
 
 def check_installed() -> None:
@@ -43,36 +43,16 @@ def live_view(descriptor: int, head: LogHead, port: int = PORT) -> Iterator[None
     Raises:
         UsageError: it cannot serve there.
     """
-    process = subprocess.Popen(
-        [sys.executable, "-m", "wamctl.live.server", str(descriptor), str(port)],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        pass_fds=(descriptor,),
-        start_new_session=True,  # a Ctrl-C at the terminal must not reach it
-        text=True,
-    )
-    with process:
-        try:
-            if process.stdin is None or process.stdout is None:
-                raise ValueError("no pipes to the live view")
-            process.stdin.write(_json(head) + "\n")
-            process.stdin.flush()
-            answer = process.stdout.readline().strip()
-            if answer != READY:
-                raise UsageError(answer or "The live view ended before it began.")
-            sys.stderr.write(f"Live view: in Foxglove, open the connection ws://127.0.0.1:{port}\n")
-            yield
-        finally:
-            _end(process)
-
-
-def _end(process: subprocess.Popen[str]) -> None:
-    if process.stdin is not None:
-        process.stdin.close()
+    child = ChildProcess("wamctl.live.server", [str(descriptor), str(port)], [descriptor])
     try:
-        process.wait(_CLOSE_S)
-    except subprocess.TimeoutExpired:
-        process.kill()
+        child.tell(_json(head), _START_S)
+        answer = child.answer(_START_S)
+        if answer != READY:
+            raise UsageError(answer or "The live view ended before it began.")
+        sys.stderr.write(f"Live view: in Foxglove, open the connection ws://127.0.0.1:{port}\n")
+        yield
+    finally:
+        child.end(_CLOSE_S)
 
 
 def _json(head: LogHead) -> str:

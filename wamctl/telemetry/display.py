@@ -6,7 +6,6 @@ ring's header ten times a second and ends with its input.
 
 import select
 import signal
-import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,9 +14,11 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from wamctl.telemetry import ring as shared
+from wamctl.telemetry.child_process import ChildProcess
 from wamctl.telemetry.phase import Phase
 
 _INTERVAL_S = 0.1
+_END_S = 2.0
 
 
 @contextmanager
@@ -31,15 +32,11 @@ def display(descriptor: int, joints: int) -> Iterator[None]:
     if not sys.stderr.isatty():
         yield
         return
-    command = [sys.executable, "-m", "wamctl.telemetry.display", str(descriptor), str(joints)]
-    with subprocess.Popen(
-        command, stdin=subprocess.PIPE, pass_fds=(descriptor,), start_new_session=True
-    ) as process:
-        try:
-            yield
-        finally:
-            if process.stdin:
-                process.stdin.close()
+    child = ChildProcess("wamctl.telemetry.display", [str(descriptor), str(joints)], [descriptor])
+    try:
+        yield
+    finally:
+        child.end(_END_S)
 
 
 def main() -> None:

@@ -2,11 +2,9 @@
 
 import base64
 import json
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext, suppress
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,15 +15,18 @@ from wamctl.arm.control import Setpoint
 from wamctl.arm.errors import DataError, UserError
 from wamctl.errors import SafetyStopError
 from wamctl.telemetry import ring as shared
+from wamctl.telemetry.child_process import ChildProcess
 from wamctl.telemetry.display import display
 from wamctl.telemetry.phase import Phase
 from wamctl.telemetry.ring import Ring
 from wamctl.telemetry.status import LoopStatus, store
-from wamctl.telemetry.writer import DONE
+from wamctl.telemetry.writer import CLOSED, DONE, READY
 
 Array = NDArray[np.floating]
 
-_CLOSE_S = 60.0
+_START_S = 60.0
+_CLOSE_S = 20.0
+_TELL_S = 1.0
 _PATIENCE_S = 10.0
 
 
@@ -57,38 +58,44 @@ LiveView = Callable[[int, LogHead], AbstractContextManager[None]]
 class Logger:
     """An open log.
 
+    Attributes:
+        rows: cycles that were given to the writer.
+        cut: why the closed log is not whole, as a sentence; None if it is.
+
     Args:
-        head: what the log is about.
-        descriptor: the ring's.
+        path: the file.
+        joints: number of joints.
+        child: the process that writes it.
         ring: where the rows go.
         waits: wait for a slow writer instead of stopping; for clocks that stand still meanwhile.
-
-    Raises:
-        DataError: the file cannot be written.
     """
 
-    def __init__(self, head: LogHead, descriptor: int, ring: Ring, waits: bool) -> None:
-        self._path, self._ring, self._waits = head.path, ring, waits
-        self._joints = len(head.joint_names)
-        self._closed = self._broken = False
+    def __init__(
+        self, path: Path, joints: int, child: ChildProcess, ring: Ring, waits: bool
+    ) -> None:
+        self._path, self._joints, self._child = path, joints, child
+        self._ring, self._waits = ring, waits
+        self._broken = False
         self.rows = 0
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "wamctl.telemetry.writer", str(descriptor)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            pass_fds=(descriptor,),
-            start_new_session=True,  # a Ctrl-C at the terminal must not reach it
-        )
-        self._tell(_json(head))
-        answer = self._answer()
-        if answer != "ready":
-            cut = self.close("")
-            raise DataError(answer or cut)
+        self.cut: str | None = None
+
+    @property
+    def rows_on_disk(self) -> int:
+        """Cycles that the writer has given to the file; all of them are there once it has ended."""
+        return int(self._ring.header[shared.ROWS_WRITTEN])
 
     @property
     def process_id(self) -> int:
         """The writer's."""
-        return self._process.pid
+        return self._child.process_id
+
+    @property
+    def summary(self) -> str:
+        """What the closed log holds, as a part of a sentence."""
+        if self.cut is None:
+            return f"the log {self._path} holds {self.rows_on_disk} cycles"
+        cut = self.cut[:1].lower() + self.cut[1:].rstrip(".")
+        return f"{cut}; at most {self.rows_on_disk} of {self.rows} cycles are in it"
 
     def cycle(self, stamp_ns: int, q: Array, qd: Array, wanted: Setpoint, tau: Array) -> None:
         """One row.
@@ -130,21 +137,20 @@ class Logger:
         store(self._ring.values[slot], status, states)
         self._publish(slot, shared.STATUS, stamp_ns)
 
-    def close(self, last_word: str) -> str | None:
-        """End the log with the reason and wait for the writer; returns why it is not whole."""
-        if self._closed:
+    def close(self, last_word: str) -> None:
+        """End the log with the reason, and wait for the writer."""
+        self.cut = self._closed(last_word)
+
+    def _closed(self, last_word: str) -> str | None:
+        self._child.tell(last_word, _TELL_S)
+        answer = self._child.answer(_CLOSE_S)
+        status = self._child.end(_CLOSE_S if answer else _TELL_S)
+        if status == 0 and answer == CLOSED:
             return None
-        self._closed = True
-        self._tell(last_word.replace("\n", " "))
-        answer = self._answer()
-        status = self._process.wait(_CLOSE_S)
-        for pipe in (self._process.stdin, self._process.stdout):
-            if pipe is not None:
-                with suppress(BrokenPipeError):
-                    pipe.close()
-        if status == 0:
-            return None
-        return answer or f"The log {self._path} is cut: its writer ended with status {status}."
+        if answer and answer != CLOSED:
+            return answer
+        how = "was killed, since it hung" if status is None else f"ended with status {status}"
+        return f"The log {self._path} is cut: its writer {how}."
 
     def _slot(self) -> int:
         slot = self._ring.free_slot()
@@ -168,28 +174,15 @@ class Logger:
 
     def _check(self) -> None:
         if self._ring.header[shared.WRITER_FAILED]:
-            raise self._break("cannot write any more")
-        status = self._process.poll()
+            reason = self._child.answer(_TELL_S).rstrip(".")
+            raise self._break(f"cannot write any more ({reason})")
+        status = self._child.status
         if status is not None:
             raise self._break(f"ended with status {status}")
 
     def _break(self, what: str) -> SafetyStopError:
         self._broken = True
         return SafetyStopError(f"the process that writes the log {self._path} {what}")
-
-    def _tell(self, line: str) -> None:
-        if self._process.stdin is None:
-            return
-        try:
-            self._process.stdin.write(line.encode() + b"\n")
-            self._process.stdin.flush()
-        except BrokenPipeError:
-            return  # it has died; its exit status tells
-
-    def _answer(self) -> str:
-        if self._process.stdout is None:
-            return ""
-        return self._process.stdout.readline().decode().strip()
 
 
 def _json(head: LogHead) -> str:
@@ -223,7 +216,7 @@ def recorded(
     with shared.created(joints) as (descriptor, ring), ExitStack() as watching:
         for live_view in live_views:
             watching.enter_context(live_view(descriptor, head))
-        log = Logger(head, descriptor, ring, waits)
+        log = _opened(head, descriptor, ring, waits)
         try:
             with display(descriptor, joints) if shown else nullcontext():
                 yield log
@@ -232,6 +225,18 @@ def recorded(
             last_word = str(error)
             raise
         finally:
-            cut = log.close(last_word)
-    if cut is not None:
-        raise DataError(cut)
+            log.close(last_word)
+    if log.cut is not None:
+        raise DataError(log.cut)
+
+
+def _opened(head: LogHead, descriptor: int, ring: Ring, waits: bool) -> Logger:
+    child = ChildProcess("wamctl.telemetry.writer", [str(descriptor)], [descriptor])
+    child.tell(_json(head), _START_S)
+    answer = child.answer(_START_S)
+    if answer != READY:
+        status = child.end(_TELL_S)
+        raise DataError(
+            answer or f"The log {head.path} cannot be written: its writer ended ({status})."
+        )
+    return Logger(head.path, len(head.joint_names), child, ring, waits)

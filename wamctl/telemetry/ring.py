@@ -14,7 +14,7 @@ from wamctl.telemetry.status import NUMBERS
 SLOTS = 4096
 """Records that fit: eight seconds at 500 Hz, longer than any disk that works pauses."""
 
-PRODUCED, CONSUMED, PHASE, DONE, TOTAL, WRITER_FAILED = range(6)
+PRODUCED, CONSUMED, PHASE, DONE, TOTAL, WRITER_FAILED, ROWS_WRITTEN = range(7)
 """Places in the header."""
 CYCLE, STATUS = 0, 1
 """Kinds of record."""

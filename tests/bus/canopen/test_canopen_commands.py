@@ -115,7 +115,8 @@ def test_ctrl_c_stops_the_arm_and_closes_the_log(arm, tmp_path):
         _, said = process.communicate(timeout=60)
     assert process.returncode == 5
     assert said.startswith("the operator stopped it (SIGINT), ")
-    assert "the arm was braked within 0.08 s and the drives were disabled" in said
+    assert "the arm was braked for 0.08 s with " in said
+    assert " J left and the drives were disabled; the log " in said
     assert read_recording(log).complete
 
 
@@ -137,7 +138,8 @@ def test_a_full_disk_stops_the_arm(arm, tmp_path):
         writer_of(process).rlimit(psutil.RLIMIT_FSIZE, (150_000, 150_000))
         _, said = process.communicate(timeout=60)
     assert process.returncode == 5
-    assert f"the process that writes the log {log} cannot write any more, " in said
+    assert f"the process that writes the log {log} cannot write any more (" in said
+    assert "(File too large)), " in said
     assert len(read_recording(log).q) > 0
 
 

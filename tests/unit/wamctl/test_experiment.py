@@ -1,140 +1,12 @@
 """The experiment with drives and a log of the test's own: every way to end."""
 
-from types import MappingProxyType
-
 import numpy as np
-import pinocchio as pin
 import pytest
+from ideal_arm import REST, Rig
 
-from wamctl.arm.trajectory import FourierSeries, reference
-from wamctl.drives.interface import Counters, Readings
-from wamctl.errors import BusStopError, RefusalError, SafetyStopError, StopError
+from wamctl.drives.interface import Readings
+from wamctl.errors import BusStopError, RefusalError
 from wamctl.experiment import phases as experiment
-from wamctl.experiment.loop import Loop
-from wamctl.realtime.clock import LockstepClock
-
-PERIOD_S = 0.002
-REST = np.array([0.0, -1.0, 0.0, 2.5, 0.0, 0.0, 0.0])
-VISCOUS = np.array([1.5, 1.0, 0.5, 0.3, 0.05, 0.05, 0.02])  # [N m s/rad]
-
-
-class IdealDrives:
-    """The model with rotors and some friction, behind drives that do what they are told.
-
-    Attributes:
-        accident: what happens to the readings of a cycle; called with its number.
-    """
-
-    names = tuple(f"drive {k}" for k in range(1, 8))
-    delay_cycles = 1
-    enabling_s, enabling_needs = 0.1, ""
-    state_names = MappingProxyType({0: "OFF", 1: "ON"})
-
-    def __init__(self, arm):
-        self.counters = Counters()
-        self.accident = lambda cycle, readings: readings
-        self.obeys = True
-        self.cycle = 0
-        self.sent = []
-        self._arm = arm
-        self._model = pin.Model(arm.robot.model)
-        self._data = self._model.createData()
-        rotors = np.diag(arm.file.transmission.rotor_inertia_kg_m2)
-        matrix = arm.transmission.motor_from_joint
-        self._model.armature = np.diag(matrix.T @ rotors @ matrix).copy()
-        self._q, self._qd = REST.copy(), np.zeros(7)
-        self._torque = self._next = np.zeros(7)
-        self._wanted = self._on = False
-
-    def resting_angles(self):
-        return self._arm.transmission.motor_angle(REST)
-
-    def sample(self, timing):
-        self._on = self._wanted and self.obeys
-        self.cycle += 1
-        angle = self._arm.transmission.motor_angle(self._q)
-        readings = Readings(angle, (), self._on, not self._on, None)
-        self._move()
-        return self.accident(self.cycle, readings)
-
-    def _move(self):
-        self._torque = self._next if self._on else np.zeros(7)
-        if not self._on:
-            return
-        tau = self._arm.transmission.joint_torque(self._torque)
-        for _ in range(4):
-            net = tau - VISCOUS * self._qd
-            qdd = pin.aba(self._model, self._data, self._q, self._qd, net)
-            self._qd = self._qd + PERIOD_S / 4 * qdd
-            self._q = self._q + PERIOD_S / 4 * self._qd
-
-    def send(self, tau_motor):
-        self._next = tau_motor.copy()
-        self.sent.append(self._next)
-        return tau_motor
-
-    def enable(self):
-        self._wanted = True
-
-    def disable(self):
-        self._wanted = False
-
-    def states(self):
-        return [int(self._on)] * 7
-
-    def cut_off(self):
-        self._wanted = self._on = False
-
-    @property
-    def is_quiet(self):
-        return not self._wanted and not self.sent[-1].any()
-
-
-class ListLog:
-    """A log in memory."""
-
-    def __init__(self):
-        self.phases, self.taus, self.qs = [], [], []
-        self.failing_after = None
-
-    @property
-    def rows(self):
-        return len(self.qs)
-
-    def cycle(self, stamp_ns, q, qd, wanted, tau):
-        if self.failing_after == self.rows:
-            self.failing_after = None
-            raise SafetyStopError("the log is full")
-        self.qs.append(q)
-        self.taus.append(tau)
-
-    def status(self, stamp_ns, status, states):
-        self.phases.append(status.phase)
-
-    def progress(self, phase, done, total):
-        pass
-
-
-class Rig:
-    """An experiment that is ready to run."""
-
-    def __init__(self, arm, operator=lambda: None):
-        self.drives, self.log = IdealDrives(arm), ListLog()
-        self.loop = Loop(arm, self.drives, LockstepClock(PERIOD_S), self.log, operator)
-        self._arm = arm
-        series = FourierSeries(
-            arm.robot.joint_names, 2 * np.pi, np.full((7, 1), 0.3), np.zeros((7, 1)), REST + 0.05
-        )
-        self.motion = experiment.plan(arm, REST, reference(series, 1, 0.5, PERIOD_S))
-
-    def run(self):
-        return experiment.run(self._arm, self.drives, self.loop, self.motion)
-
-    def stopped(self):
-        with pytest.raises(StopError) as stop:
-            self.run()
-        assert self.drives.is_quiet
-        return stop.value
 
 
 @pytest.fixture
@@ -193,7 +65,8 @@ def test_a_stop_switch_brakes_first(rig):
     rig.drives.accident = at(300, lambda r: changed(r, stop="the stop switch was pressed"))
     stop = rig.stopped()
     assert (stop.exit_code, stop.cause) == (5, "the stop switch was pressed")
-    assert stop.outcome == "the arm was braked within 0.08 s and the drives were disabled"
+    assert stop.outcome.startswith("the arm was braked for 0.08 s with 0.05 rad/s and 0.001 J left")
+    assert stop.outcome.endswith(" and the drives were disabled")
     assert rig.drives.cycle == 300 + 40 + 1
 
 
@@ -202,7 +75,7 @@ def test_the_operator_stops_the_arm(wam):
     stop = rig.stopped()
     assert str(stop) == (
         "the operator pressed a key, 1.798 s after the first SYNC in phase 'excite': the arm was "
-        "braked within 0.08 s and the drives were disabled."
+        "braked for 0.08 s with 0.04 rad/s and 0.000 J left and the drives were disabled."
     )
     assert np.abs(rig.loop.state.qd).max() < 0.1
 
@@ -248,7 +121,10 @@ def test_a_fault_while_braking_disables(rig):
 
     rig.drives.accident = accidents
     stop = rig.stopped()
-    assert stop.outcome == "braking was cut short (drive 1 is on fire) and the drives were disabled"
+    assert stop.outcome == (
+        "braking was cut short with 0.24 rad/s and 0.038 J left (drive 1 is on fire) and the "
+        "drives were disabled"
+    )
     assert rig.drives.cycle == 311
 
 

@@ -1,0 +1,113 @@
+"""Stops that go wrong: motors that turn the other way, bugs in the loop, waits without end."""
+
+import re
+import sys
+
+import numpy as np
+import pytest
+from ideal_arm import Rig
+
+from wamctl.errors import StopError
+from wamctl.experiment.loop import Loop
+
+
+def reversed_motor(motor, after):
+    """The motor gives the opposite torque from a cycle on."""
+
+    def reverse(rig):
+        def motors(tau):
+            if rig.drives.cycle < after:
+                return tau
+            return np.where(np.arange(7) == motor, -tau, tau)
+
+        return motors
+
+    return reverse
+
+
+@pytest.mark.parametrize("motor", range(7))
+@pytest.mark.parametrize("after", [400, 700, 900])
+def test_braking_that_makes_the_arm_faster_is_cut_short(wam, motor, after):
+    rig = Rig(wam)
+    rig.drives.motors = reversed_motor(motor, after)(rig)
+    speeds = []
+    stopped_at = None
+
+    def remember(cycle, readings):
+        nonlocal stopped_at
+        speeds.append(rig.drives.speed)
+        if rig.loop.phase.word in ("brake", "cut off") and stopped_at is None:
+            stopped_at = len(speeds) - 1
+        return readings
+
+    rig.drives.accident = remember
+    rig.stopped()
+    assert stopped_at is not None
+    at_stop = max(speeds[stopped_at - 1], 0.5)
+    assert max(speeds[stopped_at:]) < 1.25 * at_stop
+
+
+def test_the_sentence_tells_what_braking_left(wam):
+    rig = Rig(wam)
+    rig.drives.motors = reversed_motor(3, 700)(rig)
+    stop = rig.stopped()
+    assert re.search(
+        r"braking was cut short with \d\.\d\d rad/s and \d\.\d\d\d J left \(braking made the arm "
+        r"faster: \S+ reached \d\.\d\d rad/s \(limit \d\.\d\d rad/s\)\) and the drives were",
+        stop.outcome,
+    )
+
+
+def test_the_operator_can_stop_the_arm_while_it_is_released(wam):
+    rig = Rig(wam, lambda: "the operator pressed a key" if rig.loop.phase.word == "release" else "")
+    assert rig.stopped().cause == "the operator pressed a key"
+
+
+def test_a_release_that_falls_is_stopped(wam):
+    rig = Rig(wam)
+    falling = wam.control.__class__.release
+    wam_release = lambda self, q, qd, held: falling(self, q, 0.0 * qd, held) * 0.0  # noqa: E731
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(wam.control.__class__, "release", wam_release)
+        stop = rig.stopped()
+    assert stop.phase == "release"
+    assert stop.cause.startswith(("velocity of joint", "speed of", "position of", "kinetic"))
+
+
+class InjectedError(Exception):
+    """A bug that the test puts into the loop."""
+
+
+class Injector:
+    """Raises at the given line of a cycle, in `Loop._cycle`."""
+
+    def __init__(self, cycle, line):
+        self.left, self.cycle, self.seen = line, cycle, 0
+
+    def on_call(self, frame, event, argument):
+        inside = frame.f_code is Loop._cycle.__code__
+        if inside:
+            self.seen += 1
+        return self.on_line if inside and self.seen == self.cycle else None
+
+    def on_line(self, frame, event, argument):
+        if event == "line":
+            self.left -= 1
+            if self.left < 0:
+                raise InjectedError
+        return self.on_line
+
+
+@pytest.mark.parametrize("line", range(16))
+def test_a_bug_at_any_line_of_a_cycle_takes_torque_away_at_once(wam, line):
+    rig = Rig(wam)
+    injector, before = Injector(cycle=600, line=line), sys.gettrace()
+    sys.settrace(injector.on_call)
+    try:
+        with pytest.raises((InjectedError, StopError)):
+            rig.run()
+    finally:
+        sys.settrace(before)
+    if injector.left < 0:
+        assert rig.drives.is_quiet
+        assert rig.drives.cycle <= 600
