@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis
+from ident.effects.candidate import Candidate, Coefficient
+from ident.effects.effect import Array, Effect, ExperimentMotion, FormUncertainty
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
@@ -14,7 +15,7 @@ def _asymmetry(t, q, qd, load, joint, settings, resistance, level):
     resistance[joint] += settings[0] * abs(qd[joint])
 
 
-class AsymmetricViscous:
+class AsymmetricViscous(Effect):
     """tau = .. + b |qd|."""
 
     id = "asymmetric_viscous"
@@ -23,26 +24,23 @@ class AsymmetricViscous:
     source = "half the difference of the coefficients of the two directions"
     signature = "grows with speed and points the same way in both directions"
     rivals = ("nonlinear_viscous", "torque_offset")
-    contains = ()
     experiment = "several constant speeds in each direction over the same range"
-    compares = False
-    freedom = FormUncertainty.EITHER_WAY
-    smooth = True
-    uses = ()
-    settings = ()
+    motion = ExperimentMotion.SPEED_STAIRCASE
+    form_uncertainty = FormUncertainty.EITHER_WAY
+    band_limited = True
+    linear = (Coefficient("half_difference", "N m s/rad"),)
 
-    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+    def candidates(self, arm: ArmFacts) -> list[Candidate]:
         """One for each joint."""
-        half = (Coefficient("half_difference", "N m s/rad"),)
-        return [Hypothesis(self.id, (j,), (j,), half) for j in arm.moving_joints]
+        return [self.at((j,)) for j in arm.moving_joints]
 
-    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+    def columns(self, seen: Observed, candidate: Candidate) -> Array:
         """The size of the speed."""
-        return np.abs(seen.qd[:, hypothesis.joints[0]])[:, None, None]
+        return np.abs(seen.qd[:, candidate.joints[0]])[:, None, None]
 
-    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+    def simulated(self, arm: SimulatedArm, candidate: Candidate, values: Array) -> SimulatedArm:
         """A torque that grows with the size of the speed."""
-        item = Term(_asymmetry, hypothesis.joints[0], (values[0],))
+        item = Term(_asymmetry, candidate.joints[0], (values[0],))
         return replace(arm, terms=(*arm.terms, item))
 
 

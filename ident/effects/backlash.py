@@ -1,8 +1,11 @@
 """Play in the transmission."""
 
+from typing import NamedTuple
+
 import numpy as np
 
-from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting
+from ident.effects.candidate import Candidate, Coefficient, NonlinearParameter
+from ident.effects.effect import Array, Effect, ExperimentMotion
 from ident.effects.motor_link import LIGHT, Transmission, mass_in
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
@@ -10,7 +13,15 @@ from ident.simulation.arm import SimulatedArm
 _MOTOR = 0.1  # of the joint's inertia: a motor's, at first
 
 
-class Backlash:
+class _Play(NamedTuple):
+    """Half the play [rad], part of the friction on the link, inertia of the motor [kg m^2]."""
+
+    play: float
+    rubbing: float
+    motor_inertia: float
+
+
+class Backlash(Effect[_Play]):
     """q_link = q_motor + y, |y| <= b, free in between."""
 
     id = "backlash"
@@ -22,51 +33,65 @@ class Backlash:
         "torque, not the speed, changes its sign"
     )
     rivals = ("presliding", "encoder_offset")
-    contains = ()
     experiment = "torque that changes sign without a change of speed, as through a gravity crossing"
-    compares = False
-    freedom = FormUncertainty.ANY
-    smooth = True
-    uses = ("model", "friction", "torque")
-    twice = ("half_play", "play")
-    settings = (
-        Setting("play", "rad", (5e-4, 1e-3, 2e-3, 4e-3, 8e-3), 2e-4, 0.03, reported=False),
-        Setting("rubbing", "1", (0.0, 0.25, 0.5, 0.75, 1.0), 0.0, 1.0, even=True, reported=False),
-        Setting("motor_inertia", "kg m^2", (1e-3, 4e-3), 1e-7, 10.0, late=True, reported=False),
+    motion = ExperimentMotion.SLOW_REVERSALS
+    band_limited = True
+    depends_on = ("model", "friction", "torque")
+    same_number = ("half_play", "play")
+    has_memory = True
+    linear = (Coefficient("half_play", "rad", lower=0.0),)
+    Parameters = _Play
+    nonlinear = (
+        NonlinearParameter(
+            "play", "rad", (5e-4, 1e-3, 2e-3, 4e-3, 8e-3), 2e-4, 0.03, is_parameter=False
+        ),
+        NonlinearParameter(
+            "rubbing",
+            "1",
+            (0.0, 0.25, 0.5, 0.75, 1.0),
+            0.0,
+            1.0,
+            linear_grid=True,
+            is_parameter=False,
+        ),
+        NonlinearParameter(
+            "motor_inertia",
+            "kg m^2",
+            (1e-3, 4e-3),
+            1e-7,
+            10.0,
+            refine_only=True,
+            is_parameter=False,
+        ),
     )
 
-    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+    def candidates(self, arm: ArmFacts) -> list[Candidate[_Play]]:
         """One for each joint, half play and part of the friction that is rubbed by the link."""
-        rows, mass = tuple(range(arm.dof)), np.diag(mass_in(arm.pose, arm.chain, arm.delta))
-        half = (Coefficient("half_play", "rad", lower=0.0),)
+        mass = np.diag(mass_in(arm.pose, arm.chain, arm.delta))
         motor = np.maximum(_MOTOR * mass, LIGHT)
-        play, rubbing, inertia = self.settings
+        play, rubbing, _ = self.nonlinear
         return [
-            Hypothesis(
-                self.id,
-                (j,),
-                rows,
-                half,
-                {play.name: b, rubbing.name: part, inertia.name: float(motor[j])},
-            )
+            self.at((j,), _Play(b, part, float(motor[j])), rows=range(arm.dof))
             for j in arm.moving_joints
             for part in rubbing.grid
             for b in play.grid
         ]
 
-    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+    def columns(self, seen: Observed, candidate: Candidate[_Play]) -> Array:
         """Change of the torque with the link's motion in the play, per half play."""
-        play = hypothesis.settings["play"]
-        return _tie(hypothesis, play).change(seen, hypothesis.joints[0])[:, :, None] / play
+        play = candidate.parameters.play
+        return _tie(candidate, play).change(seen, candidate.joints[0])[:, :, None] / play
 
-    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+    def simulated(
+        self, arm: SimulatedArm, candidate: Candidate[_Play], values: Array
+    ) -> SimulatedArm:
         """A motor of its own, with the encoder, that carries the joint within the play."""
-        return _tie(hypothesis, float(values[0])).between(arm, hypothesis.joints[0])
+        return _tie(candidate, float(values[0])).between(arm, candidate.joints[0])
 
 
-def _tie(hypothesis: Hypothesis, half_play: float) -> Transmission:
-    shape = hypothesis.settings
-    return Transmission(half_play, 0.0, 0.0, shape["rubbing"], shape["motor_inertia"])
+def _tie(candidate: Candidate[_Play], half_play: float) -> Transmission:
+    shape = candidate.parameters
+    return Transmission(half_play, 0.0, 0.0, shape.rubbing, shape.motor_inertia)
 
 
 EFFECT = Backlash()

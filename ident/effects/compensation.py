@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import chain_of
+from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Hypothesis
 from ident.effects.identified_effect import effect_of
 from ident.effects.observation import ArmFacts
 from ident.effects.observing import CurrentModel, observed, on_links
@@ -24,14 +24,12 @@ Array = NDArray[np.floating]
 def without_effects(model: Model, data: Dataset) -> Dataset:
     """A recording with the torque of the model's effects taken off.
 
-    What an effect was in one of the fit's recordings alone is not looked for in others. The ends of
-    each span, where the motion cannot be smoothed, are left out.
+    The ends of each span, where the motion cannot be smoothed, are left out.
 
     Raises:
         DataError: an effect that is not known, or spans that are too short to smooth.
     """
     effects = [effect_of(entry) for entry in model.effects]
-    effects = [(h, values) for h, values in effects if "log" not in h.settings]
     present = _present(model, data, effects)
     segments = [
         cleaned
@@ -44,7 +42,7 @@ def without_effects(model: Model, data: Dataset) -> Dataset:
 
 
 def _present(
-    model: Model, data: Dataset, effects: Sequence[tuple[Hypothesis, Array]]
+    model: Model, data: Dataset, effects: Sequence[tuple[Candidate, Array]]
 ) -> CurrentModel:
     n = model.robot.dof
     tau = np.max([np.abs(s.tau).max(axis=0) for s in data.segments], axis=0)
@@ -69,7 +67,7 @@ def _cleaned(
     segment: Segment,
     motion: SmoothedSegment | None,
     present: CurrentModel,
-    effects: Sequence[tuple[Hypothesis, Array]],
+    effects: Sequence[tuple[Candidate, Array]],
 ) -> Segment | None:
     if motion is None:
         return None

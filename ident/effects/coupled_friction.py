@@ -1,14 +1,14 @@
 """Friction on the motors' side of a differential."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting
+from ident.effects.candidate import Candidate, Coefficient, NonlinearParameter
+from ident.effects.effect import Array, Effect, ExperimentMotion
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
-
-_SHARP = "sharp"
 
 
 @term
@@ -19,7 +19,23 @@ def _drag(t, q, qd, load, joint, settings, resistance, level):
     resistance[other] += there * torque
 
 
-class CoupledFriction:
+class _Motors(NamedTuple):
+    """Motors that two joints share.
+
+    Attributes:
+        motors: their numbers, from 1.
+        levers: their lever arms to the two joints, largest entry 1.
+        ratio: of the second joint's lever arms, where it is tuned.
+        sharp: whether they turn round at once.
+    """
+
+    motors: tuple[int, ...]
+    levers: tuple[tuple[float, float], ...]
+    ratio: float | None = None
+    sharp: bool = False
+
+
+class CoupledFriction(Effect[_Motors]):
     """tau = .. + T^T (Fm sgn(T qd) + bm T qd)."""
 
     id = "coupled_friction"
@@ -28,15 +44,14 @@ class CoupledFriction:
     source = "Guedelha et al. 2019, arXiv 1906.05070, section III"
     signature = "depends on the speeds of both joints; it turns with the motor, not with the joint"
     rivals = ("load_dependent_friction",)
-    contains = ()
     experiment = "move both joints together, in all combinations of direction and of who is faster"
-    compares = False
-    freedom = FormUncertainty.ANY
-    smooth = False
-    uses = ("direction",)
-    settings = (Setting("ratio", "1", (0.4, 0.63, 1.0, 1.6, 2.5), 0.4, 2.5),)
+    motion = ExperimentMotion.CHANGING_DOMINANCE
+    depends_on = ("direction",)
+    acts_on_pairs = True
+    Parameters = _Motors
+    nonlinear = (NonlinearParameter("ratio", "1", (0.4, 0.63, 1.0, 1.6, 2.5), 0.4, 2.5),)
 
-    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+    def candidates(self, arm: ArmFacts) -> list[Candidate[_Motors]]:
         """One for each pair and choice of motors, Coulomb alone or with drag.
 
         Where nobody says how the motors turn with the joints, one turns with the sum of the joints
@@ -48,34 +63,40 @@ class CoupledFriction:
             choices = [(m,) for m in range(len(rows))]
             choices += [tuple(range(len(rows)))] if len(rows) > 1 else []
             for motors in choices:
-                levers = {f"lever_{m + 1}{'ab'[s]}": rows[m, s] for m in motors for s in (0, 1)}
-                levers |= {} if arm.knows_motors(pair) else {"ratio": 1.0}
-                coulomb = [Coefficient(f"coulomb_{m + 1}", "N m", lower=0.0) for m in motors]
-                viscous = [Coefficient(f"viscous_{m + 1}", "N m s/rad") for m in motors]
-                for names, variant in ((coulomb, "coulomb"), (coulomb + viscous, "with drag")):
-                    found.append(Hypothesis(self.id, pair, pair, tuple(names), levers, variant))
+                levers = tuple((float(rows[m, 0]), float(rows[m, 1])) for m in motors)
+                ratio = None if arm.knows_motors(pair) else 1.0
+                shape = _Motors(tuple(m + 1 for m in motors), levers, ratio)
+                found += [self.at(pair, shape, variant) for variant in ("coulomb", "with drag")]
         return found
 
-    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+    def coefficients(self, parameters: _Motors, variant: str) -> tuple[Coefficient, ...]:
+        """Coulomb friction of each motor, then viscous friction."""
+        coulomb = [Coefficient(f"coulomb_{m}", "N m", lower=0.0) for m in parameters.motors]
+        viscous = [Coefficient(f"viscous_{m}", "N m s/rad") for m in parameters.motors]
+        return tuple(coulomb + viscous if variant == "with drag" else coulomb)
+
+    def columns(self, seen: Observed, candidate: Candidate[_Motors]) -> Array:
         """Direction, and speed, of each motor, through its lever arms to the two joints."""
-        pair, rows = list(hypothesis.joints), _rows(hypothesis)
+        pair, rows = list(candidate.joints), _rows(candidate)
         speeds = (seen.speed[:, pair] @ rows.T).T
         turning = [
-            np.sign(s) if _SHARP in hypothesis.settings else seen.along(pair[0], s) for s in speeds
+            np.sign(s) if candidate.parameters.sharp else seen.along(pair[0], s) for s in speeds
         ]
         columns = [np.stack(turning, axis=-1)[:, None, :] * rows.T]
-        if hypothesis.variant == "with drag":
+        if candidate.variant == "with drag":
             columns.append((seen.qd[:, pair] @ rows.T)[:, None, :] * rows.T)
         return np.concatenate(columns, axis=-1)
 
-    def bent(self, hypothesis: Hypothesis, values: Array) -> Hypothesis:
+    def alternative_form(self, candidate: Candidate[_Motors], values: Array) -> Candidate[_Motors]:
         """Motors that turn round at once: nothing says how they do."""
-        return replace(hypothesis, settings={**hypothesis.settings, _SHARP: 1.0})
+        return replace(candidate, parameters=candidate.parameters._replace(sharp=True))
 
-    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+    def simulated(
+        self, arm: SimulatedArm, candidate: Candidate[_Motors], values: Array
+    ) -> SimulatedArm:
         """One more friction element for each motor."""
-        a, b = hypothesis.joints
-        rows = _rows(hypothesis)
+        a, b = candidate.joints
+        rows = _rows(candidate)
         for m, lever in enumerate(rows):
             row = np.zeros((1, len(arm.viscous)))
             row[0, [a, b]] = lever
@@ -85,16 +106,16 @@ class CoupledFriction:
                 coulomb=np.append(arm.coulomb, values[m]),
                 bristle=np.append(arm.bristle, 0.0),
             )
-            if hypothesis.variant == "with drag":
+            if candidate.variant == "with drag":
                 settings = (values[len(rows) + m], float(b), lever[0], lever[1])
                 arm = replace(arm, terms=(*arm.terms, Term(_drag, a, settings)))
         return arm
 
 
-def _rows(hypothesis: Hypothesis) -> Array:
+def _rows(candidate: Candidate[_Motors]) -> Array:
     """Lever arms of the motors to the two joints, largest entry 1, shape (m, 2)."""
-    levers = [x for name, x in hypothesis.settings.items() if name not in ("ratio", _SHARP)]
-    rows = np.array(levers).reshape(-1, 2) * [1.0, hypothesis.settings.get("ratio", 1.0)]
+    shape = candidate.parameters
+    rows = np.array(shape.levers) * [1.0, 1.0 if shape.ratio is None else shape.ratio]
     return rows / np.abs(rows).max(axis=1, keepdims=True)
 
 

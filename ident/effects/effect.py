@@ -1,98 +1,25 @@
-"""The interface of an effect: what is known of one thing that a rigid-body model can miss."""
+"""The base class of an effect: one thing that a rigid-body model can miss."""
 
-from dataclasses import KW_ONLY, dataclass, field
-from enum import Enum
-from typing import Protocol, runtime_checkable
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from enum import Enum, StrEnum
+from typing import Any, ClassVar, Generic
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.effects.candidate import (
+    Candidate,
+    Coefficient,
+    NonlinearParameter,
+    NoParameters,
+    P,
+    Value,
+)
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
 Array = NDArray[np.floating]
-
-
-@dataclass(frozen=True)
-class Coefficient:
-    """A number that multiplies one column.
-
-    Attributes:
-        name: in the result file.
-        unit: SI.
-        lower, upper: what is physically plausible.
-        least: smaller ones are not worth a name.
-        essential: without it the effect is another one.
-    """
-
-    name: str
-    unit: str
-    lower: float = -np.inf
-    upper: float = np.inf
-    least: float = 0.0
-    essential: bool = False
-
-
-@dataclass(frozen=True)
-class Setting:
-    """A number that shapes the columns.
-
-    Attributes:
-        name: in the result file.
-        unit: SI.
-        grid: values of the first search, ascending.
-        lower, upper: bounds of the refinement.
-        whole: only the grid's own values make sense.
-        even: its steps are differences, not ratios, as it may be zero.
-        late: values beyond the first are tried only once the effect leads.
-        reported: whether it is a parameter of the effect, not only a help of the search.
-    """
-
-    name: str
-    unit: str
-    grid: tuple[float, ...]
-    lower: float
-    upper: float
-    _: KW_ONLY
-    whole: bool = False
-    even: bool = False
-    late: bool = False
-    reported: bool = True
-
-
-@dataclass(frozen=True)
-class Value:
-    """A number with its standard deviation and unit."""
-
-    value: float
-    sd: float
-    unit: str
-
-
-@dataclass(frozen=True)
-class Hypothesis:
-    """An effect at a place, with its shape.
-
-    Attributes:
-        effect: id of the effect.
-        joints: the joints named, from 0.
-        rows: the joints whose torque changes, from 0.
-        coefficients: one for each column.
-        settings: values that shape the columns, by name.
-        variant: which of the effect's forms it is.
-    """
-
-    effect: str
-    joints: tuple[int, ...]
-    rows: tuple[int, ...]
-    coefficients: tuple[Coefficient, ...]
-    settings: dict[str, float] = field(default_factory=dict)
-    variant: str = ""
-
-    @property
-    def key(self) -> tuple[object, ...]:
-        """What tells it from every other hypothesis."""
-        return (self.effect, self.joints, self.rows, self.variant, *self.settings.items())
 
 
 class FormUncertainty(Enum):
@@ -106,8 +33,25 @@ class FormUncertainty(Enum):
     ANY = "anything"
 
 
-class Effect(Protocol):
+class ExperimentMotion(StrEnum):
+    """Motions of the library of `ident design --for`."""
+
+    SLOW_REVERSALS = "slow reversals"
+    SPEED_STAIRCASE = "speed staircase"
+    FAST_REVERSALS = "fast reversals"
+    WIDE_SWEEP = "wide sweep"
+    LOAD_CHANGES = "load changes"
+    STRETCHED_SWEEP = "stretched sweep"
+    CHANGING_DOMINANCE = "changing dominance"
+    REPEATED_EXCITATION = "the excitation, repeated for a long time"
+
+
+class Effect(ABC, Generic[P]):
     """One effect: one file, one class, one object named EFFECT.
+
+    A subclass names itself, and gives `candidates`, `columns` and `simulated`. All else has a
+    neutral default: an effect that is linear in its coefficients, acts at the drive, has no memory,
+    and whose form may get anything wrong.
 
     Attributes:
         id: name in the result file.
@@ -115,116 +59,127 @@ class Effect(Protocol):
         equation: added to the joint torque.
         source: where the equation comes from.
         signature: what it looks like in the residual.
-        rivals: effects that look alike.
-        contains: effects that are special cases of it.
-        experiment: motion that tells it from them.
-        compares: whether it shows only against a model that was trusted before.
-        freedom: of its form; what is left of an effect that is found may be its form's error.
-        smooth: whether its columns vary no faster than the links move, so that a lower rate does.
-        uses: what its columns depend on: `direction` of friction, `model` torque, the model's
-            `friction`, whole `torque`.
-        settings: what shapes its columns.
+        experiment: motion that tells it from its rivals.
+        motion: the same as a motion of the library.
+        rivals: ids of effects that look alike.
+        contains: ids of effects that are special cases of it.
+        linear: the numbers that multiply its columns, where they are always the same.
+        nonlinear: the numbers that shape its columns, in the order of `Parameters`.
+        Parameters: NamedTuple of all that shapes its columns.
+        needs_reference_model: it shows only against a model that was trusted before.
+        form_uncertainty: what is left of an accepted effect may be its form's error.
+        band_limited: its columns vary no faster than the links move, so that a lower rate does.
+        depends_on: what its columns are formed with, beside the motion: `direction` of friction,
+            `model` torque, the model's `friction`, whole `torque`.
+        acts_on_link: its torque acts on the link itself, as its weight does.
+        acts_on_pairs: it is looked for at pairs of joints, so that one joint alone may lack it.
+        scales_torque: it is what a wrong sign or unit of the recorded torque looks like.
+        linear_in_coefficients: else its columns are formed about some, see `linearised_at`.
+        has_memory: its torque depends on the motion before, so that one sample does not tell it.
+        same_number: a coefficient and a nonlinear parameter that are one number.
     """
 
-    id: str
-    title: str
-    equation: str
-    source: str
-    signature: str
-    rivals: tuple[str, ...]
-    contains: tuple[str, ...]
-    experiment: str
-    compares: bool
-    freedom: FormUncertainty
-    smooth: bool
-    uses: tuple[str, ...]
-    settings: tuple[Setting, ...]
+    id: ClassVar[str]
+    title: ClassVar[str]
+    equation: ClassVar[str]
+    source: ClassVar[str]
+    signature: ClassVar[str]
+    experiment: ClassVar[str]
+    motion: ClassVar[ExperimentMotion] = ExperimentMotion.REPEATED_EXCITATION
+    rivals: ClassVar[tuple[str, ...]] = ()
+    contains: ClassVar[tuple[str, ...]] = ()
+    linear: ClassVar[tuple[Coefficient, ...]] = ()
+    nonlinear: ClassVar[tuple[NonlinearParameter, ...]] = ()
+    Parameters: ClassVar[type] = NoParameters
+    needs_reference_model: ClassVar[bool] = False
+    form_uncertainty: ClassVar[FormUncertainty] = FormUncertainty.ANY
+    band_limited: ClassVar[bool] = False
+    depends_on: ClassVar[tuple[str, ...]] = ()
+    acts_on_link: ClassVar[bool] = False
+    acts_on_pairs: ClassVar[bool] = False
+    scales_torque: ClassVar[bool] = False
+    linear_in_coefficients: ClassVar[bool] = True
+    has_memory: ClassVar[bool] = False
+    same_number: ClassVar[tuple[str, str] | None] = None
 
-    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+    @abstractmethod
+    def candidates(self, arm: ArmFacts) -> list[Candidate[P]]:
         """All places and grid points where the effect may be looked for."""
-        ...
 
-    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+    @abstractmethod
+    def columns(self, seen: Observed, candidate: Candidate[P]) -> Array:
         """Torque per unit of each coefficient, shape (S, len(rows), k)."""
-        ...
 
-    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+    @abstractmethod
+    def simulated(self, arm: SimulatedArm, candidate: Candidate[P], values: Array) -> SimulatedArm:
         """The arm with the effect in, for coefficients of shape (k,)."""
-        ...
 
+    def coefficients(self, parameters: P, variant: str) -> tuple[Coefficient, ...]:
+        """The numbers that multiply its columns, for a shape and a form of it."""
+        return self.linear
 
-@runtime_checkable
-class Reshapes(Protocol):
-    """An effect whose coefficients have units or bounds that hang on its settings."""
+    def static_columns(self, seen: Observed, candidate: Candidate[P]) -> Array:
+        """The same as `columns`, from each sample alone; zeros where only the past tells."""
+        if self.has_memory:
+            return np.zeros((len(seen.q), len(candidate.rows), len(candidate.coefficients)))
+        return self.columns(seen, candidate)
 
-    def coefficients(self, settings: dict[str, float]) -> tuple[Coefficient, ...]:
-        """The numbers that multiply its columns."""
-        ...
-
-
-@runtime_checkable
-class Linearises(Protocol):
-    """An effect that is not linear in its coefficients: its columns are formed about some."""
-
-    def about(self, hypothesis: Hypothesis, values: Array) -> Hypothesis:
+    def linearised_at(self, candidate: Candidate[P], values: Array) -> Candidate[P]:
         """The same with its columns formed about coefficients of shape (k,)."""
-        ...
+        return candidate
 
+    def is_plausible(
+        self, candidate: Candidate[P], values: Array, viscous: float, tuned: bool
+    ) -> bool:
+        """Whether an effect with these coefficients can be meant.
 
-@runtime_checkable
-class Steepens(Protocol):
-    """A drag beside the viscous one: where the two fall with speed from rest on, it is another."""
+        Args:
+            candidate: the effect.
+            values: its coefficients, shape (k,).
+            viscous: viscous friction of its first joint in the same fit [N m s/rad].
+            tuned: whether its nonlinear parameters have been refined, or are still of the grid.
+        """
+        return True
 
-    def falls(self, values: Array, viscous: float) -> bool:
-        """Whether friction would fall from rest on, for coefficients and a viscous one."""
-        ...
+    def alternative_form(self, candidate: Candidate[P], values: Array) -> Candidate[P] | None:
+        """The same in another form, by which its values may differ; further terms come last."""
+        return None
 
+    def unobserved_fraction(self, candidate: Candidate[P], slow: float) -> float:
+        """Part of its size that only shows below a speed [rad/s]: its form alone tells of it."""
+        return 0.0
 
-@runtime_checkable
-class Extrapolates(Protocol):
-    """An effect whose size is that at rest, where nothing tells it from friction turning round."""
+    def memory_distance(self, candidate: Candidate[P]) -> float:
+        """Way [rad] over which it forgets where it began; 0: it has nothing to forget."""
+        return 0.0
 
-    def unseen(self, hypothesis: Hypothesis, slow: float) -> float:
-        """Part of the size that only shows below a speed [rad/s]: its form alone tells of it."""
-        ...
+    def as_reported(self, candidate: Candidate[P], values: dict[str, Value]) -> dict[str, Value]:
+        """The parameters as people know them, from those that the columns are made with."""
+        return values
 
+    def at(
+        self,
+        joints: Sequence[int],
+        parameters: P | None = None,
+        variant: str = "",
+        rows: Sequence[int] | None = None,
+    ) -> Candidate[P]:
+        """The effect at a place.
 
-@runtime_checkable
-class SaysTwice(Protocol):
-    """An effect with a coefficient and a setting that are one number: how far they agree tells."""
+        Args:
+            joints: the joints named, from 0.
+            parameters: what shapes the columns; None where nothing does.
+            variant: which of its forms.
+            rows: the joints whose torque changes, from 0; None: those named.
+        """
+        shape = self.Parameters() if parameters is None else parameters
+        changed = tuple(joints if rows is None else rows)
+        coefficients = self.coefficients(shape, variant)
+        return Candidate(self.id, tuple(joints), changed, coefficients, shape, variant)
 
-    twice: tuple[str, str]
-
-
-@runtime_checkable
-class Judges(Protocol):
-    """An effect that knows of values, found by tuning, which it cannot have."""
-
-    def makes_sense(self, hypothesis: Hypothesis, values: Array) -> bool:
-        """Whether an effect with these coefficients, of shape (k,), can be meant."""
-        ...
-
-
-@runtime_checkable
-class LoadsLink(Protocol):
-    """An effect whose torque acts on the link itself, as its weight does."""
-
-    loads_link: bool
-
-
-@runtime_checkable
-class Bends(Protocol):
-    """An effect whose form is one of several: how far another one moves its values is in doubt."""
-
-    def bent(self, hypothesis: Hypothesis, values: Array) -> Hypothesis:
-        """The same in another form, for coefficients of shape (k,); further terms come last."""
-        ...
-
-
-@runtime_checkable
-class Restates(Protocol):
-    """An effect that people know by other numbers than those that its columns are made with."""
-
-    def restated(self, hypothesis: Hypothesis, values: dict[str, Value]) -> dict[str, Value]:
-        """The parameters as they are reported."""
-        ...
+    def moved(self, candidate: Candidate[P], changes: Mapping[str, float]) -> Candidate[P]:
+        """The same at the same place with other parameters."""
+        shape: Any = candidate.parameters
+        return self.at(
+            candidate.joints, shape._replace(**changes), candidate.variant, candidate.rows
+        )

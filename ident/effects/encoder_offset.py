@@ -2,12 +2,13 @@
 
 from dataclasses import replace
 
-from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis
+from ident.effects.candidate import Candidate, Coefficient
+from ident.effects.effect import Array, Effect, ExperimentMotion, FormUncertainty
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
 
-class EncoderOffset:
+class EncoderOffset(Effect):
     """q = q_read + dq."""
 
     id = "encoder_offset"
@@ -16,29 +17,26 @@ class EncoderOffset:
     source = "the torque of (1), differentiated by q_j"
     signature = "gravity of this joint and all below it, as if the pose were another"
     rivals = ("gravity_tilt", "joint_spring")
-    contains = ()
     experiment = "all joints over their whole range; better, a kinematic calibration"
-    loads_link = True
-    compares = False
-    freedom = FormUncertainty.NONE
-    smooth = True
-    uses = ("model",)
-    settings = ()
+    motion = ExperimentMotion.WIDE_SWEEP
+    acts_on_link = True
+    form_uncertainty = FormUncertainty.NONE
+    band_limited = True
+    linear = (Coefficient("offset", "rad", lower=-0.35, upper=0.35),)
+    depends_on = ("model",)
 
-    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+    def candidates(self, arm: ArmFacts) -> list[Candidate]:
         """One for each joint; every joint's torque changes."""
-        rows = tuple(range(arm.dof))
-        offset = (Coefficient("offset", "rad", lower=-0.35, upper=0.35),)
-        return [Hypothesis(self.id, (j,), rows, offset) for j in arm.moving_joints]
+        return [self.at((j,), rows=range(arm.dof)) for j in arm.moving_joints]
 
-    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+    def columns(self, seen: Observed, candidate: Candidate) -> Array:
         """Change of the torque with the joint's position."""
-        return seen.slopes(hypothesis.joints[0]).position[:, :, None]
+        return seen.slopes(candidate.joints[0]).position[:, :, None]
 
-    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+    def simulated(self, arm: SimulatedArm, candidate: Candidate, values: Array) -> SimulatedArm:
         """An encoder that reads less."""
         zero = arm.zero.copy()
-        zero[hypothesis.joints[0]] += values[0]
+        zero[candidate.joints[0]] += values[0]
         return replace(arm, zero=zero)
 
 

@@ -1,15 +1,19 @@
 """A base that is not level."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from ident.dynamics.compiled_chain import Chain, torques
-from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting
+from ident.effects.candidate import Candidate, Coefficient, NonlinearParameter
+from ident.effects.effect import Array, Effect, ExperimentMotion, FormUncertainty
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
 _NOTHING = 1e-6
+_MOST = 0.35  # rad
+_FIRST_LINK = tuple(Coefficient(f"first_link_{s}", "N m") for s in ("cosine", "sine"))
 
 
 @term
@@ -17,7 +21,14 @@ def _first_link(t, q, qd, load, joint, settings, resistance, level):
     resistance[joint] += settings[0] * np.cos(q[joint]) + settings[1] * np.sin(q[joint])
 
 
-class GravityTilt:
+class _Tilt(NamedTuple):
+    """The two base axes of the tilt; whether the first link joins (1); None: it is known."""
+
+    axes: str
+    first_link: float | None = None
+
+
+class GravityTilt(Effect[_Tilt]):
     """Gravity turned about the base's x and y axes."""
 
     id = "gravity_tilt"
@@ -28,32 +39,40 @@ class GravityTilt:
         "gravity torque where a level base has none: at joint 1, as sin and cos of its angle"
     )
     rivals = ("encoder_offset", "torque_offset")
-    contains = ()
     experiment = "turn joint 1 through more than 180 degrees with the arm stretched out level"
-    loads_link = True
-    compares = False
-    freedom = FormUncertainty.NONE
-    smooth = True
-    uses = ("model",)
-    settings = (
-        Setting("first_link", "1", (0.0, 1.0), 0.0, 1.0, whole=True, late=True, reported=False),
+    motion = ExperimentMotion.STRETCHED_SWEEP
+    acts_on_link = True
+    form_uncertainty = FormUncertainty.NONE
+    band_limited = True
+    depends_on = ("model",)
+    Parameters = _Tilt
+    nonlinear = (
+        NonlinearParameter(
+            "first_link",
+            "1",
+            (0.0, 1.0),
+            0.0,
+            1.0,
+            discrete=True,
+            refine_only=True,
+            is_parameter=False,
+        ),
     )
 
-    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+    def candidates(self, arm: ArmFacts) -> list[Candidate[_Tilt]]:
         """One: all joints feel it.
 
         Where the first joint is upright, a level base never shows the first link's own moments;
         their torque on a tilted one is fitted once the effect leads.
         """
-        joints = tuple(range(arm.dof))
-        bound = 0.35
-        numbers = [Coefficient(f"tilt_{s}", "rad", -bound, bound) for s in _axes(arm)]
-        if _upright(arm):
-            numbers += [Coefficient(f"first_link_{s}", "N m") for s in ("cosine", "sine")]
-            return [Hypothesis(self.id, joints, joints, tuple(numbers), {"first_link": 0.0})]
-        return [Hypothesis(self.id, joints, joints, tuple(numbers))]
+        return [self.at(range(arm.dof), _Tilt(_axes(arm), 0.0 if _upright(arm) else None))]
 
-    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+    def coefficients(self, parameters: _Tilt, variant: str) -> tuple[Coefficient, ...]:
+        """Two angles, and the first link's torque as cosine and sine of its angle."""
+        tilts = tuple(Coefficient(f"tilt_{s}", "rad", -_MOST, _MOST) for s in parameters.axes)
+        return tilts if parameters.first_link is None else (*tilts, *_FIRST_LINK)
+
+    def columns(self, seen: Observed, candidate: Candidate[_Tilt]) -> Array:
         """Change of the gravity torque per tilt angle; cosine and sine of the first joint.
 
         What the tilt does at joint 1 while all others are at zero counts as the first link's.
@@ -63,24 +82,26 @@ class GravityTilt:
         columns = []
         for chain in _turned(seen.arm, _axes(seen.arm)):
             columns.append(torques(chain, seen.arm.delta, seen.q, rest, rest))
-            if "first_link" in hypothesis.settings:
+            if candidate.parameters.first_link is not None:
                 columns[-1][:, 0] -= waves @ _at_zero(chain, seen.arm.delta)
-        if "first_link" in hypothesis.settings:
-            for wave in waves.T * hypothesis.settings["first_link"]:
+        if candidate.parameters.first_link is not None:
+            for wave in waves.T * candidate.parameters.first_link:
                 columns.append(np.zeros_like(rest))
                 columns[-1][:, 0] = wave
         return np.stack(columns, axis=-1)
 
-    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+    def simulated(
+        self, arm: SimulatedArm, candidate: Candidate[_Tilt], values: Array
+    ) -> SimulatedArm:
         """Gravity in another direction."""
         angle = np.zeros(3)
-        for coefficient, value in zip(hypothesis.coefficients, values, strict=True):
+        for coefficient, value in zip(candidate.coefficients, values, strict=True):
             if coefficient.name.startswith("tilt"):
                 angle["xyz".index(coefficient.name[-1])] = value
         gravity = arm.chain.gravity + np.cross(angle, arm.chain.gravity)
         gravity *= np.linalg.norm(arm.chain.gravity) / np.linalg.norm(gravity)
         arm = replace(arm, chain=arm.chain._replace(gravity=gravity))
-        if "first_link" in hypothesis.settings:
+        if candidate.parameters.first_link is not None:
             cosine, sine = values[-2:] - _at_zero(arm.chain, arm.delta)
             item = Term(_first_link, 0, (float(cosine), float(sine)))
             arm = replace(arm, terms=(*arm.terms, item))

@@ -1,8 +1,11 @@
 """A transmission that gives."""
 
+from typing import NamedTuple
+
 import numpy as np
 
-from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting
+from ident.effects.candidate import Candidate, Coefficient, NonlinearParameter
+from ident.effects.effect import Array, Effect, ExperimentMotion
 from ident.effects.motor_link import LIGHT, Transmission, mass_in
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
@@ -11,7 +14,16 @@ _SWINGS_HZ = (6.0, 12.0, 40.0)  # of a link whose motor is held; softer is a lag
 _MOTOR = 0.1  # of the joint's inertia: a motor's; it hardly matters
 
 
-class JointElasticity:
+class _Spring(NamedTuple):
+    """Compliance [rad/(N m)], friction on the link, damping, inertia of the motor [kg m^2]."""
+
+    give: float
+    rubbing: float
+    damped: float
+    motor_inertia: float
+
+
+class JointElasticity(Effect[_Spring]):
     """tau_link = K (q_motor - q_link)."""
 
     id = "joint_elasticity"
@@ -20,47 +32,61 @@ class JointElasticity:
     source = "Spong 1987, eq. (6)"
     signature = "gravity and inertia as if the pose were another, in step with the joint's own load"
     rivals = ("encoder_offset", "torque_delay", "rotor_inertia")
-    contains = ()
     experiment = "a chirp up to 50 Hz; an encoder on the joint's side"
-    compares = False
-    freedom = FormUncertainty.ANY
-    smooth = True
-    uses = ("model", "friction")
-    twice = ("compliance", "give")
-    settings = (
-        Setting("give", "rad/(N m)", (1e-4, 4e-4, 1.6e-3), 1e-7, 1.0, reported=False),
-        Setting("rubbing", "1", (0.0, 0.5, 1.0), 0.0, 1.0, even=True, late=True, reported=False),
-        Setting("damped", "1", (0.1, 0.4), 0.01, 0.4, late=True, reported=False),
+    motion = ExperimentMotion.FAST_REVERSALS
+    band_limited = True
+    depends_on = ("model", "friction")
+    same_number = ("compliance", "give")
+    has_memory = True
+    linear = (Coefficient("compliance", "rad/(N m)", lower=0.0),)
+    Parameters = _Spring
+    nonlinear = (
+        NonlinearParameter(
+            "give", "rad/(N m)", (1e-4, 4e-4, 1.6e-3), 1e-7, 1.0, is_parameter=False
+        ),
+        NonlinearParameter(
+            "rubbing",
+            "1",
+            (0.0, 0.5, 1.0),
+            0.0,
+            1.0,
+            linear_grid=True,
+            refine_only=True,
+            is_parameter=False,
+        ),
+        NonlinearParameter(
+            "damped", "1", (0.1, 0.4), 0.01, 0.4, refine_only=True, is_parameter=False
+        ),
     )
 
-    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+    def candidates(self, arm: ArmFacts) -> list[Candidate[_Spring]]:
         """One for each joint and frequency at which its link swings; all torques change."""
-        rows, mass = tuple(range(arm.dof)), np.diag(mass_in(arm.pose, arm.chain, arm.delta))
-        coefficient = (Coefficient("compliance", "rad/(N m)", lower=0.0),)
-        give, rubbing, damped = self.settings
+        mass = np.diag(mass_in(arm.pose, arm.chain, arm.delta))
+        damped = self.nonlinear[2].grid[-1]
         found = []
         for j in arm.moving_joints:
             inertia = max(float(mass[j]), LIGHT)
             for swing in _SWINGS_HZ:
                 softness = 1.0 / (inertia * (2 * np.pi * swing) ** 2)
-                shape = {give.name: softness, rubbing.name: 0.0, damped.name: damped.grid[-1]}
-                shape["motor_inertia"] = _MOTOR * inertia
-                found.append(Hypothesis(self.id, (j,), rows, coefficient, shape))
+                shape = _Spring(softness, 0.0, damped, _MOTOR * inertia)
+                found.append(self.at((j,), shape, rows=range(arm.dof)))
         return found
 
-    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+    def columns(self, seen: Observed, candidate: Candidate[_Spring]) -> Array:
         """Change of the torque with the link's swing, per compliance."""
-        give = hypothesis.settings["give"]
-        return _tie(hypothesis, give).change(seen, hypothesis.joints[0])[:, :, None] / give
+        give = candidate.parameters.give
+        return _tie(candidate, give).change(seen, candidate.joints[0])[:, :, None] / give
 
-    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+    def simulated(
+        self, arm: SimulatedArm, candidate: Candidate[_Spring], values: Array
+    ) -> SimulatedArm:
         """A motor of its own, with the encoder, on a spring."""
-        return _tie(hypothesis, float(values[0])).between(arm, hypothesis.joints[0])
+        return _tie(candidate, float(values[0])).between(arm, candidate.joints[0])
 
 
-def _tie(hypothesis: Hypothesis, give: float) -> Transmission:
-    shape = hypothesis.settings
-    return Transmission(np.inf, give, shape["damped"], shape["rubbing"], shape["motor_inertia"])
+def _tie(candidate: Candidate[_Spring], give: float) -> Transmission:
+    shape = candidate.parameters
+    return Transmission(np.inf, give, shape.damped, shape.rubbing, shape.motor_inertia)
 
 
 EFFECT = JointElasticity()

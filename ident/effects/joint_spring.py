@@ -1,14 +1,23 @@
 """Cable harness or return spring."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis
+from ident.effects.candidate import Candidate, Coefficient
+from ident.effects.effect import Array, Effect, ExperimentMotion, FormUncertainty
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
 _SOFT = 1e-9  # N m/rad
+_HARDENING = Coefficient("hardening", "N m/rad^3")
+
+
+class _Shape(NamedTuple):
+    """Where a spring rests that hardens with the distance from there [rad]; None: it does not."""
+
+    rest: float | None = None
 
 
 @term
@@ -16,7 +25,7 @@ def _spring(t, q, qd, load, joint, settings, resistance, level):
     resistance[joint] += settings[0] * q[joint] + settings[1]
 
 
-class JointSpring:
+class JointSpring(Effect[_Shape]):
     """tau = .. + k (q - q0)."""
 
     id = "joint_spring"
@@ -27,42 +36,42 @@ class JointSpring:
     rivals = ("torque_offset", "gravity_tilt", "encoder_offset")
     contains = ("torque_offset",)
     experiment = "move the joint alone over more than 2 rad, slowly, in several poses of the others"
-    loads_link = True
-    compares = False
-    freedom = FormUncertainty.POSITION
-    smooth = True
-    uses = ()
-    settings = ()
+    motion = ExperimentMotion.WIDE_SWEEP
+    acts_on_link = True
+    form_uncertainty = FormUncertainty.POSITION
+    band_limited = True
+    linear = (
+        Coefficient("stiffness", "N m/rad", lower=0.0, defining=True),
+        Coefficient("torque_at_zero", "N m"),
+    )
+    Parameters = _Shape
 
-    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+    def candidates(self, arm: ArmFacts) -> list[Candidate[_Shape]]:
         """One for each joint."""
-        both = (
-            Coefficient("stiffness", "N m/rad", lower=0.0, essential=True),
-            Coefficient("torque_at_zero", "N m"),
-        )
-        return [Hypothesis(self.id, (j,), (j,), both) for j in arm.moving_joints]
+        return [self.at((j,)) for j in arm.moving_joints]
 
-    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+    def coefficients(self, parameters: _Shape, variant: str) -> tuple[Coefficient, ...]:
+        """Stiffness and torque at zero; hardening where it is asked for."""
+        return self.linear if parameters.rest is None else (*self.linear, _HARDENING)
+
+    def columns(self, seen: Observed, candidate: Candidate[_Shape]) -> Array:
         """The joint's angle, and ones."""
-        q = seen.q[:, hypothesis.joints[0]]
+        q = seen.q[:, candidate.joints[0]]
         columns = [q, np.ones_like(q)]
-        if "rest" in hypothesis.settings:
-            columns.append((q - hypothesis.settings["rest"]) ** 3)
+        if candidate.parameters.rest is not None:
+            columns.append((q - candidate.parameters.rest) ** 3)
         return np.stack(columns, axis=-1)[:, None, :]
 
-    def bent(self, hypothesis: Hypothesis, values: Array) -> Hypothesis:
+    def alternative_form(self, candidate: Candidate[_Shape], values: Array) -> Candidate[_Shape]:
         """A spring that hardens or softens with the distance from where it rests."""
-        harder = Coefficient("hardening", "N m/rad^3")
         rest = -float(values[1]) / max(float(values[0]), _SOFT)
-        return replace(
-            hypothesis,
-            coefficients=(*hypothesis.coefficients, harder),
-            settings={"rest": float(np.clip(rest, -np.pi, np.pi))},
-        )
+        return self.moved(candidate, {"rest": float(np.clip(rest, -np.pi, np.pi))})
 
-    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+    def simulated(
+        self, arm: SimulatedArm, candidate: Candidate[_Shape], values: Array
+    ) -> SimulatedArm:
         """A spring."""
-        item = Term(_spring, hypothesis.joints[0], (values[0], values[1]))
+        item = Term(_spring, candidate.joints[0], (values[0], values[1]))
         return replace(arm, terms=(*arm.terms, item))
 
 

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis
+from ident.effects.candidate import Candidate, Coefficient
+from ident.effects.effect import Array, Effect, ExperimentMotion
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
@@ -19,7 +20,7 @@ def _load(t, q, qd, load, joint, settings, resistance, level):
         level[joint] += settings[0] * abs(load[joint])
 
 
-class LoadDependentFriction:
+class LoadDependentFriction(Effect):
     """tau = .. + mu |load| sgn(qd)."""
 
     id = "load_dependent_friction"
@@ -28,40 +29,32 @@ class LoadDependentFriction:
     source = "Hamon, Gautier, Garrec 2011, eq. (6); the load is the rigid-body torque"
     signature = "follows the direction of motion; the step at reversal grows with the load"
     rivals = ("torque_gain", "coupled_friction", "thermal_drift")
-    contains = ()
     experiment = "the same speed in poses of very different load, with and without a payload"
-    compares = False
-    freedom = FormUncertainty.ANY
-    smooth = False
-    uses = ("direction", "model")
-    settings = ()
+    motion = ExperimentMotion.LOAD_CHANGES
+    linear = (Coefficient("coefficient", "1", lower=0.0, upper=0.6),)
+    depends_on = ("direction", "model")
 
-    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+    def candidates(self, arm: ArmFacts) -> list[Candidate]:
         """One for each joint and form of the load."""
-        mu = (Coefficient("coefficient", "1", lower=0.0, upper=0.6),)
-        return [
-            Hypothesis(self.id, (j,), (j,), mu, variant=form)
-            for j in arm.moving_joints
-            for form in _FORMS
-        ]
+        return [self.at((j,), variant=form) for j in arm.moving_joints for form in _FORMS]
 
-    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+    def columns(self, seen: Observed, candidate: Candidate) -> Array:
         """Direction of motion times the size of the load."""
-        j = hypothesis.joints[0]
+        j = candidate.joints[0]
         load = seen.load[:, j]
-        if hypothesis.variant == "gravity load":
+        if candidate.variant == "gravity load":
             load = seen.gravity[:, j]
         pushing = load * seen.direction[:, j] >= 0.0
-        if hypothesis.variant == "driving load":
+        if candidate.variant == "driving load":
             load = np.where(pushing, load, 0.0)
-        if hypothesis.variant == "braking load":
+        if candidate.variant == "braking load":
             load = np.where(pushing, 0.0, load)
         return (np.abs(load) * seen.direction[:, j])[:, None, None]
 
-    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+    def simulated(self, arm: SimulatedArm, candidate: Candidate, values: Array) -> SimulatedArm:
         """A Coulomb level that grows with the load."""
-        settings = (values[0], float(_FORMS.index(hypothesis.variant)))
-        return replace(arm, terms=(*arm.terms, Term(_load, hypothesis.joints[0], settings)))
+        settings = (values[0], float(_FORMS.index(candidate.variant)))
+        return replace(arm, terms=(*arm.terms, Term(_load, candidate.joints[0], settings)))
 
 
 EFFECT = LoadDependentFriction()

@@ -1,10 +1,12 @@
 """Drag that is not proportional to speed."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting
+from ident.effects.candidate import Candidate, Coefficient, NonlinearParameter
+from ident.effects.effect import Array, Effect, ExperimentMotion, FormUncertainty
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
@@ -20,7 +22,13 @@ def _drag(t, q, qd, load, joint, settings, resistance, level):
         level[joint] += size
 
 
-class NonlinearViscous:
+class _Power(NamedTuple):
+    """The power of the speed."""
+
+    power: float
+
+
+class NonlinearViscous(Effect[_Power]):
     """tau = .. + b |qd|^p sgn(qd)."""
 
     id = "nonlinear_viscous"
@@ -29,45 +37,45 @@ class NonlinearViscous:
     source = "viscous drag of lubricants and air; p = 2 quadratic, 3 cubic, 0.5 sub-linear"
     signature = "follows the direction of motion; the friction curve is bent at high speed"
     rivals = ("stribeck", "asymmetric_viscous")
-    contains = ()
     experiment = "constant speeds up to the joint's limit, evenly spread"
-    compares = False
-    freedom = FormUncertainty.SPEED
-    smooth = True
-    uses = ()
-    settings = (Setting("power", "1", (0.5, 1.5, 2.0, 3.0), 0.3, 4.0),)
+    motion = ExperimentMotion.SPEED_STAIRCASE
+    form_uncertainty = FormUncertainty.SPEED
+    band_limited = True
+    Parameters = _Power
+    nonlinear = (NonlinearParameter("power", "1", (0.5, 1.5, 2.0, 3.0), 0.3, 4.0),)
 
-    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+    def candidates(self, arm: ArmFacts) -> list[Candidate[_Power]]:
         """One for each joint and power.
 
         A sub-linear drag with a negative coefficient would be Stribeck friction by another name.
         """
-        return [
-            Hypothesis(self.id, (j,), (j,), self.coefficients({"power": p}), {"power": p})
-            for j in arm.moving_joints
-            for p in self.settings[0].grid
-        ]
+        grid = self.nonlinear[0].grid
+        return [self.at((j,), _Power(p)) for j in arm.moving_joints for p in grid]
 
-    def coefficients(self, settings: dict[str, float]) -> tuple[Coefficient, ...]:
+    def coefficients(self, parameters: _Power, variant: str) -> tuple[Coefficient, ...]:
         """The drag at 1 rad/s."""
-        power = settings["power"]
+        power = parameters.power
         lower = 0.0 if power < 1.0 else -np.inf
         return (Coefficient("drag", f"N m (s/rad)^{power:g}", lower=lower),)
 
-    def falls(self, values: Array, viscous: float) -> bool:
-        """Whether the viscous part is clearly negative: that, too, would be Stribeck friction."""
-        return viscous < -_NEGATIVE * abs(float(values[0]))
+    def is_plausible(
+        self, candidate: Candidate[_Power], values: Array, viscous: float, tuned: bool
+    ) -> bool:
+        """Not if friction falls with speed from rest on: that, too, would be Stribeck friction."""
+        return viscous >= -_NEGATIVE * abs(float(values[0]))
 
-    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+    def columns(self, seen: Observed, candidate: Candidate[_Power]) -> Array:
         """A power of the speed, with its sign."""
-        qd = seen.qd[:, hypothesis.joints[0]]
-        power = hypothesis.settings["power"]
+        qd = seen.qd[:, candidate.joints[0]]
+        power = candidate.parameters.power
         return (np.sign(qd) * np.abs(qd) ** power)[:, None, None]
 
-    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+    def simulated(
+        self, arm: SimulatedArm, candidate: Candidate[_Power], values: Array
+    ) -> SimulatedArm:
         """A drag; sub-linear ones act on the Coulomb level: their slope at rest is infinite."""
-        settings = (values[0], hypothesis.settings["power"])
-        return replace(arm, terms=(*arm.terms, Term(_drag, hypothesis.joints[0], settings)))
+        settings = (values[0], candidate.parameters.power)
+        return replace(arm, terms=(*arm.terms, Term(_drag, candidate.joints[0], settings)))
 
 
 EFFECT = NonlinearViscous()

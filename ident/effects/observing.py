@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import torques
+from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Hypothesis, LoadsLink
 from ident.effects.observation import ArmFacts, Observed
 from ident.effects.reversal_friction import MaxwellSlipMixture
 from ident.effects.smoothed_segment import SmoothedSegment
@@ -33,15 +33,15 @@ class CurrentModel:
     coulomb: Array
     shapes: Array
     slow: Array
-    carried: tuple[tuple[Hypothesis, Array], ...] = ()
+    carried: tuple[tuple[Candidate, Array], ...] = ()
 
 
 def on_links(
-    effects: Sequence[Hypothesis], values: Sequence[Array]
-) -> tuple[tuple[Hypothesis, Array], ...]:
+    effects: Sequence[Candidate], values: Sequence[Array]
+) -> tuple[tuple[Candidate, Array], ...]:
     """Those effects that act on the links, with their coefficients."""
     pairs = zip(effects, values, strict=True)
-    return tuple((h, v) for h, v in pairs if isinstance(catalogue()[h.effect], LoadsLink))
+    return tuple((h, v) for h, v in pairs if catalogue()[h.effect].acts_on_link)
 
 
 def observed(s: SmoothedSegment, model: CurrentModel, every: int) -> tuple[Observed, Observed]:

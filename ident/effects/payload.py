@@ -1,18 +1,28 @@
 """A mass at the tool."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from ident.dynamics.compiled_regressor import regressor
-from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting
+from ident.effects.candidate import Candidate, Coefficient, NonlinearParameter
+from ident.effects.effect import Array, Effect, ExperimentMotion, FormUncertainty
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
 _FARTHEST_M = 1.0  # of a payload's centre from the last link's frame
 
 
-class Payload:
+class _Centre(NamedTuple):
+    """The centre about which the columns are formed [m]."""
+
+    about_x: float = 0.0
+    about_y: float = 0.0
+    about_z: float = 0.0
+
+
+class Payload(Effect[_Centre]):
     """tau = .. + Y_tool (L, m c, m), with the tensor L of a point mass m at c."""
 
     id = "payload"
@@ -21,43 +31,52 @@ class Payload:
     source = "Khalil, Gautier, Lemoine 2007, eq. (10), with the tensor L of a point mass"
     signature = "gravity and inertia on all joints, as if the last link had become heavier"
     rivals = ("encoder_offset", "gravity_tilt")
-    contains = ()
     experiment = "the same motion with and without the load"
-    loads_link = True
-    compares = True
-    freedom = FormUncertainty.NONE
-    smooth = True
-    uses = ()
-    settings = tuple(
-        Setting(f"about_{axis}", "m", (0.0,), -_FARTHEST_M, _FARTHEST_M, even=True, reported=False)
+    motion = ExperimentMotion.LOAD_CHANGES
+    acts_on_link = True
+    needs_reference_model = True
+    form_uncertainty = FormUncertainty.NONE
+    band_limited = True
+    linear_in_coefficients = False
+    linear = (
+        Coefficient("mass", "kg", lower=0.0),
+        *(Coefficient(f"first_moment_{axis}", "kg m") for axis in "xyz"),
+    )
+    Parameters = _Centre
+    nonlinear = tuple(
+        NonlinearParameter(
+            f"about_{axis}",
+            "m",
+            (0.0,),
+            -_FARTHEST_M,
+            _FARTHEST_M,
+            linear_grid=True,
+            is_parameter=False,
+        )
         for axis in "xyz"
     )
 
-    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+    def candidates(self, arm: ArmFacts) -> list[Candidate[_Centre]]:
         """One: all joints feel it."""
-        names = (
-            Coefficient("mass", "kg", lower=0.0),
-            *(Coefficient(f"first_moment_{axis}", "kg m") for axis in "xyz"),
-        )
-        settings = {s.name: 0.0 for s in self.settings}
-        return [Hypothesis(self.id, (arm.dof - 1,), tuple(range(arm.dof)), names, settings)]
+        return [self.at((arm.dof - 1,), _Centre(), rows=range(arm.dof))]
 
-    def about(self, hypothesis: Hypothesis, values: Array) -> Hypothesis:
+    def linearised_at(self, candidate: Candidate[_Centre], values: Array) -> Candidate[_Centre]:
         """With the tensor's slopes at the centre that a mass and first moment have."""
         mass, first = values[0], values[1:]
         if not mass > 0.0:
-            return hypothesis
+            return candidate
         centre = np.clip(first / mass, -_FARTHEST_M, _FARTHEST_M)
-        settings = {s.name: float(c) for s, c in zip(self.settings, centre, strict=True)}
-        return replace(hypothesis, settings=settings)
+        return replace(candidate, parameters=_Centre(*centre.tolist()))
 
-    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+    def columns(self, seen: Observed, candidate: Candidate[_Centre]) -> Array:
         """The last link's mass and first moment, with the change of its tensor with each."""
-        centre = np.array([hypothesis.settings[s.name] for s in self.settings])
+        centre = np.array(candidate.parameters)
         rows = regressor(seen.arm.chain, seen.q, seen.qd, seen.qdd)[:, :, -10:]
         return rows[:, :, [9, 6, 7, 8]] + rows[:, :, :6] @ _tensor_slopes(centre)
 
-    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+    def simulated(
+        self, arm: SimulatedArm, candidate: Candidate[_Centre], values: Array
+    ) -> SimulatedArm:
         """A heavier last link, with the tensor of a point mass at the payload's centre."""
         delta = arm.delta.copy()
         mass, first = values[0], np.asarray(values[1:])

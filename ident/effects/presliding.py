@@ -1,11 +1,13 @@
 """Friction that depends on the distance since the last reversal."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting
+from ident.effects.candidate import Candidate, Coefficient, NonlinearParameter
+from ident.effects.effect import Array, Effect, ExperimentMotion
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
@@ -32,7 +34,13 @@ def stretch(q, distance, slips):
     return z
 
 
-class Presliding:
+class _Bristle(NamedTuple):
+    """A bristle that stretches over a distance [rad]."""
+
+    distance: float
+
+
+class Presliding(Effect[_Bristle]):
     """tau = .. + F z, dz/dq = (1 - z sgn(qd)) / distance."""
 
     id = "presliding"
@@ -41,36 +49,46 @@ class Presliding:
     source = "Dahl 1968; Canudas de Wit et al. 1995, eqs. (1)-(3), at low speed"
     signature = "depends on the distance since the last reversal, not on speed"
     rivals = ("stribeck", "backlash", "joint_elasticity")
-    contains = ()
     experiment = "slow reversals with several amplitudes, from 1 to 50 mrad"
-    compares = False
-    freedom = FormUncertainty.ANY
-    smooth = False
-    uses = ()
-    settings = (Setting("distance", "rad", (0.0016, 0.003, 0.006, 0.012, 0.025), 1e-3, 0.06),)
+    motion = ExperimentMotion.SLOW_REVERSALS
+    has_memory = True
+    linear = (Coefficient("friction", "N m", lower=0.0),)
+    Parameters = _Bristle
+    nonlinear = (
+        NonlinearParameter("distance", "rad", (0.0016, 0.003, 0.006, 0.012, 0.025), 1e-3, 0.06),
+    )
 
-    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+    def candidates(self, arm: ArmFacts) -> list[Candidate[_Bristle]]:
         """One for each joint, distance and form."""
-        force = (Coefficient("friction", "N m", lower=0.0),)
         return [
-            Hypothesis(self.id, (j,), (j,), force, {"distance": d}, form)
+            self.at((j,), _Bristle(d), form)
             for j in arm.moving_joints
             for form in _FORMS
-            for d in self.settings[0].grid
+            for d in self.nonlinear[0].grid
         ]
 
-    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+    def columns(self, seen: Observed, candidate: Candidate[_Bristle]) -> Array:
         """The bristle's state along the measured path."""
-        q = np.ascontiguousarray(seen.q[:, hypothesis.joints[0]])
-        slips = hypothesis.variant == "slip"
-        return stretch(q, hypothesis.settings["distance"], slips)[:, None, None]
+        q = np.ascontiguousarray(seen.q[:, candidate.joints[0]])
+        slips = candidate.variant == "slip"
+        return stretch(q, candidate.parameters.distance, slips)[:, None, None]
 
-    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+    def static_columns(self, seen: Observed, candidate: Candidate[_Bristle]) -> Array:
+        """The bristle at its end: long after a reversal."""
+        return np.sign(seen.qd[:, candidate.joints[0]])[:, None, None]
+
+    def memory_distance(self, candidate: Candidate[_Bristle]) -> float:
+        """The way over which the bristle stretches."""
+        return candidate.parameters.distance
+
+    def simulated(
+        self, arm: SimulatedArm, candidate: Candidate[_Bristle], values: Array
+    ) -> SimulatedArm:
         """A friction element with a bristle, in place of the rigid one."""
-        j = hypothesis.joints[0]
+        j = candidate.joints[0]
         coulomb, bristle = arm.coulomb.copy(), arm.bristle.copy()
         coulomb[j] += values[0]
-        bristle[j] = hypothesis.settings["distance"]
+        bristle[j] = candidate.parameters.distance
         return replace(arm, coulomb=coulomb, bristle=bristle)
 
 

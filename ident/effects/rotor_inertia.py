@@ -2,12 +2,13 @@
 
 from dataclasses import replace
 
-from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis
+from ident.effects.candidate import Candidate, Coefficient
+from ident.effects.effect import Array, Effect, ExperimentMotion, FormUncertainty
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
 
-class RotorInertia:
+class RotorInertia(Effect):
     """tau = .. + Ir qdd."""
 
     id = "rotor_inertia"
@@ -16,27 +17,24 @@ class RotorInertia:
     source = "Khalil, Dombre 2002, eq. (9.13)"
     signature = "proportional to the joint's own acceleration, in every pose"
     rivals = ("coupled_inertia", "joint_elasticity")
-    contains = ()
     experiment = "accelerate the joint alone, in poses where the links' inertia differs much"
-    compares = False
-    freedom = FormUncertainty.NONE
-    smooth = True
-    uses = ()
-    settings = ()
+    motion = ExperimentMotion.FAST_REVERSALS
+    form_uncertainty = FormUncertainty.NONE
+    band_limited = True
+    linear = (Coefficient("inertia", "kg m^2", lower=0.0),)
 
-    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+    def candidates(self, arm: ArmFacts) -> list[Candidate]:
         """One for each joint."""
-        inertia = (Coefficient("inertia", "kg m^2", lower=0.0),)
-        return [Hypothesis(self.id, (j,), (j,), inertia) for j in arm.moving_joints]
+        return [self.at((j,)) for j in arm.moving_joints]
 
-    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+    def columns(self, seen: Observed, candidate: Candidate) -> Array:
         """The joint's acceleration."""
-        return seen.qdd[:, hypothesis.joints[0]][:, None, None]
+        return seen.qdd[:, candidate.joints[0]][:, None, None]
 
-    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+    def simulated(self, arm: SimulatedArm, candidate: Candidate, values: Array) -> SimulatedArm:
         """An entry on the mass matrix's diagonal."""
         armature = arm.armature.copy()
-        armature[hypothesis.joints[0], hypothesis.joints[0]] += values[0]
+        armature[candidate.joints[0], candidate.joints[0]] += values[0]
         return replace(arm, armature=armature)
 
 

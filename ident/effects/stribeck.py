@@ -1,10 +1,12 @@
 """Friction that is higher at low speed."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting
+from ident.effects.candidate import Candidate, Coefficient, NonlinearParameter
+from ident.effects.effect import Array, Effect, ExperimentMotion, FormUncertainty
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
@@ -15,7 +17,15 @@ def _stribeck(t, q, qd, load, joint, settings, resistance, level):
     level[joint] += settings[0] * (np.exp(-power) if settings[3] == 0.0 else 1.0 / (1.0 + power))
 
 
-class Stribeck:
+class _Curve(NamedTuple):
+    """Stribeck speed [rad/s], exponent, and whether it decays slowly (1) or not (0)."""
+
+    speed: float
+    exponent: float
+    slow_decay: float = 0.0
+
+
+class Stribeck(Effect[_Curve]):
     """tau = .. + dF exp(-(|qd|/vs)^d) sgn(qd), or with a slower decay dF / (1 + (|qd|/vs)^d)."""
 
     id = "stribeck"
@@ -24,50 +34,55 @@ class Stribeck:
     source = "Armstrong-Helouvry, Dupont, Canudas de Wit 1994, eq. (9); slow decay: Hess, Soom 1990"
     signature = "follows the direction of motion, only at low speed"
     rivals = ("nonlinear_viscous", "presliding")
-    contains = ()
     experiment = "cross many constant speeds from a third of the Stribeck speed to five times it"
-    compares = False
-    freedom = FormUncertainty.SPEED
-    smooth = False
-    uses = ("direction",)
-    settings = (
-        Setting("speed", "rad/s", (0.015, 0.025, 0.04, 0.06, 0.09, 0.13, 0.2, 0.3), 0.008, 0.5),
-        Setting("exponent", "1", (0.7, 1.0, 1.4, 2.0), 0.7, 2.0, whole=True),
-        Setting("slow_decay", "1", (0.0, 1.0), 0.0, 1.0, whole=True, late=True),
+    motion = ExperimentMotion.SLOW_REVERSALS
+    form_uncertainty = FormUncertainty.SPEED
+    depends_on = ("direction",)
+    linear = (Coefficient("extra_friction", "N m", lower=0.0),)
+    Parameters = _Curve
+    nonlinear = (
+        NonlinearParameter(
+            "speed", "rad/s", (0.015, 0.025, 0.04, 0.06, 0.09, 0.13, 0.2, 0.3), 0.008, 0.5
+        ),
+        NonlinearParameter("exponent", "1", (0.7, 1.0, 1.4, 2.0), 0.7, 2.0, discrete=True),
+        NonlinearParameter(
+            "slow_decay", "1", (0.0, 1.0), 0.0, 1.0, discrete=True, refine_only=True
+        ),
     )
 
-    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+    def candidates(self, arm: ArmFacts) -> list[Candidate[_Curve]]:
         """One for each joint, Stribeck speed and exponent."""
-        extra = (Coefficient("extra_friction", "N m", lower=0.0),)
-        speed, exponent, _ = self.settings
+        speed, exponent, _ = self.nonlinear
         return [
-            Hypothesis(self.id, (j,), (j,), extra, {"speed": v, "exponent": d, "slow_decay": 0.0})
+            self.at((j,), _Curve(v, d))
             for j in arm.moving_joints
             for d in exponent.grid
             for v in speed.grid
         ]
 
-    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+    def columns(self, seen: Observed, candidate: Candidate[_Curve]) -> Array:
         """Direction of motion, fading with speed."""
-        j = hypothesis.joints[0]
-        return (seen.direction[:, j] * _fade(hypothesis, seen.speed[:, j]))[:, None, None]
+        j = candidate.joints[0]
+        return (seen.direction[:, j] * _fade(candidate, seen.speed[:, j]))[:, None, None]
 
-    def unseen(self, hypothesis: Hypothesis, slow: float) -> float:
+    def unobserved_fraction(self, candidate: Candidate[_Curve], slow: float) -> float:
         """What has faded at that speed."""
-        return 1.0 - float(_fade(hypothesis, np.array(slow)))
+        return 1.0 - float(_fade(candidate, np.array(slow)))
 
-    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+    def simulated(
+        self, arm: SimulatedArm, candidate: Candidate[_Curve], values: Array
+    ) -> SimulatedArm:
         """A Coulomb level that falls with speed."""
-        shape = hypothesis.settings
-        settings = (values[0], shape["speed"], shape["exponent"], shape["slow_decay"])
-        return replace(arm, terms=(*arm.terms, Term(_stribeck, hypothesis.joints[0], settings)))
+        shape = candidate.parameters
+        settings = (values[0], shape.speed, shape.exponent, shape.slow_decay)
+        return replace(arm, terms=(*arm.terms, Term(_stribeck, candidate.joints[0], settings)))
 
 
-def _fade(hypothesis: Hypothesis, speed: Array) -> Array:
+def _fade(candidate: Candidate[_Curve], speed: Array) -> Array:
     """Part of the extra friction that is left at a speed [rad/s]."""
-    shape = hypothesis.settings
-    power = (np.abs(speed) / shape["speed"]) ** shape["exponent"]
-    return 1.0 / (1.0 + power) if shape["slow_decay"] else np.exp(-power)
+    shape = candidate.parameters
+    power = (np.abs(speed) / shape.speed) ** shape.exponent
+    return 1.0 / (1.0 + power) if shape.slow_decay else np.exp(-power)
 
 
 EFFECT = Stribeck()

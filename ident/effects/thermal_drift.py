@@ -1,10 +1,12 @@
 """Friction that changes while the arm warms up."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting
+from ident.effects.candidate import Candidate, Coefficient, NonlinearParameter
+from ident.effects.effect import Array, Effect, FormUncertainty
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
@@ -20,7 +22,19 @@ def _viscous(t, q, qd, load, joint, settings, resistance, level):
     resistance[joint] += settings[0] * part * qd[joint]
 
 
-class ThermalDrift:
+_COULOMB = Coefficient("coulomb_change", "N m")
+_VISCOUS = Coefficient("viscous_change", "N m s/rad")
+_FORMS = {"coulomb": (_COULOMB,), "viscous": (_VISCOUS,), "both": (_COULOMB, _VISCOUS)}
+
+
+class _Warming(NamedTuple):
+    """Time constant [s], and the length of the run over which the change is told [s]."""
+
+    time_constant: float
+    over: float
+
+
+class ThermalDrift(Effect[_Warming]):
     """tau = .. + (1 - exp(-t/T)) / (1 - exp(-D/T)) (dF sgn(qd) + dv qd).
 
     The change from the start to the end of the longest recording, of length D: what friction would
@@ -35,43 +49,46 @@ class ThermalDrift:
     source = "Bittencourt, Axelsson 2014, eq. (4), as a first-order warm-up"
     signature = "the same motion needs another torque later in the run"
     rivals = ("load_dependent_friction",)
-    contains = ()
     experiment = "repeat one motion at the start, in the middle, and at the end of a long run"
-    compares = False
-    freedom = FormUncertainty.TIME
-    smooth = False
-    uses = ("direction",)
-    settings = (Setting("time_constant", "s", (10.0, 20.0, 40.0, 80.0, 300.0), 8.0, 2000.0),)
+    form_uncertainty = FormUncertainty.TIME
+    depends_on = ("direction",)
+    has_memory = True
+    Parameters = _Warming
+    nonlinear = (
+        NonlinearParameter("time_constant", "s", (10.0, 20.0, 40.0, 80.0, 300.0), 8.0, 2000.0),
+    )
 
-    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+    def candidates(self, arm: ArmFacts) -> list[Candidate[_Warming]]:
         """One for each joint and time constant: Coulomb or viscous friction, or both."""
-        coulomb = Coefficient("coulomb_change", "N m")
-        viscous = Coefficient("viscous_change", "N m s/rad")
-        forms = {"coulomb": (coulomb,), "viscous": (viscous,), "both": (coulomb, viscous)}
-        over = {"over": arm.duration_s}
         return [
-            Hypothesis(self.id, (j,), (j,), names, {"time_constant": constant, **over}, form)
+            self.at((j,), _Warming(constant, arm.duration_s), form)
             for j in arm.moving_joints
-            for form, names in forms.items()
-            for constant in self.settings[0].grid
+            for form in _FORMS
+            for constant in self.nonlinear[0].grid
             if constant <= 5 * arm.duration_s
         ]
 
-    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+    def coefficients(self, parameters: _Warming, variant: str) -> tuple[Coefficient, ...]:
+        """The change of one of them, or of both."""
+        return _FORMS[variant]
+
+    def columns(self, seen: Observed, candidate: Candidate[_Warming]) -> Array:
         """Direction, and speed, growing with time."""
-        j, constant = hypothesis.joints[0], hypothesis.settings["time_constant"]
-        grown = np.expm1(-seen.t / constant) / np.expm1(-hypothesis.settings["over"] / constant)
+        j, constant = candidate.joints[0], candidate.parameters.time_constant
+        grown = np.expm1(-seen.t / constant) / np.expm1(-candidate.parameters.over / constant)
         parts = {"coulomb": [seen.direction[:, j]], "viscous": [seen.qd[:, j]]}
         parts["both"] = parts["coulomb"] + parts["viscous"]
-        return np.stack([grown * p for p in parts[hypothesis.variant]], axis=-1)[:, None, :]
+        return np.stack([grown * p for p in parts[candidate.variant]], axis=-1)[:, None, :]
 
-    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+    def simulated(
+        self, arm: SimulatedArm, candidate: Candidate[_Warming], values: Array
+    ) -> SimulatedArm:
         """A Coulomb level and a drag that change."""
         functions = {"coulomb": (_coulomb,), "viscous": (_viscous,), "both": (_coulomb, _viscous)}
-        constant, over = (hypothesis.settings[name] for name in ("time_constant", "over"))
+        constant, over = candidate.parameters
         items = [
-            Term(f, hypothesis.joints[0], (v, constant, over))
-            for f, v in zip(functions[hypothesis.variant], values, strict=True)
+            Term(f, candidate.joints[0], (v, constant, over))
+            for f, v in zip(functions[candidate.variant], values, strict=True)
         ]
         return replace(arm, terms=(*arm.terms, *items))
 

@@ -1,10 +1,12 @@
 """Torque that acts later (or earlier) than the log says."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting
+from ident.effects.candidate import Candidate, Coefficient, NonlinearParameter
+from ident.effects.effect import Array, Effect, ExperimentMotion
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
@@ -13,7 +15,13 @@ _SHORT_S = 0.004  # the columns of shorter delays are alike
 _FAR = 1.6  # times: what the columns about one delay still describe
 
 
-class TorqueDelay:
+class _Delay(NamedTuple):
+    """The delay about which the columns are formed [s]."""
+
+    about: float
+
+
+class TorqueDelay(Effect[_Delay]):
     """model(t) = tau(t - d)."""
 
     id = "torque_delay"
@@ -24,54 +32,55 @@ class TorqueDelay:
     )
     signature = "in proportion to the rate of change of the torque"
     rivals = ("rotor_inertia", "joint_elasticity")
-    contains = ()
     experiment = "fast torque changes: a chirp, or motion with many reversals"
-    compares = False
-    freedom = FormUncertainty.ANY
-    smooth = False
-    uses = ("torque",)
-    settings = (
-        Setting(
-            "about", "s", (-0.01, -0.004, 0.002, 0.004, 0.01, 0.02), -0.05, 0.05, reported=False
+    motion = ExperimentMotion.FAST_REVERSALS
+    depends_on = ("torque",)
+    has_memory = True
+    Parameters = _Delay
+    nonlinear = (
+        NonlinearParameter(
+            "about", "s", (-0.01, -0.004, 0.002, 0.004, 0.01, 0.02), -0.05, 0.05, is_parameter=False
         ),
     )
 
-    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+    def candidates(self, arm: ArmFacts) -> list[Candidate[_Delay]]:
         """All joints alike, and each joint alone, about several delays."""
         places = [arm.moving_joints, *((j,) for j in arm.moving_joints)]
         return [
-            Hypothesis(self.id, joints, joints, self.coefficients({"about": d}), {"about": d})
+            self.at(joints, _Delay(d))
             for joints in dict.fromkeys(places)
-            for d in self.settings[0].grid
+            for d in self.nonlinear[0].grid
         ]
 
-    def coefficients(self, settings: dict[str, float]) -> tuple[Coefficient, ...]:
+    def coefficients(self, parameters: _Delay, variant: str) -> tuple[Coefficient, ...]:
         """The delay, of the size about which the columns are formed: else they smooth the torque.
 
         A smoothed torque imitates inertia where friction is most of it.
         """
-        about = settings["about"]
-        least = 0.0 if abs(about) <= _SHORT_S else about / _FAR
-        lower, upper = sorted((least, _FAR * about))
-        return (Coefficient("delay", "s", lower, upper, least=_LEAST_S),)
+        about = parameters.about
+        smallest = 0.0 if abs(about) <= _SHORT_S else about / _FAR
+        lower, upper = sorted((smallest, _FAR * about))
+        return (Coefficient("delay", "s", lower, upper, min_size=_LEAST_S),)
 
-    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+    def columns(self, seen: Observed, candidate: Candidate[_Delay]) -> Array:
         """(tau(t) - tau(t - d)) / d: exact when the coefficient comes out as d.
 
         Of the model's torque, where it was measured: (model(t + d) - model(t)) / d.
         """
-        d = hypothesis.settings["about"]
+        d = candidate.parameters.about
         step = -d if seen.arm.commanded else d
         columns = []
-        for j in hypothesis.joints:
+        for j in candidate.joints:
             tau = seen.tau[:, j]
             columns.append((np.interp(seen.t + step, seen.t, tau) - tau) / step)
         return np.stack(columns, axis=-1)[:, :, None]
 
-    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+    def simulated(
+        self, arm: SimulatedArm, candidate: Candidate[_Delay], values: Array
+    ) -> SimulatedArm:
         """Commands that act later."""
         delay = arm.delay_s.copy()
-        delay[list(hypothesis.joints)] += values[0]
+        delay[list(candidate.joints)] += values[0]
         return replace(arm, delay_s=delay)
 
 

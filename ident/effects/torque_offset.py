@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis
+from ident.effects.candidate import Candidate, Coefficient
+from ident.effects.effect import Array, Effect, ExperimentMotion, FormUncertainty
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
@@ -14,7 +15,7 @@ def _offset(t, q, qd, load, joint, settings, resistance, level):
     resistance[joint] += settings[0]
 
 
-class TorqueOffset:
+class TorqueOffset(Effect):
     """tau = .. + c."""
 
     id = "torque_offset"
@@ -23,26 +24,23 @@ class TorqueOffset:
     source = "Gautier 1986; current-sensor bias of the drive"
     signature = "the same in both directions, at all speeds and poses"
     rivals = ("joint_spring", "gravity_tilt")
-    contains = ()
     experiment = "move the joint to and fro at constant speed over its whole range"
-    compares = False
-    freedom = FormUncertainty.NONE
-    smooth = True
-    uses = ()
-    settings = ()
+    motion = ExperimentMotion.WIDE_SWEEP
+    form_uncertainty = FormUncertainty.NONE
+    band_limited = True
+    linear = (Coefficient("offset", "N m"),)
 
-    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+    def candidates(self, arm: ArmFacts) -> list[Candidate]:
         """One for each joint."""
-        coefficient = (Coefficient("offset", "N m"),)
-        return [Hypothesis(self.id, (j,), (j,), coefficient) for j in arm.moving_joints]
+        return [self.at((j,)) for j in arm.moving_joints]
 
-    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
+    def columns(self, seen: Observed, candidate: Candidate) -> Array:
         """Ones."""
         return np.ones((len(seen.t), 1, 1))
 
-    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+    def simulated(self, arm: SimulatedArm, candidate: Candidate, values: Array) -> SimulatedArm:
         """A constant torque."""
-        item = Term(_offset, hypothesis.joints[0], (values[0],))
+        item = Term(_offset, candidate.joints[0], (values[0],))
         return replace(arm, terms=(*arm.terms, item))
 
 

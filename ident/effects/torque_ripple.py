@@ -1,10 +1,12 @@
 """Cogging and ripple: torque, or a share of it, that repeats with the motor's angle."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from ident.effects.effect import Array, Coefficient, FormUncertainty, Hypothesis, Setting, Value
+from ident.effects.candidate import Candidate, Coefficient, NonlinearParameter, Value
+from ident.effects.effect import Array, Effect, ExperimentMotion
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
@@ -25,7 +27,21 @@ def _share(t, q, qd, load, joint, settings, resistance, level):
     resistance[joint] += (settings[0] * np.sin(angle) + settings[1] * np.cos(angle)) * load[joint]
 
 
-class TorqueRipple:
+class _Period(NamedTuple):
+    """The wave's place.
+
+    Attributes:
+        order: waves in a turn of the motor.
+        turns: of the motor with each joint.
+        levers: of its torque to each joint, largest entry 1.
+    """
+
+    order: float
+    turns: tuple[float, ...]
+    levers: tuple[float, ...]
+
+
+class TorqueRipple(Effect[_Period]):
     """tau = .. + T^T (a sin(k theta) + b cos(k theta)); or a drive that gives so much more."""
 
     id = "torque_ripple"
@@ -36,18 +52,17 @@ class TorqueRipple:
     )
     source = "Piccoli, Yim 2016, eq. (1); ripple in proportion to the current: Jahns, Soong 1996"
     signature = "periodic in the motor's angle; strongest against the model in slow motion"
-    rivals = ()
-    contains = ()
     experiment = "turn the joint slowly, at constant speed, over several motor revolutions"
-    compares = False
-    freedom = FormUncertainty.ANY
-    smooth = False
-    uses = ("torque",)
-    settings = (
-        Setting("order", "1", tuple(float(k) for k in range(1, 25)), 1.0, 64.0, whole=True),
+    motion = ExperimentMotion.SLOW_REVERSALS
+    depends_on = ("torque",)
+    Parameters = _Period
+    nonlinear = (
+        NonlinearParameter(
+            "order", "1", tuple(float(k) for k in range(1, 25)), 1.0, 64.0, discrete=True
+        ),
     )
 
-    def hypotheses(self, arm: ArmFacts) -> list[Hypothesis]:
+    def candidates(self, arm: ArmFacts) -> list[Candidate[_Period]]:
         """One for each motor and order; where it drives one joint, also a share of its torque."""
         if arm.motor_from_joint is None:
             return []
@@ -56,49 +71,53 @@ class TorqueRipple:
             joints = tuple(int(j) for j in np.flatnonzero(row) if arm.moving[j])
             if not joints or len(joints) > 2:
                 continue
-            unit = row / np.abs(row).max()
-            place = {f"turn_{s}": float(row[j]) for s, j in zip("ab", joints, strict=False)}
-            place |= {f"lever_{s}": float(unit[j]) for s, j in zip("ab", joints, strict=False)}
-            forms = {"torque": "N m"} | ({"share": "1"} if np.count_nonzero(row) == 1 else {})
-            for form, unit in forms.items():
-                names = (Coefficient("sine", unit), Coefficient("cosine", unit))
-                found += [
-                    Hypothesis(self.id, joints, joints, names, {"order": k, **place}, form)
-                    for k in self.settings[0].grid
-                ]
+            turns = tuple(float(row[j]) for j in joints)
+            levers = tuple(turn / float(np.abs(row).max()) for turn in turns)
+            forms = ("torque", "share") if np.count_nonzero(row) == 1 else ("torque",)
+            found += [
+                self.at(joints, _Period(k, turns, levers), form)
+                for form in forms
+                for k in self.nonlinear[0].grid
+            ]
         return found
 
-    def columns(self, seen: Observed, hypothesis: Hypothesis) -> Array:
-        """Sine and cosine of a multiple of the motor's angle, through its levers, or of torque."""
-        joints, settings = list(hypothesis.joints), hypothesis.settings
-        turns = np.array([settings[f"turn_{s}"] for s, _ in zip("ab", joints, strict=False)])
-        wave = _wave(seen, joints, turns, round(settings["order"]))
-        parts = np.stack([wave.imag, wave.real], axis=-1)[:, None, :]
-        if hypothesis.variant == "share":
-            return parts * seen.tau[:, joints, None]
-        levers = np.array([settings[f"lever_{s}"] for s, _ in zip("ab", joints, strict=False)])
-        return parts * levers[:, None]
+    def coefficients(self, parameters: _Period, variant: str) -> tuple[Coefficient, ...]:
+        """Sine and cosine: a torque, or a share of it."""
+        unit = "1" if variant == "share" else "N m"
+        return Coefficient("sine", unit), Coefficient("cosine", unit)
 
-    def restated(self, hypothesis: Hypothesis, values: dict[str, Value]) -> dict[str, Value]:
+    def columns(self, seen: Observed, candidate: Candidate[_Period]) -> Array:
+        """Sine and cosine of a multiple of the motor's angle, through its levers, or of torque."""
+        joints, shape = list(candidate.joints), candidate.parameters
+        wave = _wave(seen, joints, np.array(shape.turns), round(shape.order))
+        parts = np.stack([wave.imag, wave.real], axis=-1)[:, None, :]
+        if candidate.variant == "share":
+            return parts * seen.tau[:, joints, None]
+        return parts * np.array(shape.levers)[:, None]
+
+    def as_reported(
+        self, candidate: Candidate[_Period], values: dict[str, Value]
+    ) -> dict[str, Value]:
         """What the drive gives more, where it is a share, not what it was asked for more."""
-        if hypothesis.variant != "share":
+        if candidate.variant != "share":
             return values
         told = ("sine", "cosine")
         return {n: replace(v, value=-v.value) if n in told else v for n, v in values.items()}
 
-    def simulated(self, arm: SimulatedArm, hypothesis: Hypothesis, values: Array) -> SimulatedArm:
+    def simulated(
+        self, arm: SimulatedArm, candidate: Candidate[_Period], values: Array
+    ) -> SimulatedArm:
         """A torque that repeats with the motor's angle; a share is one of the rigid-body torque."""
-        settings, joints = hypothesis.settings, hypothesis.joints
-        order = settings["order"]
-        if hypothesis.variant == "share":
-            numbers = (values[0], values[1], order * settings["turn_a"])
+        joints, (order, turns, levers) = candidate.joints, candidate.parameters
+        if candidate.variant == "share":
+            numbers = (values[0], values[1], order * turns[0])
             return replace(arm, terms=(*arm.terms, Term(_share, joints[0], numbers)))
         other, there, lever = joints[0], 0.0, 0.0
         if len(joints) == 2:
-            other, there, lever = joints[1], order * settings["turn_b"], settings["lever_b"]
+            other, there, lever = joints[1], order * turns[1], levers[1]
         numbers = (
-            values[0], values[1], order * settings["turn_a"], float(other), there,
-            settings["lever_a"], lever,
+            values[0], values[1], order * turns[0], float(other), there,
+            levers[0], lever,
         )  # fmt: skip
         return replace(arm, terms=(*arm.terms, Term(_ripple, joints[0], numbers)))
 

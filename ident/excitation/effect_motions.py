@@ -6,6 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.effects.catalogue import catalogue
+from ident.effects.effect import ExperimentMotion
+from ident.effects.events import EVENTS
 from ident.excitation.constraints import Bounds
 
 Array = NDArray[np.floating]
@@ -118,28 +121,20 @@ def _alone(frame: Frame, period_s: float, speeds: Mapping[int, float], periods: 
     return Sketch(period_s, coefficients, periods)
 
 
-MOTIONS: dict[str, Callable[[Frame], Sketch]] = {
-    "stribeck": slow_reversals,
-    "presliding": slow_reversals,
-    "backlash": slow_reversals,
-    "torque_ripple": slow_reversals,
-    "nonlinear_viscous": speed_staircase,
-    "asymmetric_viscous": speed_staircase,
-    "torque_offset": wide_sweep,
-    "encoder_offset": wide_sweep,
-    "joint_spring": wide_sweep,
-    "load_dependent_friction": load_changes,
-    "torque_gain": load_changes,
-    "torque_saturation": load_changes,
-    "payload": load_changes,
-    "gravity_tilt": stretched_sweep,
-    "coupled_friction": changing_dominance,
-    "coupled_inertia": changing_dominance,
-    "rotor_inertia": fast_reversals,
-    "torque_delay": fast_reversals,
-    "joint_elasticity": fast_reversals,
+MOTIONS: dict[ExperimentMotion, Callable[[Frame], Sketch]] = {
+    ExperimentMotion.SLOW_REVERSALS: slow_reversals,
+    ExperimentMotion.SPEED_STAIRCASE: speed_staircase,
+    ExperimentMotion.FAST_REVERSALS: fast_reversals,
+    ExperimentMotion.WIDE_SWEEP: wide_sweep,
+    ExperimentMotion.LOAD_CHANGES: load_changes,
+    ExperimentMotion.STRETCHED_SWEEP: stretched_sweep,
+    ExperimentMotion.CHANGING_DOMINANCE: changing_dominance,
 }
-"""Motion by the effect's name; effects that are not here want the excitation itself repeated."""
+"""The library; what is not here wants the excitation itself repeated."""
 
-REPEATED = ("thermal_drift", "contact", "dropped_samples")
-"""Effects that show when one motion is repeated for a long time."""
+
+def motion_for(effect: str) -> Callable[[Frame], Sketch] | None:
+    """The motion that shows an effect or event; None: the excitation, repeated for a long time."""
+    if effect in EVENTS:
+        return None
+    return MOTIONS.get(catalogue()[effect].motion)

@@ -8,10 +8,12 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from ident.effects.catalogue import catalogue
+from ident.effects.events import EVENTS
 from ident.excitation.arm_limits import faults_at, possible_pose, some_poses
 from ident.excitation.constraints import bounds_of
 from ident.excitation.design import Design, Place, about, accepted, problem_of
-from ident.excitation.effect_motions import MOTIONS, REPEATED, Frame, Sketch
+from ident.excitation.effect_motions import Frame, Sketch, motion_for
 from ident.excitation.scale_into_limits import fit
 from ident.excitation.settings import DesignSettings
 from ident.excitation.trajectory_grid import grid, series_of
@@ -50,8 +52,9 @@ def purpose_of(text: str) -> Purpose:
     if text.endswith(".json"):
         return _purpose_of_gap(Path(text))
     effect, colon, number = text.partition(":")
-    if effect not in MOTIONS and effect not in REPEATED:
-        valid = ", ".join(sorted({*MOTIONS, *REPEATED}))
+    known = {*catalogue(), *EVENTS}
+    if effect not in known:
+        valid = ", ".join(sorted(known))
         raise ConfigurationError("--for", [f"no effect {effect!r}; valid are {valid}"])
     if colon and not number.isdecimal():
         raise ConfigurationError("--for", [f"{number!r} is not the number of a joint"])
@@ -86,11 +89,11 @@ def _motion(place: Place, purpose: Purpose) -> Design:
     n = place.robot.dof
     if purpose.joint is not None and not 1 <= purpose.joint <= n:
         raise ConfigurationError("--for", [f"no joint {purpose.joint}; the arm has 1 to {n}"])
-    if purpose.effect in REPEATED:
+    build = motion_for(purpose.effect)
+    if build is None:
         return _repeated(place)
     frame = _frame(place, purpose.joint or 1)
-    sketch = MOTIONS[purpose.effect](frame)
-    return _drawn(place, sketch, frame.pose)
+    return _drawn(place, build(frame), frame.pose)
 
 
 def _drawn(place: Place, sketch: Sketch, pose: Array) -> Design:

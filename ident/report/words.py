@@ -5,6 +5,8 @@ from collections.abc import Callable, Mapping, Sequence
 from itertools import chain, takewhile
 from typing import Any
 
+from ident.effects.events import CONTACT
+
 DASH = "–"
 """What stands where there is no number."""
 
@@ -167,7 +169,7 @@ def kinds_text(
     """
     kinds: dict[tuple[str, tuple[int, ...]], list[Sequence[int]]] = {}
     for e in effects:
-        place = () if e["name"] == "contact" else tuple(e["joints"])
+        place = () if e["name"] == CONTACT.id else tuple(e["joints"])
         kinds.setdefault((e["name"], place), []).append(e["joints"])
     return [
         f"{title(name)} at {of(sorted(set(chain.from_iterable(joints))))}"

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ident.effects.catalogue import catalogue
+from ident.effects.events import EVENTS
 from ident.gap.data.experiment import Experiment, read_experiment, trusting
 from ident.gap.regression.feasible_fit import FeasibleModel, feasible_fit
 from ident.gap.results.error_by_term import steps
@@ -201,7 +202,7 @@ def _report(outcome: _Outcome, content: dict[str, Any]) -> GapReport:
     labels = joint_labels(names)
     joints = list(dict.fromkeys(w["joint"] - 1 for w in content["where"]))
     joints = joints[:_MOST_JOINTS] or np.flatnonzero(found.source.moving).tolist()
-    effects = catalogue()
+    effects = catalogue() | EVENTS
     return GapReport(
         content,
         found.source.arm.name,

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.effects.candidate import Value
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Value
+from ident.effects.events import CONTACT
 from ident.gap.regression.scoring import Score
 from ident.gap.results.error_by_term import Step
 from ident.gap.results.held_out_error import Errors, HeldOut, Share
@@ -93,11 +94,10 @@ def _contact(found: Search, transient: Transient) -> Content:
     parameters["end"] = {"value": transient.end_s, "sd": step, "unit": "s"}
     evidence = {
         "gain_nats_per_sample": transient.gain,
-        "asked_nats_per_sample": found.threshold.of("contact"),
+        "asked_nats_per_sample": found.threshold.of(CONTACT.id),
         "log": transient.log + 1,
     }
-    equation = catalogue()["contact"].equation
-    return _entry("contact", transient.joints, parameters, equation, evidence, [], None)
+    return _entry(CONTACT.id, transient.joints, parameters, CONTACT.equation, evidence, [], None)
 
 
 def _entry(

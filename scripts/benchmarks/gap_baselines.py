@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from pysindy.optimizers import STLSQ
 from sklearn.linear_model import ARDRegression, OrthogonalMatchingPursuit
 
-from ident.effects.effect import Hypothesis
+from ident.effects.candidate import Candidate
 from ident.gap.data.experiment import base_columns, experiment, facts_of
 from ident.gap.data.segments import segments
 from ident.gap.data.windows import windows_for
@@ -52,7 +52,7 @@ class Problem:
 
     columns: Array
     residual: Array
-    hypotheses: list[Hypothesis]
+    hypotheses: list[Candidate]
 
 
 def problem_of(recorded: Run, log: str) -> Problem:
@@ -74,7 +74,7 @@ def problem_of(recorded: Run, log: str) -> Problem:
             continue
         h = hypotheses[i]
         gain = float(np.sum((np.linalg.qr(c)[0].T @ left) ** 2))
-        key = (h.effect, h.joints, h.settings.get("order"))
+        key = (h.effect, h.joints, h.numbers.get("order"))
         if key not in best or gain > best[key][0]:
             best[key] = (gain, i)
     chosen = [i for _, i in best.values()]
@@ -130,7 +130,7 @@ METHODS: dict[str, Callable[[Problem, float], Array]] = {"STLSQ": stlsq, "ARD": 
 _PENALTIES = np.geomspace(0.02, 0.8, 20)
 
 
-def name_of(p: Problem, coefficients: Array) -> Hypothesis | None:
+def name_of(p: Problem, coefficients: Array) -> Candidate | None:
     """The effect at a place whose columns explain most."""
     sizes: dict[tuple[object, ...], float] = {}
     for h, value in zip(p.hypotheses, coefficients, strict=True):
@@ -148,7 +148,7 @@ def penalty_for(method: Callable[[Problem, float], Array], nulls: list[Problem])
     return float(_PENALTIES[-1])
 
 
-def right(recorded: Run, named: Hypothesis | None) -> bool:
+def right(recorded: Run, named: Candidate | None) -> bool:
     """Whether effect and joint are right, or nothing is said of an unknown one."""
     (case,) = recorded.cases
     if case.answer == "unknown" or named is None:

@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import chain_of, torques
+from ident.effects.catalogue import torque_scale_effect
+from ident.effects.events import DROPPED_SAMPLES
 from ident.gap.data.experiment import Experiment
 from wamctl.arm.recording import Recording
 from wamctl.arm.robot import cad_parameters
@@ -58,7 +60,7 @@ def _stamps(recording: Recording, name: str) -> list[Fault]:
     if count < max(_LEAST_EVENTS, _SHARE * len(steps)):
         return []
     text = f"{name}: {lost} samples are missing by their stamps, and {repeated} stamps repeat."
-    return [Fault("dropped_samples", (), text, count)]
+    return [Fault(DROPPED_SAMPLES.id, (), text, count)]
 
 
 def _lost(steps: NDArray[np.int64], period: float) -> int:
@@ -90,7 +92,7 @@ def _samples(recording: Recording, name: str) -> list[Fault]:
         f"{name}: {repeated} samples repeat the one before, and {jumped} times a sample is lost,"
         " on all moving joints at once, although the stamps are even."
     )
-    return [Fault("dropped_samples", (), text, count)]
+    return [Fault(DROPPED_SAMPLES.id, (), text, count)]
 
 
 def _smallest(step: Array) -> float:
@@ -134,7 +136,7 @@ def _signs(source: Experiment, model: Array, torque: Array, power: Array) -> lis
         against = work.mean() < -4.0 * work.std() / np.sqrt(max(len(work) / 40.0, 1.0))
         if inner / size < -_CLEAR or (against and inner / size < 0.3):
             text = f"The torque of joint {j + 1} has the wrong sign: it takes energy from friction."
-            found.append(Fault("torque_gain", (int(j),), text, -1.0))
+            found.append(Fault(torque_scale_effect().id, (int(j),), text, -1.0))
         elif inner / size > _CLEAR:
             known.append(inner / float(model[:, j] @ model[:, j]))
     if known and not found:
@@ -144,5 +146,5 @@ def _signs(source: Experiment, model: Array, torque: Array, power: Array) -> lis
                 f"The torque is {gain:.3g} times what the arm's own weight asks for: its unit is"
                 " wrong; give joint torque in N m."
             )
-            found.append(Fault("torque_gain", (), text, gain))
+            found.append(Fault(torque_scale_effect().id, (), text, gain))
     return found

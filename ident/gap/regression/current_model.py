@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.effects.candidate import Candidate, NonlinearParameter
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Effect, Hypothesis, Linearises, Reshapes, Setting
+from ident.effects.effect import Effect
 from ident.effects.observation import ArmFacts
 from ident.effects.observing import CurrentModel, on_links
 from ident.effects.reversal_friction import SLOW, USUAL, MaxwellSlipMixture, reversal_speed
@@ -44,7 +45,7 @@ class CurrentFit:
     """
 
     model: CurrentModel
-    accepted: tuple[Hypothesis, ...]
+    accepted: tuple[Candidate, ...]
     fit: Fit
 
 
@@ -59,7 +60,7 @@ def nominal_fit(rows: WindowedRows, facts: ArmFacts) -> CurrentFit:
     return _settled(rows, CurrentFit(model, (), nothing))
 
 
-def extend(rows: WindowedRows, present: CurrentFit, hypotheses: Sequence[Hypothesis]) -> CurrentFit:
+def extend(rows: WindowedRows, present: CurrentFit, hypotheses: Sequence[Candidate]) -> CurrentFit:
     """The model with more effects, everything fitted again."""
     return _settled(rows, replace(present, accepted=(*present.accepted, *hypotheses)))
 
@@ -101,16 +102,16 @@ def _updated(rows: WindowedRows, present: CurrentFit, found: Fit, least: Array) 
     )
 
 
-def all_hypotheses(facts: ArmFacts) -> list[Hypothesis]:
+def all_hypotheses(facts: ArmFacts) -> list[Candidate]:
     """Everything that the catalogue can look for, in recordings alone or beside a trusted model."""
-    effects = [e for e in catalogue().values() if facts.trusted or not e.compares]
-    return [h for e in effects for h in e.hypotheses(facts)]
+    effects = [e for e in catalogue().values() if facts.trusted or not e.needs_reference_model]
+    return [h for e in effects for h in e.candidates(facts)]
 
 
 def examine(
     rows: WindowedRows,
     present: CurrentFit,
-    hypotheses: Sequence[Hypothesis],
+    hypotheses: Sequence[Candidate],
     exact: int = EXACT_PER_PLACE,
 ) -> tuple[Table, list[Score]]:
     """Scores of hypotheses beside the model so far, on the folds that are searched."""
@@ -127,7 +128,7 @@ def refine_nonlinear_parameters(
 ) -> list[Score]:
     """The same effect at the same place with its settings tuned, one of each form, best first."""
     effect = catalogue()[score.hypothesis.effect]
-    if isinstance(effect, Linearises):
+    if not effect.linear_in_coefficients:
         return [_linearised(rows, present, effect, score)]
     best = {_form(effect, score.hypothesis): score}
     for finer, late in itertools.product(range(_REFINEMENTS), (False, True)):
@@ -144,20 +145,20 @@ def refine_nonlinear_parameters(
     return sorted(best.values(), key=lambda s: -s.penalised_gain)
 
 
-def _linearised(rows: WindowedRows, present: CurrentFit, effect: Linearises, score: Score) -> Score:
+def _linearised(rows: WindowedRows, present: CurrentFit, effect: Effect, score: Score) -> Score:
     """An effect with its columns formed about the coefficients that it comes out with."""
     for _ in range(_LINEARISATIONS):
-        _, found = examine(rows, present, [effect.about(score.hypothesis, score.values)])
+        _, found = examine(rows, present, [effect.linearised_at(score.hypothesis, score.values)])
         if not found:
             break
         score = found[0]
     return score
 
 
-def _moved(setting: Setting, value: float, finer: int) -> list[float]:
+def _moved(setting: NonlinearParameter, value: float, finer: int) -> list[float]:
     """Values about one, within the step of the setting's grid."""
     closer, steps = _CLOSER**finer, np.linspace(-1.0, 1.0, _FINER)
-    if setting.even:
+    if setting.linear_grid:
         near = value + steps * np.diff(setting.grid).max() / closer
         return np.clip(near, setting.lower, setting.upper).tolist()
     sizes = abs(value) * np.exp(steps * _grid_step(setting.grid, value) / closer)
@@ -174,39 +175,31 @@ def _grid_step(grid: Sequence[float], value: float) -> float:
     return float(steps[max(here - 1, 0) : here + 1].max())
 
 
-def _form(effect: Effect, hypothesis: Hypothesis) -> tuple[float, ...]:
+def _form(effect: Effect, hypothesis: Candidate) -> tuple[float, ...]:
     """Settings of which only the grid's own values make sense."""
-    names = [s.name for s in effect.settings if s.whole]
-    return tuple(hypothesis.settings[n] for n in names if n in hypothesis.settings)
+    names, numbers = [s.name for s in effect.nonlinear if s.discrete], hypothesis.numbers
+    return tuple(numbers[n] for n in names if n in numbers)
 
 
-def _neighbours(effect: Effect, hypothesis: Hypothesis, finer: int, late: bool) -> list[Hypothesis]:
+def _neighbours(effect: Effect, hypothesis: Candidate, finer: int, late: bool) -> list[Candidate]:
     """Hypotheses with the settings moved by less than the step of their grids.
 
     Settings are moved together, at first over all forms: a speed and an exponent stand in for each
     other. Late ones have their own turn, in which they are moved one at a time.
     """
-    own = [s for s in effect.settings if s.name in hypothesis.settings and len(s.grid) > 1]
-    value = hypothesis.settings
+    value = hypothesis.numbers
+    own = [s for s in effect.nonlinear if s.name in value and len(s.grid) > 1]
     if late:
         alone = [(s.name, x) for s in own if _turns(s) for x in _moved(s, value[s.name], 0)]
-        return [_with(effect, hypothesis, dict([changed])) for changed in alone]
-    moved = [s for s in own if not s.whole and not s.late]
-    forms = [s for s in own if s.whole and not finer]
-    if not moved and not any(s.late for s in forms):
+        return [effect.moved(hypothesis, dict([changed])) for changed in alone]
+    moved = [s for s in own if not s.discrete and not s.refine_only]
+    forms = [s for s in own if s.discrete and not finer]
+    if not moved and not any(s.refine_only for s in forms):
         return []
     choices = [[(s.name, x) for x in _moved(s, value[s.name], finer)] for s in moved]
     choices += [[(s.name, x) for x in s.grid] for s in forms]
-    return [_with(effect, hypothesis, dict(changed)) for changed in itertools.product(*choices)]
+    return [effect.moved(hypothesis, dict(changed)) for changed in itertools.product(*choices)]
 
 
-def _turns(setting: Setting) -> bool:
-    return setting.late and not setting.whole
-
-
-def _with(effect: Effect, hypothesis: Hypothesis, changed: dict[str, float]) -> Hypothesis:
-    settings = {**hypothesis.settings, **changed}
-    shaped = replace(hypothesis, settings=settings)
-    if isinstance(effect, Reshapes):
-        shaped = replace(shaped, coefficients=effect.coefficients(settings))
-    return shaped
+def _turns(setting: NonlinearParameter) -> bool:
+    return setting.refine_only and not setting.discrete

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.dynamics.compiled_regressor import regressor
+from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Hypothesis
 from ident.effects.observation import ArmFacts, Observed
 from ident.effects.observing import CurrentModel, observed
 from ident.effects.reversal_friction import BASIS
@@ -73,7 +73,7 @@ class Table:
 
     grams: NormalEquations
     slots: dict[int, ColumnIndex]
-    hypotheses: tuple[Hypothesis, ...]
+    hypotheses: tuple[Candidate, ...]
     columns: tuple[Array, ...]
     fold: NDArray[np.int64]
     region: NDArray[np.int64]
@@ -138,8 +138,8 @@ def _turning_columns(s: SmoothedSegment, windows: Windows) -> Array:
 def build_design_matrix(
     rows: WindowedRows,
     model: CurrentModel,
-    accepted: Sequence[Hypothesis],
-    candidates: Sequence[Hypothesis] = (),
+    accepted: Sequence[Candidate],
+    candidates: Sequence[Candidate] = (),
 ) -> Table:
     """Inner products of the model's columns, and of each candidate's with them.
 
@@ -199,7 +199,7 @@ def build_design_matrix(
     return Table(grams, slots, tuple(hypotheses), tuple(kept), fold, region, segment, t)
 
 
-def _slots(hypotheses: Sequence[Hypothesis], dof: int) -> tuple[dict[int, ColumnIndex], list[int]]:
+def _slots(hypotheses: Sequence[Candidate], dof: int) -> tuple[dict[int, ColumnIndex], list[int]]:
     widths = [0] * dof
     slots = {}
     for i, h in enumerate(hypotheses):
@@ -221,7 +221,7 @@ def _places_of(
 def _extra_columns(
     rows: WindowedRows,
     model: CurrentModel,
-    hypotheses: Sequence[Hypothesis],
+    hypotheses: Sequence[Candidate],
     slots: dict[int, ColumnIndex],
     widths: list[int],
     segment: int,
@@ -242,9 +242,9 @@ def _extra_columns(
     return found
 
 
-def _key(h: Hypothesis, model: CurrentModel, segment: int) -> tuple[object, ...]:
+def _key(h: Candidate, model: CurrentModel, segment: int) -> tuple[object, ...]:
     """What the windowed columns of a hypothesis depend on."""
-    uses = catalogue()[h.effect].uses
+    uses = catalogue()[h.effect].depends_on
     direction = model.shapes[list(h.joints)].tobytes() if "direction" in uses else b""
     parameters = model.facts.delta.tobytes() if "model" in uses else b""
     if "friction" in uses or ("torque" in uses and not model.facts.commanded):
@@ -261,15 +261,12 @@ class _Views:
         self._every = body_step(windows)
         self._seen: tuple[Observed, Observed] | None = None
 
-    def mean(self, h: Hypothesis) -> Array:
+    def mean(self, h: Candidate) -> Array:
         """Windowed columns of a hypothesis, shape (R, len(rows), k)."""
         effect = catalogue()[h.effect]
         if self._seen is None:
             self._seen = observed(self._stretch, self._model, self._every)
         fine, coarse = self._seen
-        if effect.smooth:
-            columns = self._windows.coarser(self._every).mean(effect.columns(coarse, h))
-        else:
-            columns = self._windows.mean(effect.columns(fine, h))
-        elsewhere = h.settings.get("log", self._stretch.log) != self._stretch.log
-        return columns * (0.0 if elsewhere else 1.0)
+        if effect.band_limited:
+            return self._windows.coarser(self._every).mean(effect.columns(coarse, h))
+        return self._windows.mean(effect.columns(fine, h))

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Hypothesis, Steepens
 from ident.effects.reversal_friction import best_mixture, parts_of
 from ident.gap.regression.design_matrix import Table
 from ident.gap.regression.normal_equations import NormalEquations
@@ -34,7 +34,7 @@ class Score:
     """
 
     index: int
-    hypothesis: Hypothesis
+    hypothesis: Candidate
     fit: Fit
     gain: float
 
@@ -142,7 +142,7 @@ def _shortlist(
 
 
 def gain_with(
-    reduced: Array, torque: Array, turnings: int, slot: ColumnIndex, hypothesis: Hypothesis
+    reduced: Array, torque: Array, turnings: int, slot: ColumnIndex, hypothesis: Candidate
 ) -> tuple[float, Array]:
     """Half the drop of weighted squares for a hypothesis and the reversal curves that suit it.
 
@@ -174,22 +174,21 @@ def gain_with(
     return drop + float(torque[own] @ back[:, -1]) / 2, weights
 
 
-def _plausible(values: Array, hypothesis: Hypothesis) -> bool:
+def _plausible(values: Array, hypothesis: Candidate) -> bool:
     pairs = zip(values, hypothesis.coefficients, strict=True)
     return all(c.lower <= v <= c.upper for v, c in pairs)
 
 
-def _falls(found: Fit, grams: NormalEquations, hypothesis: Hypothesis) -> bool:
-    effect = catalogue()[hypothesis.effect]
-    if not isinstance(effect, Steepens):
-        return False
-    return effect.falls(found.effects[-1], float(found.x[grams.base + hypothesis.joints[0]]))
+def is_plausible(candidate: Candidate, found: Fit, tuned: bool) -> bool:
+    """Whether the effect that a fit has last can be meant, by its own judgement."""
+    viscous = float(found.viscous[candidate.joints[0]])
+    return catalogue()[candidate.effect].is_plausible(candidate, found.effects[-1], viscous, tuned)
 
 
 def _score(table: Table, present: Fit, index: int, choice: ModelStructure) -> Score | None:
     hypothesis = table.hypotheses[index]
     found = fit(table.grams, choice, present.sigma)
-    if not _plausible(found.effects[-1], hypothesis) or _falls(found, table.grams, hypothesis):
+    if not _plausible(found.effects[-1], hypothesis) or not is_plausible(hypothesis, found, False):
         return None
     return Score(index, hypothesis, found, found.gain_over(present))
 

@@ -112,6 +112,13 @@ class Fit:
         start = len(self.x) - sum(widths)
         return np.split(self.x[start:], np.cumsum(widths)[:-1]) if widths else []
 
+    @property
+    def viscous(self) -> Array:
+        """Viscous friction of each joint [N m s/rad], shape (n,)."""
+        n, widths = len(self.sigma), sum(s.width for s in self.choice.slots)
+        first = len(self.x) - widths - 2 * n
+        return self.x[first : first + n]
+
     def gains_over(self, other: "Fit") -> Array:
         """Mean log ratio of the residuals of each joint [nats per sample], shape (n,).
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import chain_of
-from ident.effects.effect import Hypothesis
+from ident.effects.candidate import Candidate
 from ident.gap.data.experiment import Experiment, controller_of, wire_of
 from ident.gap.regression.feasible_fit import FeasibleModel
 from ident.gap.selection.null_arms import can_simulate, null_arm, wanted_motion
@@ -40,7 +40,7 @@ class Forward:
 
 
 def forward(
-    source: Experiment, fitted: FeasibleModel, accepted: Sequence[Hypothesis]
+    source: Experiment, fitted: FeasibleModel, accepted: Sequence[Candidate]
 ) -> list[Forward]:
     """Every recording simulated with a model; none where controller or reference are unknown.
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.effects.effect import Hypothesis
+from ident.effects.candidate import Candidate
 from ident.effects.identified_effect import effects_entries
 from ident.effects.smoothed_segment import DIRECTION_HZ, MOTION_HZ
 from ident.gap.data.experiment import Experiment
@@ -25,7 +25,7 @@ def model_with(
     windows: Windows,
     fitted: FeasibleModel,
     fit: Fit,
-    accepted: Sequence[Hypothesis],
+    accepted: Sequence[Candidate],
     slow: Array,
 ) -> Model:
     """The possible arm with its effects, as `model.yaml` keeps it.

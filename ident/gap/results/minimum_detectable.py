@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Hypothesis
 from ident.gap.regression.current_model import SEARCHED, all_hypotheses
 from ident.gap.regression.design_matrix import Table, build_design_matrix
 from ident.gap.regression.weighted_fit import Fit, fit, places, solve
@@ -55,18 +55,17 @@ def _unseen(found: Search, seen: dict[str, dict[int, float]]) -> dict[str, tuple
     searched = {h.effect for h in all_hypotheses(found.end.model.facts)}
     unseen: dict[str, tuple[int, ...]] = {}
     for name, effect in catalogue().items():
-        if not effect.compares and name not in searched:
-            continue  # looked for in other ways: in time, or in the samples
+        if not effect.needs_reference_model and name not in searched:
+            continue  # it has no place on this arm, as a ripple where motors are unknown
         missing = tuple(j for j in range(dof) if j not in seen.get(name, {}))
-        paired = name in ("coupled_friction", "coupled_inertia")
         if len(missing) == dof:
             unseen[name] = ()
-        elif missing and not paired:
+        elif missing and not effect.acts_on_pairs:
             unseen[name] = missing
     return unseen
 
 
-def _smallest(table: Table, now: Fit, index: int, h: Hypothesis, gain: float, peak: Array) -> float:
+def _smallest(table: Table, now: Fit, index: int, h: Candidate, gain: float, peak: Array) -> float:
     """First coefficient at which the effect gains as much as is asked of it; infinite if never."""
     left, raw = _projected(table, now, index)
     if (np.diag(left) <= _ABSORBED * np.diag(raw)).any():
@@ -79,7 +78,7 @@ def _smallest(table: Table, now: Fit, index: int, h: Hypothesis, gain: float, pe
         for row, j in enumerate(h.rows)
     ]
     never = max(torque) < _NO_TORQUE or size * max(torque) > 1.0
-    return np.inf if never else max(size, h.coefficients[0].least)
+    return np.inf if never else max(size, h.coefficients[0].min_size)
 
 
 def _raw_square(table: Table, index: int, row: int) -> float:

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.effects.candidate import Candidate, fields_of
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import FormUncertainty, Hypothesis, Judges
+from ident.effects.effect import FormUncertainty
 from ident.gap.data.noise_regions import Region
 from ident.gap.regression.current_model import (
     CurrentFit,
@@ -17,7 +18,7 @@ from ident.gap.regression.current_model import (
 )
 from ident.gap.regression.design_matrix import Table, WindowedRows
 from ident.gap.regression.residuals import memory_of, residuals
-from ident.gap.regression.scoring import Score
+from ident.gap.regression.scoring import Score, is_plausible
 from ident.gap.regression.weighted_fit import Fit, mean_squares
 from ident.gap.selection.cross_validation import held_out_gains, holds
 from ident.gap.selection.misspecification import maybe_misspecification, significant_beside
@@ -64,7 +65,7 @@ class AcceptedEffect:
     forms: tuple[Score, ...] = ()
 
     @property
-    def hypothesis(self) -> Hypothesis:
+    def hypothesis(self) -> Candidate:
         """What it is."""
         return self.score.hypothesis
 
@@ -91,7 +92,7 @@ def main_joints(score: Score, before: Fit) -> tuple[int, ...]:
 def next_effects(
     rows: WindowedRows,
     present: CurrentFit,
-    hypotheses: Sequence[Hypothesis],
+    hypotheses: Sequence[Candidate],
     asked: Criterion,
     found: Sequence[AcceptedEffect],
 ) -> tuple[list[AcceptedEffect], list[Score]]:
@@ -140,7 +141,7 @@ def try_pair(
     rows: WindowedRows,
     present: CurrentFit,
     score: Score,
-    hypotheses: Sequence[Hypothesis],
+    hypotheses: Sequence[Candidate],
     threshold: Threshold,
     found: Sequence[AcceptedEffect],
 ) -> list[AcceptedEffect]:
@@ -165,7 +166,7 @@ def try_pair(
 def _best_beside(
     rows: WindowedRows,
     present: CurrentFit,
-    hypotheses: Sequence[Hypothesis],
+    hypotheses: Sequence[Candidate],
     threshold: Threshold,
     found: Sequence[AcceptedEffect],
 ) -> AcceptedEffect | None:
@@ -180,8 +181,7 @@ def _best_beside(
 
 
 def _is_plausible(score: Score) -> bool:
-    effect = catalogue()[score.hypothesis.effect]
-    return not isinstance(effect, Judges) or effect.makes_sense(score.hypothesis, score.values)
+    return is_plausible(score.hypothesis, score.fit, True)
 
 
 def _believable(
@@ -190,7 +190,7 @@ def _believable(
     if score.gain < threshold.of(score.hypothesis.effect):
         return False
     sizes = zip(score.values, score.hypothesis.coefficients, strict=True)
-    if all(abs(value) < coefficient.least for value, coefficient in sizes):
+    if all(abs(value) < coefficient.min_size for value, coefficient in sizes):
         return False
     return not any(_same(earlier.hypothesis, score.hypothesis) for earlier in found)
 
@@ -234,17 +234,18 @@ def _all_that_is_missing(
     return bool((tuned**2 - quiet**2 < _LEFT * (now**2 - quiet**2)).all())
 
 
-def _same(first: Hypothesis, second: Hypothesis) -> bool:
+def _same(first: Candidate, second: Candidate) -> bool:
     """Whether they differ only in settings that are tuned: a second one is no further effect."""
     if (first.effect, first.joints) != (second.effect, second.joints):
         return False
     effect = catalogue()[first.effect]
     curve = (
-        effect.freedom is FormUncertainty.SPEED
+        effect.form_uncertainty is FormUncertainty.SPEED
     )  # over speed: all its forms are tried where it is
-    tuned = {s.name for s in effect.settings if not s.whole or s.late or curve}
-    settings = set(first.settings.items()) ^ set(second.settings.items())
-    return all(name in tuned for name, _ in settings)
+    tuned = {s.name for s in effect.nonlinear if not s.discrete or s.refine_only or curve}
+    others = fields_of(second.parameters)
+    fixed = ((n, v) for n, v in fields_of(first.parameters).items() if n not in tuned)
+    return all(others[name] == value for name, value in fixed)
 
 
 def _found(

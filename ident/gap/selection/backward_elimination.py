@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ident.effects.effect import Hypothesis
+from ident.effects.candidate import Candidate
 from ident.gap.regression.current_model import HELD_OUT, CurrentFit
 from ident.gap.regression.design_matrix import build_design_matrix
 from ident.gap.regression.weighted_fit import mean_log_ratio, predicted_rms
@@ -43,8 +43,6 @@ def confirm(way: SelectionState) -> None:
 def _held_gain(way: SelectionState, index: int) -> float:
     """By how much one of the effects shrinks the held-out residual of its joints [nats]."""
     effect = way.found[index]
-    if "log" in effect.hypothesis.settings:
-        return np.inf
     without = with_only(way, [f for i, f in enumerate(way.found) if i != index])
     errors = []
     for present in (without, way.present):
@@ -71,6 +69,6 @@ def keep_significant(
     return fresh, larger
 
 
-def may_be_another(h: Hypothesis) -> bool:
+def may_be_another(h: Candidate) -> bool:
     """Whether an effect without a part of it that is not sure is another one."""
-    return any(c.essential for c in h.coefficients)
+    return any(c.defining for c in h.coefficients)

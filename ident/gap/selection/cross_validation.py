@@ -24,8 +24,6 @@ def excites(table: Table, index: int, present: Fit, fold: int) -> bool:
 
 def holds(table: Table, score: Score, before: Fit) -> bool:
     """Whether every part of the data is predicted clearly better with the effect than without."""
-    if "log" in score.hypothesis.settings:
-        return True
     gains = held_out_gains(table, score, before)
     return bool(gains) and min(gains) > _HELD * score.gain
 

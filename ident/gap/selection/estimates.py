@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.effects.candidate import Candidate, Value
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Bends, Extrapolates, Hypothesis, Restates, SaysTwice, Value
 from ident.gap.regression.current_model import CurrentFit
 from ident.gap.regression.design_matrix import (
     EXCLUDED,
@@ -45,7 +45,7 @@ class FinalEstimates:
         parameters: of each effect, by name.
     """
 
-    hypotheses: tuple[Hypothesis, ...]
+    hypotheses: tuple[Candidate, ...]
     fit: Fit
     parameters: tuple[dict[str, Value], ...]
 
@@ -68,12 +68,12 @@ def clear(rows: WindowedRows, model: CurrentFit, count: int) -> list[bool]:
 
 
 def _sureness(
-    hypotheses: Sequence[Hypothesis], parameters: Sequence[dict[str, Value]]
+    hypotheses: Sequence[Candidate], parameters: Sequence[dict[str, Value]]
 ) -> list[float]:
     """Largest ratio of a telling coefficient to its standard deviation, of each effect."""
     found = []
     for h, values in zip(hypotheses, parameters, strict=True):
-        telling = [c.name for c in h.coefficients if c.essential]
+        telling = [c.name for c in h.coefficients if c.defining]
         names = telling or [c.name for c in h.coefficients]
         sizes = [values[n] for n in names if n in values]
         found.append(max((abs(v.value) / max(v.sd, _TINY) for v in sizes), default=0.0))
@@ -118,7 +118,7 @@ def final_estimates(
     return FinalEstimates(stepped, now, tuple(named))
 
 
-def _form_errors(h: Hypothesis, item: AcceptedEffect, slow: Array) -> dict[str, float]:
+def _form_errors(h: Candidate, item: AcceptedEffect, slow: Array) -> dict[str, float]:
     """Relative standard deviation of each value that comes from not knowing the effect's form."""
     first = {name: x for name, x in _sizes(item.score).items() if x}
     parts = {
@@ -126,26 +126,26 @@ def _form_errors(h: Hypothesis, item: AcceptedEffect, slow: Array) -> dict[str, 
         for name, x in first.items()
     }
     effect = catalogue()[h.effect]
-    if isinstance(effect, Extrapolates):
-        unseen = effect.unseen(h, float(slow[h.joints[0]]))
+    unseen = effect.unobserved_fraction(h, float(slow[h.joints[0]]))
+    if unseen > 0.0:
         parts |= {c.name: float(np.hypot(parts[c.name], unseen)) for c in h.coefficients}
-    if isinstance(effect, SaysTwice):
-        coefficient, setting = effect.twice
+    if effect.same_number is not None:
+        coefficient, setting = effect.same_number
         if first.get(coefficient):
-            apart = abs(h.settings[setting] / first[coefficient] - 1.0)
+            apart = abs(h.numbers[setting] / first[coefficient] - 1.0)
             parts[coefficient] = float(np.hypot(parts[coefficient], apart))
     return parts
 
 
 def _bend_errors(
-    rows: WindowedRows, end: CurrentFit, now: Fit, hypotheses: Sequence[Hypothesis], index: int
+    rows: WindowedRows, end: CurrentFit, now: Fit, hypotheses: Sequence[Candidate], index: int
 ) -> dict[str, float]:
     """Relative change of an effect's coefficients with another form of it, or its next term."""
     h, values = hypotheses[index], now.effects[index]
-    effect = catalogue()[h.effect]
-    if not isinstance(effect, Bends):
+    form = catalogue()[h.effect].alternative_form(h, values)
+    if form is None:
         return {}
-    more = [effect.bent(h, values) if i == index else other for i, other in enumerate(hypotheses)]
+    more = [form if i == index else other for i, other in enumerate(hypotheses)]
     table = build_design_matrix(rows, end.model, more)
     choice = replace(now.choice, slots=tuple(table.slots[i] for i in range(len(more))))
     bent = fit(table.grams.of(range(FOLDS)), choice, now.sigma).effects[index]
@@ -159,28 +159,28 @@ def _bend_errors(
 def _sizes(score: Score) -> dict[str, float]:
     """Coefficients and settings of a score, by name."""
     names = [c.name for c in score.hypothesis.coefficients]
-    return dict(zip(names, map(float, score.values), strict=True)) | score.hypothesis.settings
+    return dict(zip(names, map(float, score.values), strict=True)) | score.hypothesis.numbers
 
 
-def _tunable(h: Hypothesis) -> list[str]:
+def _tunable(h: Candidate) -> list[str]:
     """Settings of a hypothesis that the data may still move."""
-    settings = {s.name: s for s in catalogue()[h.effect].settings}
+    numbers = h.numbers
     return [
-        name
-        for name in h.settings
-        if name in settings and not settings[name].whole and settings[name].reported
+        s.name
+        for s in catalogue()[h.effect].nonlinear
+        if s.name in numbers and s.is_parameter and not s.discrete
     ]
 
 
 def _linearised(
     rows: WindowedRows,
     end: CurrentFit,
-    hypotheses: Sequence[Hypothesis],
+    hypotheses: Sequence[Candidate],
     tunable: Sequence[list[str]],
 ) -> tuple[Table, Fit, list[list[Array]]]:
     """The fit on all data, and each setting's columns, per joint, shape (R,)."""
     moved = [
-        replace(h, settings={**h.settings, name: h.settings[name] * (1 + sign * _STEP)})
+        catalogue()[h.effect].moved(h, {name: h.numbers[name] * (1 + sign * _STEP)})
         for h, names in zip(hypotheses, tunable, strict=True)
         for name in names
         for sign in (1, -1)
@@ -192,7 +192,7 @@ def _linearised(
     for h, names, theta in zip(hypotheses, tunable, now.effects, strict=True):
         for name in names:
             up, down = (_torque(table, place + k, theta) for k in (0, 1))
-            width = 2 * _STEP * h.settings[name]
+            width = 2 * _STEP * h.numbers[name]
             slopes.append([(a - b) / width for a, b in zip(up, down, strict=True)])
             place += 2
     return table, now, slopes
@@ -248,41 +248,42 @@ def _blocks(rows: WindowedRows, table: Table) -> NDArray[np.int64]:
 
 
 def _gauss_newton_step(
-    hypotheses: Sequence[Hypothesis], tunable: Sequence[list[str]], steps: Array
-) -> tuple[Hypothesis, ...]:
+    hypotheses: Sequence[Candidate], tunable: Sequence[list[str]], steps: Array
+) -> tuple[Candidate, ...]:
     """The hypotheses with their settings moved, within bounds and never far."""
     moved, place = [], 0
     for h, names in zip(hypotheses, tunable, strict=True):
-        settings = dict(h.settings)
-        known = {s.name: s for s in catalogue()[h.effect].settings}
+        numbers, effect = h.numbers, catalogue()[h.effect]
+        known = {s.name: s for s in effect.nonlinear}
+        changes = {}
         for name in names:
-            value = settings[name]
+            value = numbers[name]
             step = float(np.clip(steps[place], -_MOST * abs(value), _MOST * abs(value)))
-            settings[name] = float(np.clip(value + step, known[name].lower, known[name].upper))
+            changes[name] = float(np.clip(value + step, known[name].lower, known[name].upper))
             place += 1
-        moved.append(replace(h, settings=settings))
+        moved.append(effect.moved(h, changes))
     return tuple(moved)
 
 
 def _named(
-    hypotheses: Sequence[Hypothesis], tunable: Sequence[list[str]], now: Fit, sd: Array
+    hypotheses: Sequence[Candidate], tunable: Sequence[list[str]], now: Fit, sd: Array
 ) -> list[dict[str, Value]]:
     first = len(now.x) - sum(len(h.coefficients) for h in hypotheses)
     last = len(now.x)
     found = []
     for h, names, theta in zip(hypotheses, tunable, now.effects, strict=True):
         effect = catalogue()[h.effect]
-        units = {s.name: s.unit for s in effect.settings}
+        units = {s.name: s.unit for s in effect.nonlinear}
         values = {}
         for c, value in zip(h.coefficients, theta, strict=True):
             if value != 0.0 or sd[first] > 0.0:  # else a column that this form does not have
                 values[c.name] = Value(float(value), float(sd[first]), c.unit)
             first += 1
         for name in names:
-            values[name] = Value(h.settings[name], float(sd[last]), units[name])
+            values[name] = Value(h.numbers[name], float(sd[last]), units[name])
             last += 1
-        for s in effect.settings:
-            if s.whole and s.reported and s.name in h.settings:
-                values[s.name] = Value(h.settings[s.name], 0.0, s.unit)  # chosen, not estimated
-        found.append(effect.restated(h, values) if isinstance(effect, Restates) else values)
+        for s in effect.nonlinear:
+            if s.discrete and s.is_parameter and s.name in h.numbers:
+                values[s.name] = Value(h.numbers[s.name], 0.0, s.unit)  # chosen, not estimated
+        found.append(effect.as_reported(h, values))
     return found

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import FormUncertainty, Hypothesis
+from ident.effects.effect import FormUncertainty
 from ident.gap.data.noise_regions import Region
 from ident.gap.lack_of_fit.basis_functions import Views, form_columns
 from ident.gap.regression.current_model import SEARCHED, CurrentFit
@@ -27,8 +28,8 @@ def maybe_misspecification(
     score: Score,
     before: Fit,
     seat: Sequence[int],
-    earlier: Sequence[tuple[Hypothesis, Sequence[int], Array]],
-) -> list[tuple[Hypothesis, int]]:
+    earlier: Sequence[tuple[Candidate, Sequence[int], Array]],
+) -> list[tuple[Candidate, int]]:
     """Earlier effects, and joints, beside which an effect is so small that it may be their error.
 
     Args:
@@ -43,7 +44,7 @@ def maybe_misspecification(
     for hypothesis, seat_then, explained in earlier:
         if hypothesis.effect == score.hypothesis.effect:
             continue
-        if catalogue()[hypothesis.effect].freedom is FormUncertainty.NONE:
+        if catalogue()[hypothesis.effect].form_uncertainty is FormUncertainty.NONE:
             continue
         if set(seat_then) & set(here) and drop < _SMALL * explained[here].sum():
             found += [(hypothesis, j) for j in here if j in seat_then]
@@ -55,7 +56,7 @@ def significant_beside(
     present: CurrentFit,
     table: Table,
     score: Score,
-    suspects: Sequence[tuple[Hypothesis, int]],
+    suspects: Sequence[tuple[Candidate, int]],
 ) -> bool:
     """Whether most of an effect's gain is left beside free curves for the forms of others.
 
@@ -75,9 +76,9 @@ def _beside(
     table: Table,
     score: Score,
     joint: int,
-    other: Hypothesis,
+    other: Candidate,
 ) -> bool:
-    freedom = catalogue()[other.effect].freedom
+    freedom = catalogue()[other.effect].form_uncertainty
     if freedom is FormUncertainty.ANY or joint not in score.hypothesis.rows:
         return False
     form = functools.partial(form_columns, joint=joint, freedom=freedom)

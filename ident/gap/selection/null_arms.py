@@ -11,8 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Hypothesis
+from ident.effects.events import CONTACT
 from ident.gap.data.experiment import Experiment
 from ident.gap.data.noise_regions import Region
 from ident.gap.regression.feasible_fit import FeasibleModel
@@ -60,7 +61,7 @@ def least_threshold(trusted: bool = False) -> Threshold:
     A trusted model brings errors of its own, which no simulation of it shows: more is asked then.
     """
     least = _LEAST_BESIDE_TRUSTED if trusted else _LEAST_GAIN
-    gain = dict.fromkeys(catalogue(), least) | {"contact": _LEAST_BURST}
+    gain = dict.fromkeys(catalogue(), least) | {CONTACT.id: _LEAST_BURST}
     return Threshold(gain, 2 * least, 0)
 
 
@@ -88,7 +89,7 @@ def can_simulate(source: Experiment) -> bool:
 
 
 def null_arm(
-    fitted: FeasibleModel, accepted: Sequence[Hypothesis], chain_arm: SimulatedArm
+    fitted: FeasibleModel, accepted: Sequence[Candidate], chain_arm: SimulatedArm
 ) -> SimulatedArm:
     """The fitted arm with its accepted effects."""
     arm = replace(chain_arm, delta=fitted.inertial, viscous=fitted.viscous, coulomb=fitted.coulomb)

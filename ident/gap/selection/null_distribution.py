@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.effects.events import CONTACT
 from ident.gap.data.experiment import Experiment, controller_of, wire_of
 from ident.gap.data.reference_model import known_torque
 from ident.gap.data.segments import segments
@@ -146,14 +147,14 @@ def _run(plan: _Plan, draw: _Draw) -> _Outcome:
     gains: dict[str, float] = {}
     for s in scores:
         small = all(
-            abs(v) < c.least for v, c in zip(s.values, s.hypothesis.coefficients, strict=True)
+            abs(v) < c.min_size for v, c in zip(s.values, s.hypothesis.coefficients, strict=True)
         )
         if not small:
             effect = s.hypothesis.effect
             gains[effect] = max(gains.get(effect, 0.0), s.gain)
     table = build_design_matrix(simulated, now.model, now.accepted)
     transient = find_transient(simulated, table, now.fit, now.fit.choice)
-    gains["contact"] = 0.0 if transient is None else transient.gain
+    gains[CONTACT.id] = 0.0 if transient is None else transient.gain
     left = remaining_structures(simulated, now.model, table, now.fit)
     return gains, max((x.gain for x in left), default=0.0)
 

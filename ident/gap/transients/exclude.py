@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import FormUncertainty
+from ident.effects.events import CONTACT
 from ident.gap.data.experiment import Experiment
 from ident.gap.lack_of_fit.repeatability import pairs
 from ident.gap.regression.current_model import CurrentFit, extend
@@ -39,7 +40,7 @@ def exclude_transients(
     if not way.may_cut:
         return False
     alone, cut = larger is way.present, False
-    least = max(best if alone else _BESIDE * best, way.threshold.of("contact"))
+    least = max(best if alone else _BESIDE * best, way.threshold.of(CONTACT.id))
     for _ in range(_MOST - len(way.transients)):
         transient = _loud(way.rows, larger)
         if transient is None or transient.gain < least:
@@ -65,9 +66,10 @@ def in_presliding_transient(rows: WindowedRows, present: CurrentFit, transient: 
     Every segment begins somewhere between the bristle's ends.
     """
     distances = {
-        h.joints[0]: h.settings["distance"]
+        h.joints[0]: distance
         for h in present.accepted
-        if h.effect == "presliding" and h.joints[0] in transient.joints
+        if (distance := catalogue()[h.effect].memory_distance(h))
+        and h.joints[0] in transient.joints
     }
     for s in rows.segments:
         inside = (s.t >= transient.start_s) & (s.t <= transient.end_s)
@@ -91,7 +93,7 @@ def explained_by_accepted(rows: WindowedRows, present: CurrentFit, transient: Tr
     for i, (h, values) in enumerate(zip(present.accepted, present.fit.effects, strict=True)):
         joint, slot = h.joints[0], table.slots[i]
         if (
-            catalogue()[h.effect].freedom is not FormUncertainty.ANY
+            catalogue()[h.effect].form_uncertainty is not FormUncertainty.ANY
             or joint not in transient.joints
         ):
             continue
@@ -133,7 +135,7 @@ def still_significant(way: SelectionState) -> bool:
     if apart is None or len(way.transients) >= _MOST or apart.mean() > _MUCH:
         return False
     transient = _loud(replace(way.rows, apart=None), way.present)
-    least = way.threshold.of("contact")
+    least = way.threshold.of(CONTACT.id)
     return (
         transient is not None and transient.gain >= least and bool((transient.rows & apart).any())
     )

@@ -8,7 +8,6 @@ from closed_loop import moved, recorded, source_of, wam
 
 from ident.dynamics.compiled_chain import torques
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Coefficient, Hypothesis
 from ident.effects.observation import Observed
 from ident.gap.data.experiment import facts_of
 from ident.gap.regression.design_matrix import build_design_matrix
@@ -27,10 +26,9 @@ MOTOR = [0.2, 0.2, 0.06, 0.03, 3e-4, 3e-4, 1e-4]  # kg m^2
 
 def with_play(joint, half, rubbing=0.0):
     """The simulated arm with play at a joint, as the effect adds it."""
-    size = (Coefficient("half_play", "rad"),)
-    shape = {"play": half, "rubbing": rubbing, "motor_inertia": MOTOR[joint]}
-    play = Hypothesis("backlash", (joint,), tuple(range(7)), size, shape)
-    return catalogue()["backlash"].simulated(wam(), play, np.array([half]))
+    effect = catalogue()["backlash"]
+    shape = effect.Parameters(half, rubbing=rubbing, motor_inertia=MOTOR[joint])
+    return effect.simulated(wam(), effect.at((joint,), shape, rows=range(7)), np.array([half]))
 
 
 @pytest.mark.parametrize("joint", [1, 4])
@@ -113,5 +111,5 @@ def test_an_arm_of_which_two_joints_move_can_have_play(source):
         np.sign,
     )
     effect = catalogue()["backlash"]
-    for hypothesis in effect.hypotheses(facts):
+    for hypothesis in effect.candidates(facts):
         assert np.isfinite(effect.columns(seen, hypothesis)).all()

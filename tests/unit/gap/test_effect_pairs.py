@@ -8,8 +8,8 @@ import pytest
 from closed_loop import recorded, source_of, sticking, wam
 
 from ident.dynamics.compiled_chain import torques
+from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Hypothesis
 from ident.effects.observation import ArmFacts, Observed
 from ident.gap.regression.current_model import (
     SEARCHED,
@@ -92,10 +92,10 @@ def test_the_stiffness_of_a_spring_that_hardens_is_as_uncertain_as_its_form():
 
 
 @pytest.fixture
-def tilt(nothing_hidden) -> tuple[ArmFacts, Hypothesis]:
+def tilt(nothing_hidden) -> tuple[ArmFacts, Candidate]:
     facts = nothing_hidden.start.model.facts
-    (hypothesis,) = catalogue()["gravity_tilt"].hypotheses(facts)
-    return facts, replace(hypothesis, settings={"first_link": 1.0})
+    (hypothesis,) = catalogue()["gravity_tilt"].candidates(facts)
+    return facts, catalogue()["gravity_tilt"].moved(hypothesis, {"first_link": 1.0})
 
 
 def test_a_tilt_is_the_same_for_arms_that_a_level_base_cannot_tell_apart(tilt):
@@ -140,14 +140,15 @@ def test_a_tuned_drag_never_turns_into_friction_that_falls_with_speed(nothing_hi
     assert tried
     for score in tried:
         (drag,) = score.hypothesis.coefficients
-        power = score.hypothesis.settings["power"]
+        power = score.hypothesis.parameters.power
         assert drag.unit == f"N m (s/rad)^{power:g}"
         assert (drag.lower == 0.0) == (power < 1.0)
         assert score.values[0] >= drag.lower
     effect = catalogue()["nonlinear_viscous"]
-    assert effect.falls(np.array([0.2]), -0.1)
-    assert not effect.falls(np.array([0.2]), -0.001)
-    assert not effect.falls(np.array([-0.2]), 0.3)
+    drag = effect.at((0,), effect.Parameters(2.0))
+    assert not effect.is_plausible(drag, np.array([0.2]), -0.1, False)
+    assert effect.is_plausible(drag, np.array([0.2]), -0.001, False)
+    assert effect.is_plausible(drag, np.array([-0.2]), 0.3, False)
 
 
 def test_a_small_rotor_of_the_wrist_is_no_delay_of_its_friction():
@@ -163,10 +164,11 @@ def test_a_small_rotor_of_the_wrist_is_no_delay_of_its_friction():
 
 def test_a_delay_is_of_the_size_that_its_columns_are_made_for():
     effect = catalogue()["torque_delay"]
-    for about in effect.settings[0].grid:
-        (delay,) = effect.coefficients({"about": about})
+    grid = effect.nonlinear[0].grid
+    for about in grid:
+        (delay,) = effect.coefficients(effect.Parameters(about), "")
         assert delay.lower < about < delay.upper
-    bounds = [effect.coefficients({"about": d})[0] for d in effect.settings[0].grid]
+    bounds = [effect.coefficients(effect.Parameters(d), "")[0] for d in grid]
     pairs = [(a, b) for a, b in itertools.pairwise(bounds)]
     assert all(a.upper >= b.lower for a, b in pairs)  # any delay is within reach of a column
 

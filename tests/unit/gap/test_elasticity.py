@@ -5,7 +5,6 @@ import pytest
 from closed_loop import moved, recorded, source_of, wam
 
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Coefficient, Hypothesis
 from ident.gap.results.outcome import Options
 from ident.gap.results.verdict import Kind
 from ident.gap.search import search
@@ -16,10 +15,9 @@ MOTOR = [0.2, 0.2, 0.06, 0.03, 3e-4, 3e-4, 1e-4]  # kg m^2
 
 def springy(joint, give, damped=0.1):
     """The simulated arm whose joint hangs on a spring, as the effect adds it."""
-    compliance = (Coefficient("compliance", "rad/(N m)"),)
-    shape = {"give": give, "rubbing": 0.0, "damped": damped, "motor_inertia": MOTOR[joint]}
-    spring = Hypothesis("joint_elasticity", (joint,), tuple(range(7)), compliance, shape)
-    return catalogue()["joint_elasticity"].simulated(wam(), spring, np.array([give]))
+    effect = catalogue()["joint_elasticity"]
+    shape = effect.Parameters(give, rubbing=0.0, damped=damped, motor_inertia=MOTOR[joint])
+    return effect.simulated(wam(), effect.at((joint,), shape, rows=range(7)), np.array([give]))
 
 
 @pytest.mark.parametrize("joint", [1, 4])

@@ -16,7 +16,7 @@ SIZE = 3.0  # N m/rad
 def sprung(search, folds, until=np.inf):
     """Table and score of a spring that some folds know, with its torque up to some time in them."""
     facts = search.start.model.facts
-    hypotheses = catalogue()["joint_spring"].hypotheses(facts)
+    hypotheses = catalogue()["joint_spring"].candidates(facts)
     spring = next(h for h in hypotheses if h.joints == (JOINT,))
     rows = replace(search.rows, formed={})
     present = nominal_fit(rows, facts)

@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from ident.effects.candidate import Candidate, Coefficient, NoParameters, Value
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Coefficient, Hypothesis, Value
+from ident.effects.events import CONTACT
 from ident.effects.reversal_friction import SLOW, reversal_speed
-from ident.excitation.target_effect import MOTIONS, REPEATED
 from ident.gap.data.data_checks import Fault
 from ident.gap.data.experiment import facts_of
 from ident.gap.data.noise_regions import Region, regions
@@ -28,7 +28,7 @@ from ident.gap.transients.exclude import in_presliding_transient, still_signific
 
 
 def score_of(effect: str) -> Score:
-    hypothesis = Hypothesis(effect, (1,), (1,), (Coefficient("size", "N m"),))
+    hypothesis = Candidate(effect, (1,), (1,), (Coefficient("size", "N m"),), NoParameters())
     ones = np.ones((2, 1))
     fit = Fit(ModelStructure(np.zeros((2, 1))), np.ones(1), ones, ones.astype(int), np.eye(1))
     return Score(0, hypothesis, fit, 0.5)
@@ -145,7 +145,8 @@ def test_a_bristle_that_has_hardly_stretched_is_no_contact():
     t = np.arange(0.0, 6.0, 0.01)
     q = np.column_stack([0.1 * t, np.zeros_like(t)])
     rows = SimpleNamespace(segments=(SimpleNamespace(log=0, t=t, q=q),))
-    bristle = Hypothesis("presliding", (0,), (0,), (), {"distance": 0.01})
+    effect = catalogue()["presliding"]
+    bristle = effect.at((0,), effect.Parameters(0.01), "dahl")
     now, none = SimpleNamespace(accepted=(bristle,)), SimpleNamespace(accepted=())
     early = replace(BURST, joints=(0,), start_s=0.2, end_s=0.8)
     assert in_presliding_transient(rows, now, early)
@@ -185,7 +186,7 @@ def test_recordings_disagree_where_the_model_fails_in_more_than_a_moment():
 
 def test_thresholds_are_twice_what_nothing_reaches_and_never_fall():
     first = least_threshold()
-    assert set(first.gain) == set(catalogue())
+    assert set(first.gain) == {*catalogue(), CONTACT.id}
     second = raised(first, [{"stribeck": 0.2, "payload": 0.001}, {"stribeck": 0.1}], [0.05, 0.0])
     assert second.of("stribeck") == pytest.approx(0.4)
     assert second.of("payload") == first.of("payload")
@@ -195,7 +196,7 @@ def test_thresholds_are_twice_what_nothing_reaches_and_never_fall():
 
 def test_a_drive_that_gives_less_is_reported_as_what_it_gives():
     fitted = {"error": Value(0.25, 0.01, "1")}  # the command is a quarter above the model
-    told = catalogue()["torque_gain"].restated(score_of("torque_gain").hypothesis, fitted)
+    told = catalogue()["torque_gain"].as_reported(score_of("torque_gain").hypothesis, fitted)
     assert told["error"].value == pytest.approx(0.8 - 1.0)
     assert told["error"].sd == pytest.approx(0.01 * 0.8**2)
 
@@ -255,16 +256,12 @@ def test_wide_friction_curves_have_a_wide_slow_region():
     assert reversal_speed(1.0) == SLOW[1]
 
 
-def test_every_effect_has_a_separating_motion():
-    assert set(catalogue()) <= {*MOTIONS, *REPEATED}
-
-
 def test_every_form_of_an_effect_is_tried(source):
-    """At once, by a hypothesis of its own, or late, once the effect leads."""
+    """At once, by a candidate of its own, or late, once the effect leads."""
     for effect in catalogue().values():
-        found = effect.hypotheses(facts_of(source))
-        for setting in (s for s in effect.settings if s.whole and not s.late):
-            begun = {h.settings[setting.name] for h in found if setting.name in h.settings}
+        found = effect.candidates(facts_of(source))
+        for setting in (s for s in effect.nonlinear if s.discrete and not s.refine_only):
+            begun = {h.numbers[setting.name] for h in found if setting.name in h.numbers}
             assert begun == set(setting.grid) or not begun
 
 

@@ -7,7 +7,6 @@ import pytest
 from closed_loop import recorded, source_of, wam
 
 from ident.effects.catalogue import catalogue
-from ident.effects.effect import Linearises
 from ident.gap.data.experiment import facts_of
 from ident.gap.results.outcome import Options
 from ident.gap.search import search
@@ -37,8 +36,8 @@ def test_a_ball_at_the_tool_is_a_payload_and_nothing_else(source):
 
 def test_a_payload_of_no_mass_has_no_centre(source):
     effect = catalogue()["payload"]
-    (hypothesis,) = effect.hypotheses(facts_of(source))
-    assert isinstance(effect, Linearises)
-    assert effect.about(hypothesis, np.array([0.0, 0.1, 0.0, 0.0])) == hypothesis
-    turned = effect.about(hypothesis, np.array([2.0, 0.1, 0.0, -0.4]))
-    assert turned.settings == {"about_x": 0.05, "about_y": 0.0, "about_z": -0.2}
+    (hypothesis,) = effect.candidates(facts_of(source))
+    assert not effect.linear_in_coefficients
+    assert effect.linearised_at(hypothesis, np.array([0.0, 0.1, 0.0, 0.0])) == hypothesis
+    turned = effect.linearised_at(hypothesis, np.array([2.0, 0.1, 0.0, -0.4]))
+    assert turned.numbers == {"about_x": 0.05, "about_y": 0.0, "about_z": -0.2}
