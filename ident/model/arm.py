@@ -75,7 +75,7 @@ def arm_from_file(path: Path, joints: tuple[str, ...]) -> Arm:
         file = load_robot_file(found)
         urdf_path = beside(found, file.robot.urdf)
         return _arm(file, _text(urdf_path), str(urdf_path), str(found))
-    return _plain(_text(found), joints, str(found))
+    return arm_from_urdf(_text(found), joints, str(found))
 
 
 def arm_from_log(carrier: HasAttachments, log: str) -> Arm:
@@ -88,11 +88,21 @@ def arm_from_log(carrier: HasAttachments, log: str) -> Arm:
     urdf, urdf_source = attached_urdf(carrier, log)
     file = attached_config(carrier, log)
     if file is None:
-        return _plain(urdf, carrier.joint_names, urdf_source)
+        return arm_from_urdf(urdf, carrier.joint_names, urdf_source)
     return _arm(file, urdf, urdf_source, config_source(log))
 
 
-def _plain(urdf: str, joints: tuple[str, ...], source: str) -> Arm:
+def arm_from_urdf(urdf: str, joints: tuple[str, ...], source: str) -> Arm:
+    """The arm of a plain URDF.
+
+    Args:
+        urdf: its text.
+        joints: joints in the recording: these are kept and the others locked.
+        source: where the text was read.
+
+    Raises:
+        ConfigurationError: no URDF, or none of its joints is in the recording.
+    """
     everything = load_robot(urdf, source=source)
     section = RobotSection(
         urdf=source, joints=tuple(n for n in everything.joint_names if n in joints)

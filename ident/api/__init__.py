@@ -1,0 +1,1 @@
+"""The Python interface: identification and the search for the gap on arrays or bags."""

@@ -1,0 +1,130 @@
+"""A recording, from arrays or from a ROS 2 bag."""
+
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wamctl.arm.errors import DataError
+from wamctl.arm.recording import JOINT_STATES, Command, read_recording
+from wamctl.arm.recording import Recording as Log
+
+Array = NDArray[np.floating]
+
+_NS = 1e9
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Positions and torques of n joints at S instants.
+
+    Attributes:
+        t: instants [s], rising, shape (S,).
+        q: joint positions [rad] ([m] of sliding joints), shape (S, n).
+        tau: joint torques [N m] ([N] of sliding joints), shape (S, n).
+        joints: names of the n joints, in the order of the columns.
+        commanded: whether `tau` is the torque that was commanded (it acts from its instant to the
+            next one), not a measured one.
+        name: used in messages and reports.
+        bag: the bag that it was read from, if any, with the wanted motion and the attached files.
+
+    Raises:
+        DataError: arrays that do not fit together; the sentence says which, and how.
+    """
+
+    t: Array
+    q: Array
+    tau: Array
+    joints: tuple[str, ...]
+    _: KW_ONLY
+    commanded: bool = False
+    name: str = "recording"
+    bag: Log | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        for key in ("t", "q", "tau"):
+            object.__setattr__(self, key, _numbers(getattr(self, key), f"{self.name}: {key}"))
+        if not isinstance(self.joints, str):
+            object.__setattr__(self, "joints", tuple(self.joints))
+        if self.bag is None:
+            _check(self)
+
+    @classmethod
+    def from_bag(
+        cls, path: str | Path, joint_states: str = JOINT_STATES, joints: Sequence[str] = ()
+    ) -> "Recording":
+        """A recording from a log of `wamctl excite`, or any ROS 2 bag with joint states.
+
+        Args:
+            path: an `.mcap` file, or the folder of a bag.
+            joint_states: the topic of positions and efforts.
+            joints: joints to take; default: all.
+
+        Raises:
+            DataError: a bag that cannot be read, or without positions or torques.
+        """
+        bag = read_recording(path, joint_states, joints=joints)
+        tau, commanded = _torque(bag, str(path))
+        t = (bag.stamp_ns - bag.stamp_ns[0]) / _NS
+        names = tuple(bag.joint_names)
+        return cls(t, bag.q, tau, names, commanded=commanded, name=str(path), bag=bag)
+
+    @property
+    def log(self) -> Log:
+        """The recording as a log in memory."""
+        if self.bag is not None:
+            return self.bag
+        stamps = np.round((self.t - self.t[0]) * _NS).astype(np.int64)
+        if not self.commanded:
+            return Log(self.joints, stamps, self.q, None, self.tau)
+        return Log(self.joints, stamps, self.q, None, None, Command(stamps, None, None, self.tau))
+
+
+def _numbers(values: object, name: str) -> Array:
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise DataError(f"{name} is not an array of numbers ({error}).") from error
+
+
+def _check(r: Recording) -> None:
+    """Refuse arrays that cannot be a recording."""
+    if isinstance(r.joints, str) or not r.joints or len(set(r.joints)) < len(r.joints):
+        raise DataError(f"{r.name}: joints must be a list of different names, not {r.joints!r}.")
+    if r.t.ndim != 1 or len(r.t) < 2:
+        raise DataError(
+            f"{r.name}: t has the shape {r.t.shape}; wanted is (samples,), in seconds, with at"
+            " least two samples."
+        )
+    for key, values in (("q", r.q), ("tau", r.tau)):
+        if values.shape != (len(r.t), len(r.joints)):
+            raise DataError(
+                f"{r.name}: {key} has the shape {values.shape}; wanted is"
+                f" ({len(r.t)}, {len(r.joints)}): the samples of t, and the {len(r.joints)} joints."
+            )
+    for key, values in (("t", r.t), ("q", r.q), ("tau", r.tau)):
+        bad = ~np.isfinite(values.reshape(len(r.t), -1)).all(axis=1)
+        if bad.any():
+            raise DataError(
+                f"{r.name}: {key} is not a finite number in sample {int(bad.argmax())}"
+                f" ({int(bad.sum())} such samples); leave them out."
+            )
+    back = np.diff(r.t) < 0.0
+    if back.any():
+        row = int(back.argmax())
+        raise DataError(
+            f"{r.name}: t runs backwards, from {r.t[row]:.6f} s to {r.t[row + 1]:.6f} s at sample"
+            f" {row + 1}; sort the samples by time."
+        )
+
+
+def _torque(bag: Log, name: str) -> tuple[Array, bool]:
+    """The torque at each instant, and whether it is the commanded one."""
+    if bag.effort is not None:
+        return bag.effort, False
+    if bag.command is None or bag.command.effort is None:
+        raise DataError(f"{name}: neither measured nor commanded torque; nothing can be fitted.")
+    last = np.searchsorted(bag.command.stamp_ns, bag.stamp_ns, side="right") - 1
+    return bag.command.effort[np.maximum(last, 0)], True

@@ -1,0 +1,58 @@
+"""How well a model predicts recordings."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.api.recording import Recording
+from ident.identification.validation import arm_of, predict
+from ident.model.identified_model import Model
+from ident.recordings.loading import dataset_for
+from ident.recordings.log_summary import survey
+
+Array = NDArray[np.floating]
+
+
+@dataclass(frozen=True)
+class Score:
+    """The error of predicted torque on one recording.
+
+    Attributes:
+        name: the recording.
+        relative_error_percent: ||measured - predicted|| / ||measured|| over all joints [%].
+        sd_percent: its standard error [%].
+        relative_error_percent_by_joint: the same per joint [%], shape (n,); NaN for held joints.
+        rms_by_joint: residual [N m], shape (n,); NaN for held joints.
+    """
+
+    name: str
+    relative_error_percent: float
+    sd_percent: float
+    relative_error_percent_by_joint: Array
+    rms_by_joint: Array
+
+
+def score(model: Model, recording: Recording) -> Score:
+    """The error of a model on a recording that it need not have been fitted on.
+
+    Raises:
+        DataError: the recording moves joints that the model knows nothing about.
+    """
+    arm = arm_of(model)
+    data = dataset_for(arm, survey(recording.log, recording.name))
+    found = predict(model, arm, data)
+    errors = found.filtered[model.estimator]
+    return Score(
+        recording.name,
+        errors.relative_percent,
+        found.sd_percent[model.estimator],
+        errors.relative_percent_by_joint,
+        errors.rms_by_joint,
+    )
+
+
+def several(recordings: Recording | Sequence[Recording]) -> list[Recording]:
+    """One recording or several, as a list."""
+    return [recordings] if isinstance(recordings, Recording) else list(recordings)

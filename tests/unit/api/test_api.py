@@ -1,0 +1,148 @@
+"""The Python interface, as a stranger's script would use it."""
+
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ident
+from wamctl.arm.config import find_file
+from wamctl.arm.errors import ConfigurationError, DataError
+from wamctl.arm.robot import inverse_dynamics, load_robot
+from wamctl.arm.trajectory import read_trajectory, sample
+
+COULOMB = np.array([1.5, 1.2, 0.8, 0.9, 0.2, 0.2, 0.05])
+
+
+@pytest.fixture(scope="module")
+def arrays() -> dict:
+    """One period of the shipped motion with CAD torque, Coulomb friction and a little noise."""
+    series = read_trajectory(find_file("wam7-excitation.yaml")).series
+    robot = load_robot(find_file("wam7.urdf").read_text())
+    t = np.arange(0, series.period_s, 0.005)
+    q, qd, qdd = sample(series, t)
+    noise = np.random.default_rng(5).normal(0, 0.02, q.shape)
+    tau = inverse_dynamics(robot, q, qd, qdd) + COULOMB * np.sign(qd) + noise
+    return {"t": t, "q": q, "tau": tau, "joints": series.joint_names}
+
+
+@pytest.fixture(scope="module")
+def arm() -> ident.Arm:
+    return ident.Arm.from_config("wam7.yaml")
+
+
+@pytest.fixture(scope="module")
+def fit(arm, arrays) -> ident.Identified:
+    return ident.identify(arm, ident.Recording(**arrays))
+
+
+def test_identification_from_arrays(fit, arrays, tmp_path) -> None:
+    assert fit.verdict in ("trustworthy", "doubtful")
+    assert fit.verify(max_error=5) is fit
+    np.testing.assert_allclose(fit.model.parameter("fc"), COULOMB, rtol=0.05, atol=0.01)
+    assert fit.score(ident.Recording(**arrays)).relative_error_percent < 2
+    assert "verdict" in fit.report(tmp_path / "report.html").read_text().lower()
+    fit.save(tmp_path / "saved")
+    assert ident.load_model(tmp_path / "saved" / "model.yaml").arm == fit.model.arm
+    assert len(fit.table()) == 57 + 14
+    assert "<table>" in fit._repr_html_()
+
+
+def test_a_urdf_is_enough(arrays) -> None:
+    arm = ident.Arm.from_urdf(find_file("wam7.urdf"))
+    fit = ident.identify(arm, [ident.Recording(**arrays)], cutoff_hz=8)
+    assert fit.content["cutoff_hz"] == 8
+    assert fit.score(ident.Recording(**arrays)).relative_error_percent < 2
+
+
+def test_a_sweep_in_parallel(arm, arrays) -> None:
+    recording = ident.Recording(**arrays)
+
+    def error(cutoff_hz: float) -> float:
+        return ident.identify(arm, recording, cutoff_hz=cutoff_hz).error_percent
+
+    with ThreadPoolExecutor(2) as pool:
+        errors = list(pool.map(error, [3.0, 6.0]))
+    assert all(0 < e < 5 for e in errors)
+
+
+def test_progress_is_told(arm, arrays) -> None:
+    heard: list[str] = []
+    ident.identify(arm, ident.Recording(**arrays), progress=lambda step, share: heard.append(step))
+    assert len(set(heard)) >= 2
+
+
+def test_a_model_that_misses_the_mark_is_not_verified(fit) -> None:
+    with pytest.raises(DataError, match=r"held-out error is .* more than the 1e-05 %"):
+        fit.verify(max_error=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"tau": np.zeros((3, 7))}, "tau has the shape (3, 7); wanted is"),
+        ({"q": np.zeros(7)}, "q has the shape (7,); wanted is"),
+        ({"t": np.zeros((2, 2))}, "t has the shape (2, 2)"),
+        ({"joints": "j1"}, "joints must be a list of different names"),
+        ({"joints": ("a",) * 7}, "joints must be a list of different names"),
+        ({"q": "abc"}, "q is not an array of numbers"),
+    ],
+)
+def test_arrays_that_do_not_fit_are_refused(arrays, change, sentence) -> None:
+    with pytest.raises(DataError) as caught:
+        ident.Recording(**{**arrays, **change})
+    assert sentence in str(caught.value)
+
+
+def test_a_number_that_is_none_is_refused(arrays) -> None:
+    q = arrays["q"].copy()
+    q[17, 2] = np.nan
+    with pytest.raises(DataError, match="q is not a finite number in sample 17"):
+        ident.Recording(**{**arrays, "q": q})
+
+
+def test_time_that_runs_backwards_is_refused(arrays) -> None:
+    t = arrays["t"].copy()
+    t[10] = 0.0
+    with pytest.raises(DataError, match=r"t runs backwards, from 0\.045000 s to 0\.000000 s"):
+        ident.Recording(**{**arrays, "t": t})
+
+
+def test_joints_of_another_arm_are_refused(arrays) -> None:
+    arm = ident.Arm.from_urdf(find_file("wam7.urdf"))
+    names = tuple(f"other_{k}" for k in range(7))
+    with pytest.raises(DataError, match="are not those of"):
+        ident.identify(arm, ident.Recording(**{**arrays, "joints": names}))
+
+
+def test_an_unknown_setting_is_refused(arm, arrays) -> None:
+    with pytest.raises(ConfigurationError, match="did you mean cutoff_hz"):
+        ident.identify(arm, ident.Recording(**arrays), cutof_hz=8)
+
+
+def test_a_joint_that_the_urdf_lacks_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match="has no joint elbow"):
+        ident.Arm.from_urdf(find_file("wam7.urdf"), joints=["elbow"])
+
+
+def test_the_version_is_that_of_the_package() -> None:
+    assert ident.__version__.count(".") >= 1
+    assert "identify" in dir(ident)
+
+
+def test_a_script_without_a_main_guard(tmp_path) -> None:
+    """Processes that the library starts must not run the user's script again."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import math\n"
+        "from ident.regression.processes import in_processes\n"
+        "print('once')\n"
+        "print(list(in_processes(math.sqrt, [4.0, 9.0], 2)))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, script], capture_output=True, text=True, check=True, cwd=Path(tmp_path)
+    )
+    assert done.stdout == "once\n[2.0, 3.0]\n"
