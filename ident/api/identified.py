@@ -42,12 +42,12 @@ class Identified:
     @property
     def verdict(self) -> str:
         """`trustworthy`, `doubtful` or `refused`."""
-        return self.content["verdict"]
+        return self.content.get("verdict", "not judged")
 
     @property
     def remarks(self) -> list[dict[str, Any]]:
         """The reasons of the verdict: code, joints, sentence."""
-        return self.content["remarks"]
+        return self.content.get("remarks", [])
 
     @property
     def error_percent(self) -> float:

@@ -29,6 +29,10 @@ def run(
             help="A model.yaml of `ident gap`: its effects are taken off first, and kept."
         ),
     ] = None,
+    solver: Annotated[
+        str | None,
+        typer.Option(help="Of the feasible fit: direct, or one of cvxpy's, such as SCS."),
+    ] = None,
     cutoff: Cutoff = None,
     settings: Settings = None,
     torque: TorqueChoice = None,
@@ -39,7 +43,7 @@ def run(
 
     Example: ident run excitation.mcap --out identified
     """
-    changes = settings_of(cutoff, settings)
+    changes = settings_of(cutoff, settings) | ({"solver": solver} if solver else {})
     from ident.recordings.loading import Reading
     from ident.regression.progress import shown
     from ident.workflows.run import run_logs

@@ -9,10 +9,10 @@ Gautier 2014). Where the two answers differ by more than chance, the filter was 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import erfc, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import norm
 
 from ident.recordings.dataset import Dataset
 from ident.regression.filters import Processing
@@ -110,16 +110,7 @@ def bias_test(found: Moments) -> BiasTest:
     count = len(without)
     sd = np.sqrt((count - 1) / count * np.sum((without - without.mean(axis=0)) ** 2, axis=0))
     z = (_solved(iv.sum(axis=0)) - _solved(ols.sum(axis=0))) / sd
-    return BiasTest(z, float(np.abs(z).max()), _bonferroni(len(z)))
-
-
-def _bonferroni(tests: int) -> float:
-    """Two-sided normal bound of 5 % for the largest of so many values of |z|, by bisection."""
-    low, high = 0.0, 10.0
-    while high - low > 1e-6:
-        middle = (low + high) / 2
-        low, high = (middle, high) if erfc(middle / sqrt(2)) > 0.05 / tests else (low, middle)
-    return high
+    return BiasTest(z, float(np.abs(z).max()), float(norm.isf(0.025 / len(z))))
 
 
 def _solved(moment: Array) -> Array:

@@ -6,12 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.estimation.entropic import entropic_path
-from ident.estimation.feasible_sdp import feasible
+from ident.estimation.feasible_sdp import feasible, holds
 from ident.estimation.huber import irls
 from ident.estimation.instrumental_variables import bias_test, instrumental_solution, joined
 from ident.estimation.problem import Estimate, Problem, ordinary
 from ident.estimation.regression_data import FOLDS, RegressionData, held_out, noise_weights
 from ident.regression.squared_errors import sums
+from wamctl.arm.errors import DataError
 
 Array = NDArray[np.floating]
 
@@ -45,8 +46,18 @@ def instrumental_variables(evidence: RegressionData) -> Estimate:
 
 
 def feasible_least_squares(evidence: RegressionData) -> Estimate:
-    """Feasible least squares (44)."""
-    return feasible(evidence.problem())
+    """Feasible least squares (44), by the solver that the settings name."""
+    solver = evidence.arm.settings.solver
+    if solver == "direct":
+        return feasible(evidence.problem())
+    from ident.estimation.readable_sdp import feasible_program  # cvxpy takes a second to load
+
+    estimate = feasible_program(evidence.problem()).solve(solver)
+    if estimate.delta is None or not holds(evidence.problem().constraints, estimate.delta):
+        raise DataError(
+            f"{solver} ends outside of what is physically possible; --solver direct does not."
+        )
+    return estimate
 
 
 def feasible_wls(evidence: RegressionData) -> Estimate:

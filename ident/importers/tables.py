@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
 
-import h5py
 import numpy as np
 import scipy.io
 from numpy.typing import NDArray
@@ -135,19 +134,31 @@ def _mat(path: Path) -> dict[str, Any]:
     try:
         # Version 7.3 is HDF5 behind a MATLAB header of 512 bytes, with the axes in reverse order.
         if _HDF5 in head:
-            with h5py.File(path) as file:
-                return dict(_datasets(file))
+            return _hdf5(path)
         return dict(_flat(scipy.io.loadmat(path, simplify_cells=True)))
     except (OSError, ValueError, TypeError, NotImplementedError, MatReadError) as error:
         raise DataError(f"{path} is not a readable .mat file ({error}).") from error
 
 
-def _datasets(group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for name, item in group.items():
-        if isinstance(item, h5py.Dataset):
-            yield prefix + name, item[()].T
-        elif not name.startswith("#") and isinstance(item, h5py.Group):
-            yield from _datasets(item, f"{prefix}{name}.")
+def _hdf5(path: Path) -> dict[str, Any]:
+    """Variables of a .mat file of version 7.3, which is HDF5."""
+    try:
+        import h5py
+    except ImportError as error:
+        raise DataError(
+            f"{path} is a .mat file of version 7.3; reading it needs h5py: install it with"
+            " pip install 'wam-ident[mat]', or save the file with -v7."
+        ) from error
+
+    def datasets(group: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
+        for name, item in group.items():
+            if isinstance(item, h5py.Dataset):
+                yield prefix + name, item[()].T
+            elif not name.startswith("#") and isinstance(item, h5py.Group):
+                yield from datasets(item, f"{prefix}{name}.")
+
+    with h5py.File(path) as file:
+        return dict(datasets(file))
 
 
 def _flat(variables: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

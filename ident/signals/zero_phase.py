@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import next_fast_len
 
 Array = NDArray[np.floating]
 
@@ -124,15 +125,5 @@ def extended(signals: Array, before: int, after: int) -> Array:
 
 
 def fast_length(least: int, multiple: int) -> int:
-    """The shortest length that the transform is fast for: `multiple` times powers of 2, 3, 5."""
-    want = -(-least // multiple)
-    best = 1 << (want - 1).bit_length()
-    five = 1
-    while five < best:
-        three = five
-        while three < best:
-            quotient = -(-want // three)
-            best = min(best, three * (1 << (quotient - 1).bit_length()))
-            three *= 3
-        five *= 5
-    return best * multiple
+    """The shortest length that the transform is fast for, and that `multiple` divides."""
+    return int(next_fast_len(-(-least // multiple), real=True) or 1) * multiple

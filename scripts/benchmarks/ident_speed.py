@@ -32,9 +32,9 @@ from types import SimpleNamespace
 import cvxpy as cp
 import numpy as np
 
-from ident.estimation.feasible_sdp import feasible, parameter_scale
-from ident.estimation.feasible_set import unpacked
-from ident.estimation.problem import Problem, least_error, ordinary, with_beta
+from ident.estimation.feasible_sdp import feasible
+from ident.estimation.problem import Problem
+from ident.estimation.readable_sdp import feasible_program
 from ident.estimation.regression_data import gather
 from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset, in_memory
@@ -42,48 +42,17 @@ from ident.recordings.loading import Reading, read_logs
 from ident.regression.filters import processing
 from ident.regression.reduction import squared_error
 
-_BOX = 1e3
-"""Bound of the scaled delta_d: SDPA needs one, since many delta have the same beta."""
-
 OURS = "ours"
 
 
-def through_cvxpy(problem: Problem, solver: str, with_u: bool = False) -> np.ndarray:
+def through_cvxpy(problem: Problem, solver: str) -> np.ndarray:
     """Base parameters of the feasible fit, shape (b,), by a solver behind cvxpy.
 
     Args:
-        problem: the reduced regression. The unknowns are R1 (beta - beta_ols) / sqrt(u_o) and
-            delta_d, as in (29)-(31).
+        problem: the reduced regression.
         solver: cvxpy's name for it.
-        with_u: as in (44), the least u with U of (43) positive; else the least squared norm, which
-            cvxpy brings into the solver's form.
     """
-    base = problem.base
-    scale = parameter_scale(base.parameters, problem.sizes)
-    start = with_beta(base, problem.prior, ordinary(problem))
-    kept = list(base.kept)
-    free = [i for i in range(len(scale)) if i not in kept]
-    of_beta = np.zeros((len(scale), len(kept)))
-    of_beta[kept] = np.linalg.inv(problem.R[:-1, :-1]) * np.sqrt(least_error(problem))
-    of_free = np.zeros((len(scale), len(free)))
-    of_free[free] = np.diag(scale[free])
-    of_free[kept] = -base.K[:, free] * scale[free]
-    z, d = cp.Variable(len(kept)), cp.Variable(len(free))
-    limits = [cp.abs(d) <= _BOX]
-    for k in problem.constraints:
-        inside = (k.A @ of_beta) @ z + (k.A @ of_free) @ d - (k.b - k.A @ start)
-        if not k.side:
-            limits.append(inside >= 0)
-            continue
-        basis = [unpacked(e, k.side) for e in np.eye(len(k.b))]
-        limits.append(sum(inside[i] * part for i, part in enumerate(basis)) >> 0)
-    cost = cp.sum_squares(z)
-    if with_u:
-        cost, column = cp.Variable(), cp.reshape(z, (len(kept), 1), order="C")
-        corner = cp.reshape(cost, (1, 1), order="C")
-        limits.append(cp.bmat([[corner, column.T], [column, np.eye(len(kept))]]) >> 0)
-    cp.Problem(cp.Minimize(cost), limits).solve(solver=solver)
-    return base.K @ (start + of_beta @ z.value + of_free @ d.value)
+    return feasible_program(problem).solve(solver).beta
 
 
 def figaroh_fit(arm: Arm, data: Dataset) -> str:
@@ -185,7 +154,6 @@ def main() -> None:
     }
     if "SDPA" in cp.installed_solvers():
         fits["SDPA through cvxpy"] = lambda: through_cvxpy(problem, cp.SDPA)
-        fits["SDPA, (44) as written"] = lambda: through_cvxpy(problem, cp.SDPA, with_u=True)
     found = timed(fits, arguments.runs)
     least = float(squared_error(problem.R, np.asarray(found[OURS].answer)))
     sys.stdout.write("the feasible solve, problem building included\n")

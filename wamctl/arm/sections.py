@@ -68,6 +68,11 @@ class IdentificationSection(Section):
     estimators: tuple[
         Literal["irls", "iv", "feasible_wls", "feasible_cad", "feasible_entropic"], ...
     ] = Field(default=(), description="to compare, beside cad, ols, wls, and feasible")
+    solver: str = Field(
+        default="direct",
+        description="of the feasible fit: direct (Clarabel without a modelling layer), or a"
+        " solver of cvxpy for the same program, such as CLARABEL or SCS",
+    )
     total_mass_kg: Positive | None = Field(
         default=None, description="upper bound of the moving links' mass together [kg]"
     )

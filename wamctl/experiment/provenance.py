@@ -2,12 +2,11 @@
 
 import importlib.metadata
 import platform
-import subprocess
 from collections.abc import Mapping
-from pathlib import Path
 
 import yaml
 
+from wamctl.arm.source_commit import git_commit
 from wamctl.arm.trajectory import Trajectory, trajectory_yaml
 from wamctl.drives.bus import EMBEDDED, Channel
 from wamctl.experiment.session import Setup
@@ -45,21 +44,3 @@ def attachments(setup: Setup, trajectory: Trajectory) -> Mapping[str, bytes]:
 def _resolved(setup: Setup) -> str:
     """The configuration with every default spelt out."""
     return yaml.safe_dump(setup.arm.file.model_dump(mode="json"), sort_keys=False, width=100)
-
-
-def git_commit() -> str:
-    """Commit of the source tree, with `+changes` where it differs; `unknown` outside of one."""
-    folder = Path(__file__).parent
-    try:
-        commit = _git(folder, "rev-parse", "HEAD")
-        changed = _git(folder, "status", "--porcelain", "--untracked-files=no")
-    except (OSError, subprocess.CalledProcessError):
-        return "unknown"
-    return f"{commit}+changes" if changed else commit
-
-
-def _git(folder: Path, *arguments: str) -> str:
-    done = subprocess.run(
-        ["git", *arguments], cwd=folder, capture_output=True, text=True, check=True, timeout=10
-    )
-    return done.stdout.strip()

@@ -23,11 +23,12 @@ from ident.estimation.feasible_set import (
     unpacked,
 )
 from ident.estimation.problem import ordinary, with_beta
+from ident.estimation.readable_sdp import feasible_program
 from ident.estimation.regression_data import RegressionData, gather
 from ident.identification.feasibility_test import positive_fraction, verdict
 from ident.recordings.dataset import dataset
 from ident.regression.reduction import squared_error
-from wamctl.arm.errors import ConfigurationError
+from wamctl.arm.errors import ConfigurationError, DataError
 from wamctl.arm.inertial import pseudo_inertia
 
 
@@ -217,3 +218,34 @@ def test_boxes_for_the_wrong_number_of_links_are_refused(wam, noisy):
         "identification.center_of_mass_box_m: 1 boxes for 7 links; give two corners of three"
         " numbers each."
     )
+
+
+@pytest.mark.parametrize(("solver", "equal"), [("CLARABEL", 1e-6), ("SCS", 1e-3)])
+def test_the_readable_program_gives_what_the_direct_path_gives(evidence, solver, equal):
+    """The same error, in units of the least error; and nearly the same prediction."""
+    problem = evidence.problem()
+    direct, read = feasible(problem), feasible_program(problem).solve(solver)
+    least = squared_error(problem.R, ordinary(problem))
+    errors = [squared_error(problem.R, e.beta) / least for e in (direct, read)]
+    assert errors[1] == pytest.approx(errors[0], abs=equal)
+    change = problem.R[:-1, :-1] @ (read.beta - direct.beta)
+    assert np.linalg.norm(change) < np.sqrt(equal * least)
+
+
+def test_a_constraint_and_a_prior_of_ones_own_in_three_lines(evidence):
+    program = feasible_program(evidence.problem())
+    light = program.subject_to(program.parameter("m2") <= 3.0, program.parameter("fc4") >= 1.7)
+    found = light.with_prior(1e-6 * cp.sum_squares(light.parameter("m7"))).solve()
+    values = dict(zip([p.name for p in evidence.base.parameters], found.delta, strict=True))
+    assert values["m2"] <= 3.0 + 1e-6
+    assert values["fc4"] >= 1.7 - 1e-6
+    free = program.solve()
+    assert not np.allclose(found.beta, free.beta)
+
+
+def test_a_solver_or_parameter_that_is_not_there_is_refused(evidence):
+    program = feasible_program(evidence.problem())
+    with pytest.raises(ConfigurationError, match=r"NOBODY is not installed; there are .*CLARABEL"):
+        program.solve("NOBODY")
+    with pytest.raises(DataError, match="There is no parameter mass4; there are L1xx"):
+        program.parameter("mass4")
