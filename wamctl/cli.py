@@ -10,7 +10,6 @@ from dataclasses import asdict
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from types import TracebackType
 from typing import Annotated, TypeVar
 
 import typer
@@ -21,9 +20,10 @@ from wamctl.commands.check import Check, check
 from wamctl.commands.excite import confirm_by_name
 from wamctl.commands.home import home
 from wamctl.commands.monitor import monitor
-from wamctl.commands.text_output import print_bench, print_check, print_summary
-from wamctl.errors import UsageError
+from wamctl.commands.text_output import print_bench, print_check, print_summary, say
+from wamctl.errors import SafetyStopError, UsageError
 from wamctl.experiment.excite import ExciteRequest, Summary, excite
+from wamctl.experiment.operator_stop import Interrupted, StopRequest
 from wamctl.experiment.preflight import load_arm, prepare
 from wamctl.experiment.session import Setup
 from wamctl.live.watch import PORT, check_installed, live_view
@@ -70,7 +70,7 @@ def _excite(
 
     Example: wamctl excite --config wam7.yaml --bus sim --out log.mcap
     """
-    with _reported(debug):
+    with _reported(debug) as operator:
         if live:
             check_installed()
         prepared = prepare(config, trajectory)
@@ -79,7 +79,8 @@ def _excite(
         log = out or Path(f"{file.arm}-{datetime.now():%Y%m%d-%H%M%S}.mcap")
         confirm = partial(confirm_by_name, prepared, yes_move_the_arm)
         live_views = (partial(live_view, port=live_port),) if live else ()
-        summary = excite(ExciteRequest(prepared, setup, log, confirm, live_views))
+        request = ExciteRequest(prepared, setup, log, confirm, live_views, operator)
+        summary = excite(request)
         _print(summary, print_summary, as_json)
 
 
@@ -161,34 +162,40 @@ def _print(result: R, in_words: Callable[[R], None], as_json: bool) -> None:
 
 
 @contextmanager
-def _reported(debug: bool) -> Iterator[None]:
+def _reported(debug: bool) -> Iterator[StopRequest]:
     """End the command with one sentence and its exit code."""
     if not debug:
         logging.getLogger("canopen").addHandler(logging.NullHandler())
         logging.getLogger("canopen").propagate = False
     try:
-        yield
-    except typer.Abort as error:
-        typer.echo("The operator gave no answer, so that nothing was done.", err=True)
-        raise typer.Exit(UsageError.exit_code) from error
-    except UserError as error:
-        if debug:
-            traceback.print_exc()
-        typer.echo(str(error), err=True)
-        raise typer.Exit(error.exit_code) from error
-
-
-def _on_bug(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
-    """A bug's one sentence; Python's exit status for it is 1."""
-    if "--debug" in sys.argv:
-        sys.__excepthook__(kind, error, trace)
-        return
-    sys.stderr.write(
-        f"wamctl has a bug ({kind.__name__}: {error}). Run it with --debug and report the trace.\n"
-    )
+        with StopRequest().in_command() as operator:
+            try:
+                yield operator
+            except typer.Abort as error:
+                say("The operator gave no answer, so that nothing was done.")
+                raise typer.Exit(UsageError.exit_code) from error
+            except Interrupted as error:
+                say(str(error))
+                raise typer.Exit(SafetyStopError.exit_code) from error
+            except UserError as error:
+                if debug:
+                    traceback.print_exc()
+                say(str(error))
+                raise typer.Exit(error.exit_code) from error
+    except KeyboardInterrupt as error:  # between the handlers of two stages
+        say("The operator stopped it.")
+        raise typer.Exit(SafetyStopError.exit_code) from error
 
 
 def main() -> None:
     """Entry point of the console script."""
-    sys.excepthook = _on_bug
-    app()
+    try:
+        app()
+    except Exception as error:  # noqa: BLE001
+        if "--debug" in sys.argv:
+            traceback.print_exc()
+        say(
+            f"wamctl has a bug ({type(error).__name__}: {error}). Run it with --debug and report "
+            "the trace."
+        )
+        sys.exit(1)

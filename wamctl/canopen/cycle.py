@@ -9,10 +9,11 @@ from wamctl.canopen import ds402, pdo
 from wamctl.canopen import identifiers as ids
 from wamctl.canopen.ds402 import Controlword, Goal, State
 from wamctl.canopen.inputs import StopInput, Temperatures
-from wamctl.canopen.sdo import is_plain
+from wamctl.canopen.sdo import is_data, is_plain
 from wamctl.canopen.supervision import Supervision
 from wamctl.drives.answer_cycle import AnswerCycle
 from wamctl.drives.answers import Answers
+from wamctl.drives.bus import Channel
 from wamctl.drives.interface import CycleTiming, Readings
 
 Array = NDArray[np.floating]
@@ -29,7 +30,7 @@ class Cycle:
         bus: the open bus, which nobody else reads meanwhile.
         drives: nodes, wiring and units.
         names: what to call each drive.
-        channel: what to call the bus.
+        channel: the bus's name and kind.
         section: cycle time and kind of frames.
     """
 
@@ -38,7 +39,7 @@ class Cycle:
         bus: can.BusABC,
         drives: CanopenDrivesSection,
         names: tuple[str, ...],
-        channel: str,
+        channel: Channel,
         section: BusSection,
     ) -> None:
         n, fd, period_s = len(drives.node_ids), section.is_fd, section.period_s
@@ -53,7 +54,7 @@ class Cycle:
         self._sync = pdo.message(ids.SYNC, 0, fd)
         self._heartbeat = pdo.message(ids.MASTER_HEARTBEAT, 1, fd)
         self._heartbeat.data[0] = _OPERATIONAL
-        self._echoes = {ids.SYNC, ids.MASTER_HEARTBEAT} | pdo.received_ids(drives)
+        self._own = pdo.received_ids(drives) | ids.of_master(drives.node_ids)
         self._frames = pdo.frames(drives, fd)
         self._heartbeat_cycles = max(1, round(_HEARTBEAT_S / period_s))
         self._rad_per_count = 2 * np.pi / np.array(drives.counts_per_revolution)
@@ -145,11 +146,13 @@ class Cycle:
         self.statuswords[slot], counts = pdo.POSITION_FRAME.unpack(frame.data)
         return counts
 
+    def is_own(self, frame: can.Message) -> bool:
+        """Whether only a master of these drives sends such a frame."""
+        return frame.arbitration_id in self._own and is_data(frame)
+
     def hear(self, frame: can.Message) -> bool:
         """Take in a frame from outside the cycle; False if nobody sends such a frame."""
         can_id = frame.arbitration_id
-        if can_id in self._echoes:
-            return True
         return is_plain(frame) and (
             self._supervision.hear(can_id, frame.data, self._now_s)
             or any(watched.hear(can_id, frame.data) for watched in self._inputs)

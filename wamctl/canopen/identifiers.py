@@ -1,5 +1,7 @@
 """The predefined connection set: which identifier carries which service (CiA 301, 7.3.3)."""
 
+from collections.abc import Iterable
+
 NMT = 0x000
 SYNC = 0x080
 EMERGENCY = 0x080
@@ -14,3 +16,8 @@ SERVICE, NODE = 0x780, 0x07F
 """Masks of the two parts of an identifier."""
 MASTER_NODE = 0x7F
 MASTER_HEARTBEAT = HEARTBEAT + MASTER_NODE
+
+
+def of_master(node_ids: Iterable[int]) -> set[int]:
+    """Identifiers that only a master of these nodes sends, process data apart."""
+    return {NMT, SYNC, MASTER_HEARTBEAT} | {SDO_REQUEST + node for node in node_ids}

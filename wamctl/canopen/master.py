@@ -15,6 +15,7 @@ from wamctl.canopen import ds402, sdo, set_up
 from wamctl.canopen import identifiers as ids
 from wamctl.canopen.cycle import Cycle
 from wamctl.canopen.ds402 import Goal, State
+from wamctl.drives.bus import Channel
 from wamctl.drives.interface import Counters, CycleTiming, Readings
 from wamctl.errors import BusError, DrivesError
 
@@ -31,7 +32,7 @@ class CanopenDrives:
         arm: the configuration.
         drives: its section of CANopen drives.
         dictionary: the drives' EDS file.
-        channel: what to call the bus in sentences.
+        channel: the bus's name and kind.
     """
 
     delay_cycles = 1  # torque frames are of type 1: applied at the next SYNC
@@ -45,7 +46,7 @@ class CanopenDrives:
         arm: ArmFile,
         drives: CanopenDrivesSection,
         dictionary: Path,
-        channel: str,
+        channel: Channel,
     ) -> None:
         self.names = tuple(f"drive {k} (node {node})" for k, node in enumerate(drives.node_ids, 1))
         self._bus, self._arm, self._drives, self._channel = bus, arm, drives, channel
@@ -82,6 +83,20 @@ class CanopenDrives:
 
         self._for_all(one)
         return notes
+
+    def verify(self) -> None:
+        """See whether every drive is still as `set_up` left it, and has not restarted since.
+
+        Raises:
+            DrivesError: every difference of every drive.
+        """
+        self._for_all(
+            lambda slot, node: set_up.verify(node, set_up.expected(self._arm, self._drives, slot))
+        )
+
+    def is_own(self, frame: can.Message) -> bool:
+        """Whether only a master of these drives sends such a frame."""
+        return self._cycle.is_own(frame)
 
     def prepare(self) -> list[str]:
         """As `set_up`: the zero of these drives stands in the configuration."""
@@ -171,4 +186,4 @@ class CanopenDrives:
                 except BusError as error:
                     faults.append(f"{self.names[slot]}: {error}")
         if faults:
-            raise DrivesError(self._channel, faults)
+            raise DrivesError(str(self._channel), faults)

@@ -58,9 +58,14 @@ def listening(bus: can.BusABC, network: canopen.Network) -> Iterator[None]:
         thread.join()
 
 
+def is_data(message: can.Message) -> bool:
+    """A data frame with an 11-bit identifier."""
+    return not (message.is_extended_id or message.is_remote_frame or message.is_error_frame)
+
+
 def is_plain(message: can.Message) -> bool:
     """A data frame with an 11-bit identifier and a length that its service allows."""
-    if message.is_extended_id or message.is_remote_frame or message.is_error_frame:
+    if not is_data(message):
         return False
     lengths = _LENGTHS.get(message.arbitration_id & ids.SERVICE)
     return lengths is None or len(message.data) in lengths

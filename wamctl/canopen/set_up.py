@@ -110,5 +110,24 @@ def configure(node: canopen.RemoteNode, wanted: Expected) -> None:
         raise BusError(f"shows mode {mode} instead of {ds402.TORQUE_MODE} (object 0x6061:0)")
 
 
+def verify(node: canopen.RemoteNode, wanted: Expected) -> None:
+    """See whether a configured drive still has its settings, and no fault.
+
+    Raises:
+        BusError: another value, as after a restart, or a fault.
+    """
+    state = _state(node)
+    if state in ds402.FAULTY:
+        code = sdo.read(node, od.ERROR_CODE)
+        raise BusError(f"is in fault 0x{code:04X} ({emcy.meaning(code)}) since its set-up")
+    for entry, value in dict(wanted.settings).items():
+        found = sdo.read(node, entry)
+        if found != value:
+            raise BusError(
+                f"has lost its settings since its set-up: object {entry} is {found:#x} instead of "
+                f"{value:#x}, as after a restart"
+            )
+
+
 def _state(node: canopen.RemoteNode) -> State | None:
     return ds402.state(sdo.read(node, od.STATUSWORD))

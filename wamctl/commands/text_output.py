@@ -1,5 +1,8 @@
 """Results as lines for the operator."""
 
+import os
+import sys
+
 import typer
 
 from wamctl.commands.bench import Bench
@@ -58,6 +61,24 @@ def print_check(found: Check) -> None:
     _line("drives", ", ".join(found.drives) or "not asked (give --bus)")
     for note in found.notes:
         typer.echo(f"note: {note}", err=True)
+
+
+def say(sentence: str) -> None:
+    """A sentence for the operator on standard error, even where the terminal was closed.
+
+    Control characters, such as those of a name out of a file, are shown and not obeyed.
+    """
+    try:
+        typer.echo(printable(sentence), err=True)
+    except OSError:
+        nowhere = os.open(os.devnull, os.O_WRONLY)  # so that nothing fails again at the end
+        os.dup2(nowhere, sys.stderr.fileno())
+        os.close(nowhere)
+
+
+def printable(text: str) -> str:
+    """The text with every control character but line ends in Python's notation."""
+    return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
 
 
 def _line(name: str, text: str) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wamctl.drives.answers import Answers
-from wamctl.drives.bus import next_frame, send_all
+from wamctl.drives.bus import Channel, next_frame, send_all
 from wamctl.drives.interface import CycleTiming, Readings
 from wamctl.errors import BusStopError
 
@@ -29,6 +29,10 @@ class FrameReader(Protocol):
         """The position in a frame for which `slot` gave a place [counts]."""
         ...
 
+    def is_own(self, frame: can.Message) -> bool:
+        """Whether only a master of these drives sends such a frame."""
+        ...
+
     def hear(self, frame: can.Message) -> bool:
         """Take in any other frame; False if the protocol has none such."""
         ...
@@ -39,13 +43,13 @@ class AnswerCycle:
 
     Args:
         bus: the open bus, which nobody else reads meanwhile.
-        channel: what to call the bus.
+        channel: the bus's name, and whether our own frames come back on it.
         answers: which frames belong to a cycle.
         reader: reads the frames.
     """
 
     def __init__(
-        self, bus: can.BusABC, channel: str, answers: Answers, reader: FrameReader
+        self, bus: can.BusABC, channel: Channel, answers: Answers, reader: FrameReader
     ) -> None:
         self._bus, self._channel = bus, channel
         self._answers, self._reader = answers, reader
@@ -139,6 +143,13 @@ class AnswerCycle:
     def _hear(self, frame: can.Message) -> None:
         if frame.is_error_frame and frame.arbitration_id & _BUS_OFF:
             raise BusStopError(f"bus {self._channel} went bus-off")
+        if self._reader.is_own(frame):
+            if frame.is_rx and not self._channel.may_echo:
+                raise BusStopError(
+                    f"another program commands the drives on bus {self._channel}: it sent frame "
+                    f"{frame.arbitration_id:#05x}"
+                )
+            return
         if self._reader.hear(frame):
             return
         if frame.arbitration_id in self._answers.identifiers:

@@ -14,6 +14,7 @@ from wamctl.errors import BusError, UsageError
 EMBEDDED = "sim"
 _SIMULATED_ONLY = frozenset({"simbus", "virtual", "udp_multicast"})
 _WALL_CLOCK = frozenset({"simbus", "socketcan"})
+_NO_ECHO = frozenset({"simbus", "socketcan", "virtual"})
 _HINT = "`--bus sim` runs the simulated arm and needs no hardware"
 
 
@@ -36,6 +37,11 @@ class Channel:
     def stamps_by_wall_clock(self) -> bool:
         """Whether frames are stamped as they pass, by the clock of `time.time`."""
         return self.interface in _WALL_CLOCK
+
+    @property
+    def may_echo(self) -> bool:
+        """Whether our own frames may come back to us, so that they tell nothing about others."""
+        return self.interface not in _NO_ECHO
 
     @property
     def is_embedded(self) -> bool:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
+import can
 import numpy as np
 from numpy.typing import NDArray
 
@@ -116,6 +117,14 @@ class Drives(Protocol):
         """
         ...
 
+    def verify(self) -> None:
+        """See whether every drive is still as `set_up` left it, and has not restarted since.
+
+        Raises:
+            BusError: no answer, a fault or another setting; the message lists all of them.
+        """
+        ...
+
     def resting_angles(self) -> Array:
         """Motor angles before the first cycle, shape (n,) [rad]."""
         ...
@@ -152,6 +161,10 @@ class Drives(Protocol):
 
     def disable(self) -> None:
         """From now on, walk every drive to where it gives none."""
+        ...
+
+    def is_own(self, frame: can.Message) -> bool:
+        """Whether only a master of these drives sends such a frame."""
         ...
 
     def states(self) -> list[int]:

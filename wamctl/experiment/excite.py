@@ -3,14 +3,14 @@
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from wamctl.drives.interface import Counters
 from wamctl.errors import StopError, UsageError
 from wamctl.experiment import phases as experiment
 from wamctl.experiment import provenance
-from wamctl.experiment.loop import Loop
+from wamctl.experiment.loop import Arm, Array, Loop
 from wamctl.experiment.operator_stop import StopRequest
 from wamctl.experiment.preflight import Prepared
 from wamctl.experiment.session import Connection, Setup, connected
@@ -29,6 +29,7 @@ class ExciteRequest:
         out: the log to write.
         confirm: asks the operator before the drives are enabled; raises when he refuses.
         live_views: viewers that run beside it.
+        operator: how the operator stops it.
     """
 
     prepared: Prepared
@@ -36,6 +37,7 @@ class ExciteRequest:
     out: Path
     confirm: Callable[[Connection], None]
     live_views: tuple[LiveView, ...] = ()
+    operator: StopRequest = field(default_factory=StopRequest)
 
 
 @dataclass(frozen=True)
@@ -85,15 +87,18 @@ def excite(request: ExciteRequest) -> Summary:
     if request.out.exists():
         raise UsageError(f"The log {request.out} exists already: name another with --out.")
     with connected(request.setup) as connection:
-        motion = _planned(request, connection)
+        arm, excitation = request.prepared.arm, request.prepared.excitation
+        rest = _rest(arm, connection)
+        experiment.plan(arm, rest, excitation)
         request.confirm(connection)
-        return _run(request, connection, motion)
+        connection.drives.verify()
+        fresh = _rest(arm, connection)
+        experiment.check_rest(rest, fresh, arm.robot.joint_names)
+        return _run(request, connection, experiment.plan(arm, fresh, excitation))
 
 
-def _planned(request: ExciteRequest, connection: Connection) -> experiment.Motion:
-    arm = request.prepared.arm
-    rest = arm.transmission.joint_angle(connection.drives.resting_angles())
-    return experiment.plan(arm, rest, request.prepared.excitation)
+def _rest(arm: Arm, connection: Connection) -> Array:
+    return arm.transmission.joint_angle(connection.drives.resting_angles())
 
 
 def _run(request: ExciteRequest, connection: Connection, motion: experiment.Motion) -> Summary:
@@ -104,7 +109,7 @@ def _run(request: ExciteRequest, connection: Connection, motion: experiment.Moti
             recorded(
                 _head(request, connection), connection.clock.waits, True, request.live_views
             ) as log,
-            StopRequest().listening() as operator,
+            request.operator.listening() as operator,
             real_time_scheduling(real_time=not setup.lockstep) as privileges,
         ):
             loop = Loop(arm, drives, connection.clock, log, operator)

@@ -1,22 +1,44 @@
-"""The operator's ways to stop the arm: Ctrl-C and other signals, and any key at the terminal."""
+"""The operator's ways to stop the arm: any key at the terminal, and every deadly signal."""
 
 import os
 import select
 import signal
 import sys
 import termios
-import tty
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from enum import Enum
 from types import FrameType
 
-_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_NAMES = (
+    *("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP", "SIGUSR1", "SIGUSR2", "SIGALRM"),
+    *("SIGVTALRM", "SIGPROF", "SIGPOLL", "SIGPWR", "SIGXCPU", "SIGSTKFLT"),
+)
+_STOPPING = tuple(getattr(signal, name) for name in _NAMES if hasattr(signal, name))
+"""Signals whose default action ends or suspends a process, errors of the processor apart."""
+_TERMINAL = (signal.SIGTTIN, signal.SIGTTOU)
+"""A process in the background must not be suspended for looking at its terminal."""
+
+
+class Interrupted(BaseException):
+    """A signal came while nothing moved; the message is the whole sentence."""
+
+
+class _Stage(Enum):
+    SETTING_UP = 0
+    LISTENING = 1
+    ENDING = 2
 
 
 class StopRequest:
-    """Whether, and how, the operator asked to stop; call it once a cycle."""
+    """Whether, and how, the operator asked to stop; call it once a cycle.
+
+    Before the experiment a signal raises `Interrupted`; during it the arm is braked first; at its
+    end nothing more can be stopped, so that further signals change nothing.
+    """
 
     def __init__(self) -> None:
+        self._stage = _Stage.SETTING_UP
         self._reason: str | None = None
         self._keyboard: int | None = None
 
@@ -24,37 +46,80 @@ class StopRequest:
         """How the operator asked to stop; None while he has not."""
         keyboard = self._keyboard
         if keyboard is not None and select.select([keyboard], [], [], 0)[0]:
-            os.read(keyboard, 64)
-            self._reason = self._reason or "the operator pressed a key"
+            pressed = b""
+            with suppress(OSError):  # of a terminal that was closed
+                pressed = os.read(keyboard, 64)
+            if not pressed:
+                self._keyboard = None
+            how = "the operator pressed a key" if pressed else "the terminal was closed"
+            self._reason = self._reason or how
         return self._reason
 
     def on_signal(self, number: int, frame: FrameType | None) -> None:
         """Handler of signals: a second one changes nothing, since the arm is stopping already."""
-        self._reason = self._reason or f"the operator stopped it ({signal.Signals(number).name})"
+        name = signal.Signals(number).name
+        if self._stage is _Stage.SETTING_UP:
+            self._stage, self._reason = _Stage.ENDING, name
+            raise Interrupted(f"The operator stopped it ({name}) while no drive was enabled.")
+        self._reason = self._reason or f"the operator stopped it ({name})"
+
+    @contextmanager
+    def in_command(self) -> Iterator["StopRequest"]:
+        """Take all signals from the start of a command to its end.
+
+        Handlers stay once the operator has asked to stop, so that a further signal cannot come
+        between the sentence and the end of the process.
+        """
+        before = self._take_signals()
+        try:
+            yield self
+        finally:
+            if self._reason is None:
+                _give_back(before)
 
     @contextmanager
     def listening(self) -> Iterator["StopRequest"]:
         """Listen to signals, and to the keyboard where standard input is a terminal."""
-        before = {number: signal.signal(number, self.on_signal) for number in _SIGNALS}
+        before = self._take_signals()
+        self._stage = _Stage.LISTENING
         try:
             with _single_keys() as self._keyboard:
                 yield self
         finally:
             self._keyboard = None
-            for number, handler in before.items():
-                signal.signal(number, handler)
+            self._stage = _Stage.ENDING
+            _give_back(before)
+
+    def _take_signals(self) -> dict[int, object]:
+        before: dict[int, object] = {n: signal.signal(n, self.on_signal) for n in _STOPPING}
+        return before | {n: signal.signal(n, signal.SIG_IGN) for n in _TERMINAL}
+
+
+def _give_back(handlers: dict[int, object]) -> None:
+    for number, handler in handlers.items():
+        signal.signal(number, handler)  # pyright: ignore[reportArgumentType]
 
 
 @contextmanager
 def _single_keys() -> Iterator[int | None]:
-    """Descriptor of the terminal, which then gives every key at once; None without a terminal."""
+    """Descriptor of the terminal, which then gives every key at once; None without a terminal.
+
+    Keys that usually mean a signal, such as Ctrl-C and Ctrl-Z, or hold the output up (Ctrl-S), are
+    keys like all others.
+    """
     if not sys.stdin.isatty():
         yield None
         return
     keyboard = sys.stdin.fileno()
     settings = termios.tcgetattr(keyboard)
-    tty.setcbreak(keyboard)
+    single = termios.tcgetattr(keyboard)
+    single[0] &= ~(termios.IXON | termios.IXOFF)
+    single[3] &= ~(termios.ICANON | termios.ECHO | termios.ISIG | termios.IEXTEN)
+    single[6][termios.VMIN], single[6][termios.VTIME] = 1, 0
+    termios.tcsetattr(keyboard, termios.TCSANOW, single)
     try:
         yield keyboard
     finally:
-        termios.tcsetattr(keyboard, termios.TCSADRAIN, settings)
+        with suppress(termios.error):  # of a terminal that was closed
+            termios.tcflush(keyboard, termios.TCIFLUSH)
+            termios.tcsetattr(keyboard, termios.TCSANOW, settings)

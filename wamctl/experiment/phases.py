@@ -1,5 +1,6 @@
 """The experiment from enabling the drives to disabling them, in the order in which it happens."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,11 +11,15 @@ from wamctl.arm.motion import brake, move
 from wamctl.arm.trajectory import Reference
 from wamctl.arm.trajectory_check import quantities, violations
 from wamctl.drives.interface import Drives
-from wamctl.errors import BusStopError, RefusalError, StopError
+from wamctl.errors import BusStopError, RefusalError, SafetyStopError, StopError
 from wamctl.experiment.loop import Arm, Array, CheckLevel, Law, Loop
 from wamctl.safety.braking import BrakingMonitor
 from wamctl.safety.state_estimator import ArmState
 from wamctl.telemetry.phase import Phase
+
+AT_REST_RAD = 0.03
+"""By so much may a joint sag or be touched between two looks at the resting arm; more means that
+somebody has moved the arm or an encoder has lost its zero, which nothing here can tell apart."""
 
 _RELEASE_S = 1.0
 _DISABLE_S = 0.02
@@ -56,6 +61,28 @@ def plan(arm: Arm, rest: Array, excitation: Reference) -> Motion:
     return Motion(approach, excitation, retreat)
 
 
+def check_rest(planned: Array, measured: Array, names: Sequence[str]) -> None:
+    """See whether the arm still rests where its motion was planned from, both shape (n,) [rad].
+
+    Raises:
+        RefusalError: a joint has moved, or its encoder has.
+    """
+    faults = _moved(planned, measured, names)
+    if faults:
+        what = "The motion, which was planned from another pose,"
+        raise RefusalError(
+            what, [f"{fault}; look at the pose, and begin again" for fault in faults]
+        )
+
+
+def _moved(planned: Array, measured: Array, names: Sequence[str]) -> list[str]:
+    return [
+        f"joint {k + 1} ({names[k]}) stands at {measured[k]:+.3f} rad and stood at "
+        f"{planned[k]:+.3f} rad (limit {AT_REST_RAD:g} rad)"
+        for k in np.flatnonzero(~(np.abs(measured - planned) <= AT_REST_RAD)).tolist()
+    ]
+
+
 def run(arm: Arm, drives: Drives, loop: Loop, motion: Motion) -> int:
     """Enable, approach, excite, return, release, disable; returns the counted cycles logged.
 
@@ -76,6 +103,7 @@ def run(arm: Arm, drives: Drives, loop: Loop, motion: Motion) -> int:
 def _phases(arm: Arm, drives: Drives, loop: Loop, motion: Motion) -> int:
     try:
         _enable(drives, loop)
+        _check_start(loop, motion, arm.robot.joint_names)
         _follow(arm, loop, Phase.APPROACH, motion.approach)
         counted = _follow(arm, loop, Phase.EXCITE, motion.excitation)
         _follow(arm, loop, Phase.RETURN, motion.retreat)
@@ -102,6 +130,15 @@ def _enable(drives: Drives, loop: Loop) -> None:
     )
     loop.stamp(stop)
     raise stop
+
+
+def _check_start(loop: Loop, motion: Motion, names: Sequence[str]) -> None:
+    """The arm may have been moved while it waited for its drives."""
+    faults = _moved(motion.approach.q[0], loop.state.q, names)
+    if faults:
+        stop = SafetyStopError(f"the arm has moved before it began: {'; '.join(faults)}", False)
+        loop.stamp(stop)
+        raise stop
 
 
 def _follow(arm: Arm, loop: Loop, phase: Phase, reference: Reference) -> int:

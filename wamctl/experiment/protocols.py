@@ -28,8 +28,8 @@ def open_drives(
     """
     if isinstance(arm.drives, CanopenDrivesSection):
         dictionary = beside(path, arm.drives.dictionary)
-        return CanopenDrives(bus, arm, arm.drives, dictionary, str(channel))
-    return PuckDrives(bus, arm, arm.drives, str(channel), lockstep)
+        return CanopenDrives(bus, arm, arm.drives, dictionary, channel)
+    return PuckDrives(bus, arm, arm.drives, channel, lockstep)
 
 
 def bus_plan(arm: ArmFile) -> Load:

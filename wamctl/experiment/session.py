@@ -9,6 +9,7 @@ import can
 
 from wamctl.drives.bus import EMBEDDED, Channel, SimulatedTime, open_bus, parse_channel
 from wamctl.drives.interface import Drives
+from wamctl.drives.one_master import check_silence, locked
 from wamctl.errors import UsageError
 from wamctl.experiment.loop import Arm
 from wamctl.experiment.protocols import open_drives
@@ -73,6 +74,8 @@ def connected(setup: Setup, zeroed: bool = True) -> Iterator[Connection]:
         open_bus(channel, setup.arm.file.bus, setup.lockstep) as bus,
     ):
         drives = open_drives(bus, channel, setup.arm.file, setup.path, setup.lockstep)
+        if not setup.is_embedded:
+            check_silence(bus, channel, drives.is_own)
         notes = drives.set_up() if zeroed else drives.prepare()
         try:
             yield Connection(channel, _clock(setup, channel, bus), drives, tuple(notes))
@@ -100,4 +103,5 @@ def _channel(setup: Setup) -> Iterator[Channel]:
             f"--lockstep is for simulated arms: on bus {channel} a SYNC would follow the last one "
             "at once."
         )
-    yield channel
+    with locked(channel):
+        yield channel

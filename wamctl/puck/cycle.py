@@ -7,9 +7,11 @@ from numpy.typing import NDArray
 from wamctl.arm.config import PuckDrivesSection
 from wamctl.drives.answer_cycle import AnswerCycle
 from wamctl.drives.answers import Answers
+from wamctl.drives.bus import Channel
 from wamctl.drives.interface import CycleTiming, Readings
 from wamctl.puck import frames
 from wamctl.puck.effective_torque import EffectiveTorque
+from wamctl.puck.enumerations import HOST
 from wamctl.puck.supervision import Supervision
 from wamctl.puck.wiring import CycleFrames, is_plain, message
 
@@ -23,7 +25,7 @@ class Cycle:
 
     Args:
         bus: the open bus, which nobody else reads meanwhile.
-        channel: what to call the bus.
+        channel: the bus's name and kind.
         drives: nodes and units.
         wires: the frames.
         supervision: what is asked beside them.
@@ -34,7 +36,7 @@ class Cycle:
     def __init__(
         self,
         bus: can.BusABC,
-        channel: str,
+        channel: Channel,
         drives: PuckDrivesSection,
         wires: CycleFrames,
         supervision: Supervision,
@@ -113,6 +115,10 @@ class Cycle:
     def counts(self, slot: int, frame: can.Message) -> int:
         """The position in a motor's frame [counts]; its joint encoder's stays unused."""
         return frames.decode_position(frame.data[:3])
+
+    def is_own(self, frame: can.Message) -> bool:
+        """Whether only a master of these drives sends such a frame."""
+        return is_plain(frame) and frames.address(frame.arbitration_id).sender == HOST
 
     def hear(self, frame: can.Message) -> bool:
         """Take in a frame from outside the cycle; False if nobody sends such a frame."""

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from wamctl.arm.config import ArmFile, PuckDrivesSection
 from wamctl.drives.answers import Answers
+from wamctl.drives.bus import Channel
 from wamctl.drives.interface import Counters, CycleTiming, Readings
 from wamctl.errors import BusError, DrivesError
 from wamctl.puck import safety_module, set_up
@@ -33,7 +34,7 @@ class PuckDrives:
         bus: the open bus, which nobody else reads.
         arm: the configuration.
         drives: its section of classic Pucks.
-        channel: what to call the bus in sentences.
+        channel: the bus's name and kind.
         lockstep: the simulated arm's time stands still while this program computes.
     """
 
@@ -48,7 +49,7 @@ class PuckDrives:
         bus: can.BusABC,
         arm: ArmFile,
         drives: PuckDrivesSection,
-        channel: str,
+        channel: Channel,
         lockstep: bool,
     ) -> None:
         nodes, module = drives.node_ids, drives.safety_module
@@ -113,6 +114,21 @@ class PuckDrives:
         self._for_motors(one)
         warning = self._for_module(safety_module.configure)
         return [*notes, *([warning] if warning else [])]
+
+    def verify(self) -> None:
+        """See whether every Puck is still as `set_up` left it, and has not restarted since.
+
+        Raises:
+            DrivesError: every difference of every Puck.
+        """
+        self._for_motors(
+            lambda slot: set_up.verify(self._exchange, self._wanted[slot], self._motors[slot])
+        )
+        self._for_module(safety_module.verify)
+
+    def is_own(self, frame: can.Message) -> bool:
+        """Whether only a master of these drives sends such a frame."""
+        return self._cycle.is_own(frame)
 
     def resting_angles(self) -> Array:
         """Motor angles, one Puck after the other, shape (n,) [rad].
@@ -192,7 +208,7 @@ class PuckDrives:
                 f"the Pucks have firmware {versions}, which number P or T differently, so that no "
                 "single frame reaches all of them: update the older ones"
             )
-            raise DrivesError(self._channel, [fault])
+            raise DrivesError(str(self._channel), [fault])
 
     def _strangers(self, found: set[int]) -> list[str]:
         others = found - {*self._drives.node_ids, self._drives.safety_module.node_id}
@@ -218,10 +234,10 @@ class PuckDrives:
             except BusError as error:
                 faults.append(f"{name} {error}")
         if faults:
-            raise DrivesError(self._channel, faults)
+            raise DrivesError(str(self._channel), faults)
 
     def _for_module(self, step: safety_module.Step) -> str:
         try:
             return step(self._exchange, self._drives.safety_module, self._safety)
         except BusError as error:
-            raise DrivesError(self._channel, [f"{self._module_name} {error}"]) from error
+            raise DrivesError(str(self._channel), [f"{self._module_name} {error}"]) from error

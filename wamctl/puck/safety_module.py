@@ -87,6 +87,21 @@ def check_zero(exchange: Exchange, section: SafetyModuleSection, properties: Pro
     return ""
 
 
+def verify(exchange: Exchange, section: SafetyModuleSection, properties: Properties) -> str:
+    """See whether the module still has its limits, its zero, and gives no torque; an empty note.
+
+    Raises:
+        BusError: it does not answer, or says another value.
+    """
+    for name, value in {"MODE": SafetyMode.IDLE, **limits(section)}.items():
+        found = exchange.ask(section.node_id, properties[name], name)
+        if found != value:
+            raise BusError(
+                f"has lost its settings since its set-up: {name} = {found} instead of {value:d}"
+            )
+    return check_zero(exchange, section, properties)
+
+
 def declare_zero(exchange: Exchange, section: SafetyModuleSection, properties: Properties) -> str:
     """Tell the module that positions are defined, so that it watches speeds; an empty note.
 

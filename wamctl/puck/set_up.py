@@ -103,6 +103,21 @@ def configure(exchange: Exchange, wanted: Expected, properties: Properties) -> N
     exchange.establish(wanted.node, properties, {"MODE": MotorMode.IDLE, **wanted.settings})
 
 
+def verify(exchange: Exchange, wanted: Expected, properties: Properties) -> None:
+    """See whether a configured Puck still has its settings and gives no torque.
+
+    Raises:
+        BusError: it does not answer, or says another value, as after a restart.
+    """
+    for name, value in {"MODE": MotorMode.IDLE, **wanted.settings}.items():
+        found = exchange.ask(wanted.node, properties[name], name)
+        if found != value:
+            raise BusError(
+                f"has lost its settings since its set-up: {name} = {found} instead of {value:d}, "
+                "as after a restart"
+            )
+
+
 def _differences(exchange: Exchange, wanted: Expected, properties: Properties) -> Iterator[str]:
     node = wanted.node
     status = exchange.ask(node, _STAT, "STAT")

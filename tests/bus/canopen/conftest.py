@@ -38,11 +38,14 @@ class Witness:
     Attributes:
         torques: time [ns] and the torques in per mille of rated torque, whenever physics goes on.
         heard: time [ns] and frame.
+        on_sync: what happens before a SYNC arrives, by its number.
     """
 
     def __init__(self, arm: Arm, simulation: Simulation) -> None:
         self.torques: list[tuple[int, tuple[int, ...]]] = []
         self.heard: list[tuple[int, Frame]] = []
+        self.on_sync: dict[int, Callable[[], None]] = {}
+        self._syncs = 0
         self._arm = arm
         self.motors = [m for m in simulation.arm.motors if isinstance(m, CanopenDrive)]
         self.boot, self.tick, self.overhear = arm.boot, arm.tick, arm.overhear
@@ -57,6 +60,9 @@ class Witness:
 
     def receive(self, time_ns: int, frame: Frame) -> list[Frame]:
         self.heard.append((time_ns, frame))
+        if frame.can_id == 0x080:
+            self._syncs += 1
+            self.on_sync.pop(self._syncs, lambda: None)()
         return self._arm.receive(time_ns, frame)
 
     def run_physics(self, time_ns: int) -> None:

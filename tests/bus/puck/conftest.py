@@ -30,6 +30,7 @@ from sim_bus.server import Arm, Lockstep, Service, serve
 from wamctl.arm.config import ArmFile, PuckDrivesSection, find_file, load_arm_file
 from wamctl.arm.recording import Recording, read_recording
 from wamctl.arm.trajectory import FourierSeries, Trajectory, write_trajectory
+from wamctl.drives.bus import Channel
 from wamctl.drives.interface import Readings
 from wamctl.errors import StopError
 from wamctl.experiment.excite import ExciteRequest, excite
@@ -94,7 +95,7 @@ class ClassicArm:
         section = file.drives.model_copy(update=changes)
         assert isinstance(section, PuckDrivesSection)
         with self.bus() as bus:
-            yield Rig(PuckDrives(bus, file, section, "sim", lockstep=True))
+            yield Rig(PuckDrives(bus, file, section, Channel("simbus", "sim"), lockstep=True))
 
 
 class Until:

@@ -251,7 +251,7 @@ def test_a_controller_that_goes_bus_off(classic, rig):
     classic.hub.accidents.append(lambda: [Frame(ERROR | 0x40, bytes(8))])
     with pytest.raises(BusStopError) as error:
         rig.fault(2)
-    assert error.value.cause == "bus sim went bus-off"
+    assert error.value.cause == "bus simbus:sim went bus-off"
 
 
 def test_frames_that_nobody_expects_are_counted(classic, rig):

@@ -11,9 +11,11 @@ import pytest
 from wamctl.arm.config import BusSection, load_arm_file
 from wamctl.canopen.cycle import Cycle
 from wamctl.canopen.ds402 import Goal
+from wamctl.drives.bus import Channel
 from wamctl.errors import BusStopError
 
 DRIVES = load_arm_file("wam7.yaml").drives
+CHANNEL = Channel("virtual", "0")
 NAMES = tuple(f"drive {k}" for k in range(1, 8))
 ENABLED, DISABLED, FAULT = 0x1237, 0x0250, 0x0218
 TURN = 2 * np.pi / 4096
@@ -51,7 +53,7 @@ def bus():
 
 @pytest.fixture
 def cycle(bus):
-    found = Cycle(bus, DRIVES, NAMES, "test:0", BusSection(channel="test:0"))
+    found = Cycle(bus, DRIVES, NAMES, CHANNEL, BusSection(channel="test:0"))
     found.start()
     return found
 
@@ -158,11 +160,34 @@ def test_frames_of_strangers_are_counted(bus, cycle):
     assert cycle.counters.foreign == 2
 
 
+OWN = [frame(0x000, b"\1\0"), frame(0x080), frame(0x200, bytes(8)), frame(0x301, bytes(3))]
+OWN += [frame(0x603, bytes(8)), frame(0x77F, b"\5")]
+
+
 def test_our_own_frames_that_come_back_are_nothing(bus, cycle):
-    own = [frame(0x080), frame(0x200, bytes(8)), frame(0x301, bytes(3)), frame(0x77F, b"\5")]
+    own = [frame(f.arbitration_id, f.data, is_rx=False) for f in OWN]
     bus.answers.append([*own, *everyone()])
     sample(cycle)
     assert cycle.counters.foreign == 0
+
+
+def test_where_an_interface_may_echo_our_frames_tell_nothing(bus):
+    echoing = Cycle(bus, DRIVES, NAMES, Channel("slcan", "0"), BusSection(channel="slcan:0"))
+    echoing.start()
+    bus.answers.append([*OWN, *everyone()])
+    sample(echoing)
+    assert echoing.counters.foreign == 0
+
+
+@pytest.mark.parametrize("own", OWN, ids=lambda f: f"{f.arbitration_id:#05x}")
+def test_our_own_frames_from_elsewhere_are_a_stop(bus, cycle, own):
+    bus.answers.append([own, *everyone()])
+    with pytest.raises(BusStopError) as stop:
+        sample(cycle)
+    assert stop.value.cause == (
+        f"another program commands the drives on bus virtual:0: it sent frame "
+        f"{own.arbitration_id:#05x}"
+    )
 
 
 def test_a_flood_does_not_hold_the_cycle_for_ever(bus, cycle):
@@ -232,7 +257,7 @@ def test_a_bus_that_fails_is_one_sentence(bus, cycle):
     bus.send = fail
     with pytest.raises(BusStopError) as stop:
         sample(cycle)
-    assert stop.value.cause == "bus test:0 failed (Network is down)"
+    assert stop.value.cause == "bus virtual:0 failed (Network is down)"
     assert not stop.value.brakes
 
 
@@ -240,7 +265,7 @@ def test_bus_off_is_told(bus, cycle):
     bus.answers.append([can.Message(arbitration_id=0x40, data=bytes(8), is_error_frame=True)])
     with pytest.raises(BusStopError) as stop:
         sample(cycle)
-    assert stop.value.cause == "bus test:0 went bus-off"
+    assert stop.value.cause == "bus virtual:0 went bus-off"
 
 
 def test_silence_leaves_nothing_but_zero_torque(cycle):
@@ -258,7 +283,7 @@ def test_a_hundred_thousand_fuzzed_frames_do_no_harm(bus, cycle):
     valid = [*everyone(), frame(0x701, b"\5"), frame(0x081, bytes(8)), frame(0x281, bytes(4))]
     total = 0
     while total < 100_000:
-        batch = [fuzzed(chance, valid) for _ in range(50)]
+        batch = [f for f in (fuzzed(chance, valid) for _ in range(50)) if not cycle.is_own(f)]
         total += len(batch)
         bus.answers.append(batch + everyone(7))
         readings = sample(cycle)
