@@ -111,10 +111,65 @@ class ArmFile(Section):
             for j, (lo, hi) in enumerate(pairs, 1)
             if lo >= hi
         ]
+        faults += self._loop_faults()
         if faults:
             raise ValueError("; ".join(faults))
         return self
 
+    def _loop_faults(self) -> list[str]:
+        """Numbers that only together tell whether loop and limits can work."""
+        period_s, safety, control = self.bus.period_s, self.safety, self.controller
+        faults = []
+        silent_s = safety.missed_cycles * period_s
+        if silent_s > LONGEST_SILENCE_S:
+            faults.append(
+                f"safety.missed_cycles: {safety.missed_cycles} cycles of {period_s:g} s are "
+                f"{silent_s:g} s, above the limit of {LONGEST_SILENCE_S:g} s without a position"
+            )
+        if control.velocity_cutoff_hz > 0.5 / period_s:
+            faults.append(
+                f"controller.velocity_cutoff_hz: {control.velocity_cutoff_hz:g} Hz is above half "
+                f"of the loop's rate, {0.5 / period_s:g} Hz"
+            )
+        for j, bandwidth in enumerate(control.bandwidth_rad_s, 1):
+            share = 2.0 * control.damping_ratio * bandwidth * period_s
+            if share > 1.0:
+                faults.append(
+                    f"controller.bandwidth_rad_s: {bandwidth:g} rad/s of joint {j} is too fast for "
+                    f"cycles of {period_s:g} s (2 x damping x bandwidth x period is {share:.2g}, "
+                    "limit 1)"
+                )
+        return faults + self._torque_faults()
+
+    def _torque_faults(self) -> list[str]:
+        """Torque limits that the motors of the configuration cannot have."""
+        torques, drives = self.limits.motor_torque_nm, self.drives
+        if isinstance(drives, CanopenDrivesSection):
+            most = [MOST_OVERLOAD * rated for rated in drives.rated_torque_nm]
+            why = f"{MOST_OVERLOAD:g} times the drive's rated torque"
+        else:
+            most = [MOST_PUCK_UNITS / units for units in drives.torque_units_per_nm]
+            why = f"{MOST_PUCK_UNITS} Puck units"
+        faults = [
+            f"limits.motor_torque_nm: {torque:g} N m of motor {k} is above {why}, {bound:.4g} N m"
+            for k, (torque, bound) in enumerate(zip(torques, most, strict=False), 1)
+            if torque > bound
+        ]
+        watched = self.safety.unaccounted_torque_nm
+        return faults + [
+            f"safety.unaccounted_torque_nm: {left:g} N m of motor {k} is not below its limit of "
+            f"{torque:g} N m, so that nothing would be noticed"
+            for k, (left, torque) in enumerate(zip(watched, torques, strict=False), 1)
+            if left >= torque
+        ]
+
+
+LONGEST_SILENCE_S = 0.1
+"""Within this time an arm at 2 rad/s goes 0.2 rad without being seen."""
+MOST_OVERLOAD = 5.0
+"""Peak torque of a servo motor is three to five times its rated one."""
+MOST_PUCK_UNITS = 8191
+"""Largest value of a packed torque."""
 
 _OTHER_LENGTHS = {("robot", "gravity_m_s2"), ("identification", "terms")}
 

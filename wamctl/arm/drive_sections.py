@@ -71,7 +71,7 @@ class SafetyModuleSection(Section):
     speed_warning_m_s: PuckSpeed = Field(description="VL1, at the elbow and 0.35 m beyond [m/s]")
     speed_fault_m_s: PuckSpeed = Field(description="VL2, at the elbow and 0.35 m beyond [m/s]")
     activation_s: Positive = Field(
-        default=120.0, description="time for the operator to press Shift-Activate [s]"
+        default=120.0, le=600.0, description="time for the operator to press Shift-Activate [s]"
     )
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from wamctl.arm.errors import ConfigurationError
 from wamctl.arm.inertial import INERTIAL_NAMES, PINOCCHIO_INDEX, change_of_frame, parameter_name
 from wamctl.arm.mimic import in_the_way, named, pairs_of
+from wamctl.arm.urdf_numbers import number_faults
 
 Array = NDArray[np.floating]
 
@@ -125,6 +126,9 @@ def _parse(urdf: str, source: Path | str) -> pin.Model:
         raise ConfigurationError(
             source, ["xacro, not URDF: make one of it with `xacro FILE > arm.urdf`, and give that"]
         )
+    faults = number_faults(urdf)
+    if faults:
+        raise ConfigurationError(source, faults)
     try:
         return pin.buildModelFromXML(_with_turn_limits(urdf))
     except (ValueError, RuntimeError) as error:

@@ -11,6 +11,16 @@ Vector = tuple[Finite, ...]
 PositiveVector = tuple[Positive, ...]
 NonNegativeVector = tuple[NonNegative, ...]
 
+# Bounds by physics: beyond them a number switches its check off, or is a slip of the unit.
+Angle = Annotated[float, Field(ge=-100, le=100, allow_inf_nan=False)]  # [rad]; [m] where it slides
+Speed = Annotated[float, Field(gt=0, le=50, allow_inf_nan=False)]  # 480 turns a minute [rad/s]
+Acceleration = Annotated[float, Field(gt=0, le=2000, allow_inf_nan=False)]  # [rad/s^2]
+Jerk = Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)]  # [rad/s^3]
+Torque = Annotated[float, Field(gt=0, le=1000, allow_inf_nan=False)]  # of a motor [N m]
+Slew = Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)]  # [N m/s]
+PointSpeed = Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)]  # of elbow and tool [m/s]
+TrackingError = Annotated[float, Field(gt=0, le=1.6, allow_inf_nan=False)]  # a quarter turn [rad]
+
 
 class Section(BaseModel):
     """A frozen part of the file; unknown keys are refused."""
@@ -126,23 +136,26 @@ class BusSection(Section):
 class LimitsSection(Section):
     """What the arm may do: preflight, torque gate, excitation designer and report read it here."""
 
-    position_lower_rad: Vector
-    position_upper_rad: Vector
-    velocity_rad_s: PositiveVector
-    acceleration_rad_s2: PositiveVector
-    jerk_rad_s3: PositiveVector
-    motor_torque_nm: PositiveVector = Field(description="motor side, per motor [N m]")
-    motor_torque_slew_nm_s: PositiveVector = Field(description="motor side, per motor [N m/s]")
+    position_lower_rad: tuple[Angle, ...]
+    position_upper_rad: tuple[Angle, ...]
+    velocity_rad_s: tuple[Speed, ...]
+    acceleration_rad_s2: tuple[Acceleration, ...]
+    jerk_rad_s3: tuple[Jerk, ...]
+    motor_torque_nm: tuple[Torque, ...] = Field(description="motor side, per motor [N m]")
+    motor_torque_slew_nm_s: tuple[Slew, ...] = Field(description="motor side, per motor [N m/s]")
     power_w: Positive | None = Field(
-        default=None, description="that all motors together may put into the arm [W]; unset: any"
+        default=None,
+        le=2e4,
+        description="that all motors together may put into the arm [W]; unset: any",
     )
     kinetic_energy_j: Positive | None = Field(
-        default=None, description="of the whole arm by the CAD model [J]; unset: any"
+        default=None, le=1000.0, description="of the whole arm by the CAD model [J]; unset: any"
     )
-    elbow_speed_m_s: Positive = Field(description="speed of the elbow point [m/s]")
-    tool_speed_m_s: Positive = Field(description="speed of the tool point [m/s]")
+    elbow_speed_m_s: PointSpeed = Field(description="speed of the elbow point [m/s]")
+    tool_speed_m_s: PointSpeed = Field(description="speed of the tool point [m/s]")
     clearance_m: NonNegative = Field(
         default=0.0,
+        le=1.0,
         description="least distance of the URDF's collision shapes that lie three joints apart [m]",
     )
     elbow_frame: str = Field(description="URDF link whose origin is the elbow point")
@@ -155,7 +168,9 @@ class ControllerSection(Section):
     bandwidth_rad_s: PositiveVector = Field(
         description="undamped natural frequency of each joint's error [rad/s]"
     )
-    damping_ratio: Positive = Field(default=1.0, description="1 is critically damped (paper, V-B)")
+    damping_ratio: Positive = Field(
+        default=1.0, ge=0.3, le=3.0, description="1 is critically damped (paper, V-B)"
+    )
     velocity_cutoff_hz: Positive = Field(description="low-pass on the differentiated position [Hz]")
 
 
@@ -165,10 +180,12 @@ class ExcitationSection(Section):
     trajectory: str | None = Field(
         default=None, description="trajectory file; relative paths count from this file"
     )
-    fundamental_rad_s: Positive = Field(description="omega_f of (46) [rad/s]")
+    fundamental_rad_s: Positive = Field(
+        ge=0.02, le=100.0, description="omega_f of (46) [rad/s]; 0.02 is a period of 314 s"
+    )
     harmonics: int = Field(ge=1, le=20, description="L of (46)")
-    periods: int = Field(ge=1, description="counted periods of the steady state")
-    ramp_s: Positive = Field(description="time to fade the motion in, and out again [s]")
+    periods: int = Field(ge=1, le=1000, description="counted periods of the steady state")
+    ramp_s: Positive = Field(le=30.0, description="time to fade the motion in, and out again [s]")
     position_lower_rad: Vector | None = Field(
         default=None, description="tighter than the arm's limits; unset: those"
     )
@@ -197,14 +214,19 @@ class ExcitationSection(Section):
 class SafetySection(Section):
     """When the experiment stops by itself."""
 
-    tracking_error_rad: PositiveVector = Field(
-        description="largest difference of reference and position, per joint [rad]"
+    tracking_error_rad: tuple[TrackingError, ...] = Field(
+        description="largest difference of reference and position, per joint [rad]; a quarter turn"
+        " at most, beyond which the control law pushes anywhere"
     )
     position_margin_rad: NonNegative = Field(
-        description="the arm may pass its position limits by this much [rad]"
+        le=0.2,
+        description="the arm may pass its position limits by this much [rad]; 0.2 is what it goes"
+        " while it is stopped from 4 rad/s",
     )
     velocity_margin: Positive = Field(
-        description="the arm may move this many times as fast as its velocity limits"
+        ge=1.0,
+        le=2.0,
+        description="the arm may move this many times as fast as its velocity limits",
     )
     unaccounted_torque_nm: PositiveVector = Field(
         default=(),
@@ -222,7 +244,10 @@ class SafetySection(Section):
         description="positions come with the lowest identifier first, cycle by cycle; false: "
         "others are only counted",
     )
-    braking_s: Positive = Field(description="time for a controlled stop [s]")
+    braking_s: Positive = Field(
+        le=0.5,
+        description="time for a controlled stop [s]; an arm at 2 rad/s goes on for half of it",
+    )
 
 
 class SimulationSection(Section):

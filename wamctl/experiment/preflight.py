@@ -1,5 +1,6 @@
 """All that can be refused before a bus is opened, in one go."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,10 @@ from wamctl.experiment.protocols import bus_plan
 T = TypeVar("T")
 
 _SYNCS_BEFORE_LOSS = 3
+LONGEST_PERIOD_S = 320.0
+"""Every millisecond of a period is checked against all limits; this many take half a minute."""
+LONGEST_MOTION_S = 7200.0
+"""An operator stays beside the moving arm for as long."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +62,7 @@ def load_arm(config: str | Path) -> tuple[Path, Arm]:
         _collected(faults, lambda: load_dictionary(eds, node))
         faults += _drive_faults(file, file.drives)
     if robot is not None:
-        faults += _frame_faults(file, robot)
+        faults += _frame_faults(file, robot) + _weight_faults(robot)
     if faults or robot is None or joints is None:
         raise ConfigurationError(path, faults)
     return path, Arm(file, robot, joints, computed_torque(robot, file.controller))
@@ -78,6 +83,8 @@ def prepare(config: str | Path, trajectory: str | Path | None = None) -> Prepare
     load = bus_plan(file)
     faults = bus_load.faults(load)
     found = _collected(faults, lambda: _trajectory(file, path, trajectory))
+    if found is not None and (slow := _length_faults(found)):
+        raise ConfigurationError(path, faults + slow)
     if found is not None:
         faults += check_trajectory(file, arm.robot, found)
     if faults or found is None:
@@ -116,6 +123,24 @@ def _trajectory(file: ArmFile, path: Path, given: str | Path | None) -> Trajecto
     return read_trajectory(beside(path, file.excitation.trajectory))
 
 
+def _length_faults(trajectory: Trajectory) -> list[str]:
+    """Motions that would take hours, or whose checks would."""
+    period_s = 2.0 * math.pi / trajectory.series.fundamental_rad_s
+    total_s = period_s * trajectory.periods
+    faults = []
+    if not period_s <= LONGEST_PERIOD_S:
+        faults.append(
+            f"the trajectory's period is {period_s:.4g} s, above the limit of "
+            f"{LONGEST_PERIOD_S:g} s"
+        )
+    if not total_s <= LONGEST_MOTION_S:
+        faults.append(
+            f"the trajectory's counted periods take {total_s:.4g} s, above the limit of "
+            f"{LONGEST_MOTION_S:g} s"
+        )
+    return faults
+
+
 def _drive_faults(file: ArmFile, drives: CanopenDrivesSection) -> list[str]:
     faults = []
     if len(set(drives.node_ids)) != len(drives.node_ids):
@@ -127,6 +152,16 @@ def _drive_faults(file: ArmFile, drives: CanopenDrivesSection) -> list[str]:
             f"cycles ({least_ms:g} ms), so that one late SYNC would stop the arm"
         )
     return faults
+
+
+def _weight_faults(robot: Robot) -> list[str]:
+    """Links that the gravity model does not carry."""
+    return [
+        f"robot.urdf: the link behind joint {k} ({name}) has no mass, so that its weight would not "
+        "be carried"
+        for k, name in enumerate(robot.joint_names, 1)
+        if not robot.model.inertias[k].mass > 0.0
+    ]
 
 
 def _frame_faults(file: ArmFile, robot: Robot) -> list[str]:
