@@ -28,7 +28,7 @@ class Told:
         verdict: in one word.
         names, joints: what was named, and where, from 1.
         rivals: what could not be told from it.
-        nameless: structure without a name.
+        unexplained_structures: structure without a name.
         values: value and standard deviation of each effect's parameters, by name.
         truth: what they ought to be, signs left out, where the catalogue has such a parameter.
         closed: part of the held-out gap that was closed, of what the true effect would close.
@@ -64,7 +64,7 @@ class Told:
         mark = "ok" if self.right else "WRONG" if self.wrong else "no"
         return (
             f"{self.seed:5d} {mark:5s} level {self.level:7.2f} {what:42s} -> {self.verdict}: {said}"
-            f" {'; '.join(self.nameless)} (closed {self.closed:.2f}, {self.seconds:.0f} s)"
+            f" {'; '.join(self.unexplained_structures)} (closed {self.closed:.2f}, {self.seconds:.0f} s)"
         )
 
 
