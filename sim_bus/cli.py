@@ -17,6 +17,7 @@ from sim_bus.assembly import Simulation, load_simulation
 from sim_bus.can_bus.hub import Hub
 from sim_bus.can_bus.hubs import open_hub
 from sim_bus.faults.assembly import load_faulty_simulation
+from sim_bus.hidden_effects.shipped import hidden_file, listing
 from sim_bus.plant.truth import write_truth
 from sim_bus.server import Arm, Lockstep, RealTime, Service, serve
 from wamctl.arm.errors import UserError
@@ -44,7 +45,9 @@ def _serve(
     lockstep: Annotated[bool, typer.Option(help="one period of physics at every SYNC")] = False,
     truth: Annotated[Path | None, typer.Option(help="write the arm's true parameters here")] = None,
     faults: Annotated[Path | None, typer.Option(help="fault file: what goes wrong, when")] = None,
-    hidden: Annotated[Path | None, typer.Option(help="file of effects that the arm hides")] = None,
+    hidden: Annotated[
+        str | None, typer.Option(metavar="NAME|FILE", help="effects that the arm hides")
+    ] = None,
     stop_with_stdin: Annotated[bool, typer.Option(help="end when standard input ends")] = False,
     debug: Annotated[bool, typer.Option(help="show where an error came from")] = False,
 ) -> None:
@@ -55,7 +58,8 @@ def _serve(
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _stop)
     try:
-        simulation, arm = _load(config, seed, hidden, faults)
+        effects = None if hidden is None else hidden_file(hidden)
+        simulation, arm = _load(config, seed, effects, faults)
         if truth is not None:
             write_truth(truth, simulation.truth)
         simulation.arm.plant.warm_up()
@@ -76,13 +80,23 @@ def _serve(
         raise typer.Exit(error.exit_code) from error
 
 
+@app.command("hidden")
+def _hidden() -> None:
+    """List the hidden effects that are shipped, for `serve --hidden NAME`.
+
+    Example: sim-bus hidden
+    """
+    for line in listing():
+        typer.echo(line)
+
+
 def _load(
-    config: str, seed: int, hidden: Path | None, faults: Path | None
+    config: str, seed: int, effects: Path | None, faults: Path | None
 ) -> tuple[Simulation, Arm]:
     if faults is None:
-        simulation = load_simulation(config, seed, hidden)
+        simulation = load_simulation(config, seed, effects)
         return simulation, simulation.arm
-    return load_faulty_simulation(config, seed, faults, _say, hidden)
+    return load_faulty_simulation(config, seed, faults, _say, effects)
 
 
 def _clock(simulation: Simulation, arm: Arm, hub: Hub, lockstep: bool) -> tuple[Service, str]:

@@ -7,3 +7,9 @@ class SimulatedBusError(UserError):
     """A bus that cannot be served; the message is the whole sentence."""
 
     exit_code = 4
+
+
+class UnknownEffectError(UserError):
+    """No such hidden effect; the message is the whole sentence."""
+
+    exit_code = 2

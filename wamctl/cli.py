@@ -26,6 +26,7 @@ from wamctl.experiment.excite import ExciteRequest, Summary, excite
 from wamctl.experiment.operator_stop import Interrupted, StopRequest
 from wamctl.experiment.preflight import load_arm, prepare
 from wamctl.experiment.session import Setup
+from wamctl.experiment.simulator import shipped_effects
 from wamctl.live.watch import PORT, check_installed, live_view
 
 app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
@@ -48,6 +49,15 @@ def _main() -> None:
     """Drive a torque-controlled arm over CAN, and log what it does."""
 
 
+def _list_hidden(given: str | None) -> str | None:
+    """Answer `--hidden list` at once, whatever else is given or missing."""
+    if given == "list":
+        with _reported(debug=False):
+            typer.echo(shipped_effects())
+        raise typer.Exit
+    return given
+
+
 @app.command("excite")
 def _excite(
     config: Config,
@@ -56,6 +66,15 @@ def _excite(
     lockstep: Annotated[bool, typer.Option(help="simulated time, as fast as possible")] = False,
     out: Annotated[Path | None, typer.Option(help="the log to write")] = None,
     seed: Seed = 0,
+    hidden: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME|FILE",
+            callback=_list_hidden,
+            is_eager=True,
+            help="with --bus sim: an effect that the arm carries in secret; list: the shipped ones",
+        ),
+    ] = None,
     yes_move_the_arm: Annotated[
         str, typer.Option(metavar="NAME", help="the arm's name, instead of typing it")
     ] = "",
@@ -75,7 +94,7 @@ def _excite(
             check_installed()
         prepared = prepare(config, trajectory)
         file = prepared.arm.file
-        setup = Setup(prepared.path, prepared.arm, bus or file.bus.channel, lockstep, seed)
+        setup = Setup(prepared.path, prepared.arm, bus or file.bus.channel, lockstep, seed, hidden)
         log = out or Path(f"{file.arm}-{datetime.now():%Y%m%d-%H%M%S}.mcap")
         confirm = partial(confirm_by_name, prepared, yes_move_the_arm)
         live_views = (partial(live_view, port=live_port),) if live else ()

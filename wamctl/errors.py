@@ -2,6 +2,8 @@
 
 from wamctl.arm.errors import UserError
 
+_ITS_EXIT_CODES = (2, 3)  # usage and configuration: what the user wrote, not the bus
+
 
 class UsageError(UserError):
     """The command was called in a way that it cannot serve; the message is the whole sentence."""
@@ -13,6 +15,20 @@ class BusError(UserError):
     """The bus or a drive on it cannot be used; the message is the whole sentence."""
 
     exit_code = 4
+
+
+class SimulatedArmError(UserError):
+    """The embedded simulated arm cannot serve; its last line says why, its exit code counts."""
+
+    def __init__(self, what: str, said: str, exit_code: int) -> None:
+        self.exit_code = exit_code if exit_code in _ITS_EXIT_CODES else BusError.exit_code
+        super().__init__(what, said)
+        self.what = what
+        self.said = said
+
+    def __str__(self) -> str:
+        lines = self.said.strip().splitlines()
+        return f"The simulated arm {self.what}: {lines[-1] if lines else 'it was silent.'}"
 
 
 class DrivesError(BusError):

@@ -64,7 +64,8 @@ class Told:
         mark = "ok" if self.right else "WRONG" if self.wrong else "no"
         return (
             f"{self.seed:5d} {mark:5s} level {self.level:7.2f} {what:42s} -> {self.verdict}: {said}"
-            f" {'; '.join(self.unexplained_structures)} (closed {self.closed:.2f}, {self.seconds:.0f} s)"
+            f" {'; '.join(self.unexplained_structures)}"
+            f" (closed {self.closed:.2f}, {self.seconds:.0f} s)"
         )
 
 

@@ -91,8 +91,14 @@ OutsideCatalogue = (
 
 
 class HiddenFile(Section):
-    """A file of hidden effects."""
+    """A file of hidden effects.
 
+    Attributes:
+        summary: which effect, where, how large, in one line.
+        effects: what the arm carries, in the order in which it acts.
+    """
+
+    summary: str = ""
     effects: tuple[Annotated[Known | OutsideCatalogue, Field(discriminator="effect")], ...]
 
 

@@ -27,6 +27,7 @@ class Setup:
         bus: `sim`, or INTERFACE:CHANNEL.
         lockstep: simulated time instead of real time.
         seed: of the simulated arm.
+        hidden: effects that the simulated arm carries in secret: a shipped name or a file.
     """
 
     path: Path
@@ -34,6 +35,7 @@ class Setup:
     bus: str
     lockstep: bool = False
     seed: int = 0
+    hidden: str | None = None
 
     @property
     def is_embedded(self) -> bool:
@@ -94,10 +96,15 @@ def _clock(setup: Setup, channel: Channel, bus: can.BusABC) -> Clock:
 @contextmanager
 def _channel(setup: Setup) -> Iterator[Channel]:
     if setup.is_embedded:
-        with simulated_arm(setup.path, setup.seed, setup.lockstep) as channel:
+        with simulated_arm(setup.path, setup.seed, setup.lockstep, setup.hidden) as channel:
             yield channel
         return
     channel = parse_channel(setup.bus)
+    if setup.hidden is not None:
+        raise UsageError(
+            f"--hidden is for the embedded simulated arm: give --bus sim with it, not {channel}; "
+            "no drive was asked."
+        )
     if setup.lockstep and not channel.may_lockstep:
         raise UsageError(
             f"--lockstep is for simulated arms: on bus {channel} a SYNC would follow the last one "

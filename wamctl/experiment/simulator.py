@@ -1,5 +1,6 @@
 """The simulated arm as a child process, on a private socket: what `--bus sim` means."""
 
+import select
 import shutil
 import subprocess
 import sys
@@ -9,14 +10,19 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from wamctl.drives.bus import Channel
-from wamctl.errors import BusError
+from wamctl.errors import BusError, SimulatedArmError
 
 _END_S = 10.0
+_PATIENCE_S = 3.0  # a compiled simulation starts in less
 
 
 @contextmanager
 def simulated_arm(
-    config: Path, seed: int, lockstep: bool, truth: Path | None = None
+    config: Path,
+    seed: int,
+    lockstep: bool,
+    hidden: str | None = None,
+    truth: Path | None = None,
 ) -> Iterator[Channel]:
     """A running simulated arm, and the bus on which its drives are.
 
@@ -24,16 +30,19 @@ def simulated_arm(
         config: the arm's file.
         seed: which arm, and which chance.
         lockstep: its time advances by one period a SYNC.
+        hidden: effects that it carries in secret: a shipped name or a file; None: none.
         truth: where it is to write its true parameters.
 
     Raises:
-        BusError: it does not start.
+        BusError: its program is not there.
+        SimulatedArmError: it does not start.
     """
     with tempfile.TemporaryDirectory(prefix="wamctl-") as folder:
         channel = Channel("simbus", str(Path(folder) / "bus"))
         arguments = [_program(), "serve", "--config", str(config), "--bus", str(channel)]
         arguments += ["--seed", str(seed), "--stop-with-stdin"]
         arguments += ["--lockstep"] if lockstep else []
+        arguments += ["--hidden", hidden] if hidden else []
         arguments += ["--truth", str(truth)] if truth else []
         process = subprocess.Popen(
             arguments,
@@ -51,6 +60,19 @@ def simulated_arm(
                 _end(process)
 
 
+def shipped_effects() -> str:
+    """Names, joints and sizes of the hidden effects that are shipped, one a line.
+
+    Raises:
+        BusError: the program sim-bus is not there.
+        SimulatedArmError: it cannot list them.
+    """
+    asked = subprocess.run([_program(), "hidden"], capture_output=True, text=True, check=False)
+    if asked.returncode:
+        raise SimulatedArmError("cannot list its effects", asked.stderr, asked.returncode)
+    return asked.stdout.rstrip()
+
+
 def _program() -> str:
     beside = Path(sys.executable).with_name("sim-bus")
     found = str(beside) if beside.exists() else shutil.which("sim-bus")
@@ -63,10 +85,16 @@ def _program() -> str:
 
 
 def _wait_until_ready(process: subprocess.Popen[str]) -> None:
-    ready = process.stdout.readline() if process.stdout else ""
-    if not ready:
-        said = process.stderr.read().strip().splitlines() if process.stderr else []
-        raise BusError(f"The simulated arm did not start: {said[-1] if said else 'it was silent'}")
+    if process.stdout is None or process.stderr is None:
+        raise SimulatedArmError("did not start", "it has no output", BusError.exit_code)
+    if not select.select([process.stdout], [], [], _PATIENCE_S)[0]:
+        sys.stderr.write(
+            "Starting the simulated arm; its first start on a machine compiles it, which takes "
+            "about half a minute.\n"
+        )
+    if not process.stdout.readline():
+        said = process.stderr.read()
+        raise SimulatedArmError("did not start", said, process.wait(_END_S))
 
 
 def _end(process: subprocess.Popen[str]) -> None:
