@@ -3,6 +3,7 @@
 import contextlib
 import ctypes
 import gc
+import json
 import os
 import signal
 import sys
@@ -14,10 +15,12 @@ from typing import Annotated
 import typer
 
 from sim_bus.assembly import Simulation, load_simulation
+from sim_bus.can_bus.frame_length import warm_up
 from sim_bus.can_bus.hub import Hub
 from sim_bus.can_bus.hubs import open_hub
+from sim_bus.compilation import announced
 from sim_bus.faults.assembly import load_faulty_simulation
-from sim_bus.hidden_effects.shipped import hidden_file, listing
+from sim_bus.hidden_effects.shipped import hidden_file, shipped_summaries
 from sim_bus.plant.truth import write_truth
 from sim_bus.server import Arm, Lockstep, RealTime, Service, serve
 from wamctl.arm.errors import UserError
@@ -26,6 +29,10 @@ app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
 
 _PRIORITY = 40
 _LOCK_CURRENT, _LOCK_FUTURE = 1, 2
+_COMPILES = (
+    "The simulated arm is being compiled, which happens once on a machine and takes about half a "
+    "minute."
+)
 
 
 class _Stopped(BaseException):
@@ -59,10 +66,12 @@ def _serve(
         signal.signal(number, _stop)
     try:
         effects = None if hidden is None else hidden_file(hidden)
-        simulation, arm = _load(config, seed, effects, faults)
+        with announced(_COMPILES, _note):
+            simulation, arm = _load(config, seed, effects, faults)
+            simulation.arm.plant.warm_up()
+            warm_up(simulation.timing)
         if truth is not None:
             write_truth(truth, simulation.truth)
-        simulation.arm.plant.warm_up()
         hub = open_hub(bus, simulation.is_fd)
         try:
             service, clock = _clock(simulation, arm, hub, lockstep)
@@ -81,13 +90,20 @@ def _serve(
 
 
 @app.command("hidden")
-def _hidden() -> None:
+def _hidden(
+    as_json: Annotated[bool, typer.Option("--json", help="print the result as JSON")] = False,
+) -> None:
     """List the hidden effects that are shipped, for `serve --hidden NAME`.
 
     Example: sim-bus hidden
     """
-    for line in listing():
-        typer.echo(line)
+    summaries = shipped_summaries()
+    if as_json:
+        typer.echo(json.dumps(summaries, indent=2))
+        return
+    width = max(map(len, summaries))
+    for name, summary in summaries.items():
+        typer.echo(f"{name:{width}}  {summary}")
 
 
 def _load(
@@ -133,6 +149,10 @@ def _serve_without_pauses(service: Service, hub: Hub, stop_with_stdin: bool) -> 
 def _say(sentence: str) -> None:
     typer.echo(sentence)
     sys.stdout.flush()
+
+
+def _note(sentence: str) -> None:
+    typer.echo(f"note: {sentence}", err=True)
 
 
 def _say_at_the_end(sentence: str) -> None:

@@ -4,7 +4,7 @@ import heapq
 from dataclasses import dataclass
 
 from sim_bus.can_bus.frame import Frame
-from sim_bus.can_bus.frame_length import GAP_BITS, BitTiming, frame_ns
+from sim_bus.can_bus.frame_length import GAP_BITS, BitTiming, frame_ns, warm_up
 
 _SECOND_NS = 1_000_000_000
 
@@ -69,8 +69,7 @@ class Arbitration:
         self._current: Arrival | None = None
         self._offered = 0
         self.load = Load()
-        for fd in (False, True):  # compiles what counts the bits before the clock runs
-            frame_ns(Frame(0, b"", fd), timing)
+        warm_up(timing)
 
     def offer(self, time_ns: int, frame: Frame, sender: object) -> None:
         """A frame that is ready to be sent from `time_ns` on."""

@@ -35,6 +35,12 @@ def frame_ns(frame: Frame, timing: BitTiming) -> int:
     return round(slow * 1e9 / timing.nominal_bit_s + fast * 1e9 / timing.data_bit_s)
 
 
+def warm_up(timing: BitTiming) -> None:
+    """Compile what counts the bits, before a clock runs."""
+    for fd in (False, True):
+        frame_ns(Frame(0, b"", fd), timing)
+
+
 def classic_frame_bits(frame: Frame) -> int:
     """Bits of a classic frame up to its last one: 44 + 8 n for n data bytes, and the stuff bits."""
     extended, remote = bool(frame.can_id & EXTENDED), bool(frame.can_id & REMOTE)

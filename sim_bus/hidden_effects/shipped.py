@@ -29,11 +29,9 @@ def hidden_file(name: str) -> Path:
     )
 
 
-def listing() -> list[str]:
-    """One line for each shipped effect: its name, its joint, its size."""
-    shipped = _shipped()
-    width = max(map(len, shipped), default=0)
-    return [f"{name:{width}}  {read_hidden_file(path).summary}" for name, path in shipped.items()]
+def shipped_summaries() -> dict[str, str]:
+    """Joint and size of each shipped effect in one line, by its name."""
+    return {name: read_hidden_file(path).summary for name, path in _shipped().items()}
 
 
 def _shipped() -> dict[str, Path]:

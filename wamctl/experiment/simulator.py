@@ -13,7 +13,7 @@ from wamctl.drives.bus import Channel
 from wamctl.errors import BusError, SimulatedArmError
 
 _END_S = 10.0
-_PATIENCE_S = 3.0  # a compiled simulation starts in less
+_NOTE = "note: "  # begins what it says for the operator while it starts
 
 
 @contextmanager
@@ -87,14 +87,14 @@ def _program() -> str:
 def _wait_until_ready(process: subprocess.Popen[str]) -> None:
     if process.stdout is None or process.stderr is None:
         raise SimulatedArmError("did not start", "it has no output", BusError.exit_code)
-    if not select.select([process.stdout], [], [], _PATIENCE_S)[0]:
-        sys.stderr.write(
-            "Starting the simulated arm; its first start on a machine compiles it, which takes "
-            "about half a minute.\n"
-        )
+    said = []
+    while process.stdout not in select.select([process.stdout, process.stderr], [], [])[0]:
+        said.append(process.stderr.readline())
+        if said[-1].startswith(_NOTE):
+            sys.stderr.write(said[-1])
     if not process.stdout.readline():
-        said = process.stderr.read()
-        raise SimulatedArmError("did not start", said, process.wait(_END_S))
+        said.append(process.stderr.read())
+        raise SimulatedArmError("did not start", "".join(said), process.wait(_END_S))
 
 
 def _end(process: subprocess.Popen[str]) -> None:
