@@ -18,21 +18,17 @@ from sim_bus.assembly import Simulation, load_simulation
 from sim_bus.can_bus.frame_length import warm_up
 from sim_bus.can_bus.hub import Hub
 from sim_bus.can_bus.hubs import open_hub
-from sim_bus.compilation import announced
 from sim_bus.faults.assembly import load_faulty_simulation
 from sim_bus.hidden_effects.shipped import hidden_file, shipped_summaries
 from sim_bus.plant.truth import write_truth
 from sim_bus.server import Arm, Lockstep, RealTime, Service, serve
+from wamctl.arm.compilation import compilation_announced
 from wamctl.arm.errors import UserError
 
 app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
 
 _PRIORITY = 40
 _LOCK_CURRENT, _LOCK_FUTURE = 1, 2
-_COMPILES = (
-    "The simulated arm is being compiled, which happens once on a machine and takes about half a "
-    "minute."
-)
 
 
 class _Stopped(BaseException):
@@ -66,7 +62,7 @@ def _serve(
         signal.signal(number, _stop)
     try:
         effects = None if hidden is None else hidden_file(hidden)
-        with announced(_COMPILES, _note):
+        with compilation_announced("the simulated arm"):
             simulation, arm = _load(config, seed, effects, faults)
             simulation.arm.plant.warm_up()
             warm_up(simulation.timing)
@@ -149,10 +145,6 @@ def _serve_without_pauses(service: Service, hub: Hub, stop_with_stdin: bool) -> 
 def _say(sentence: str) -> None:
     typer.echo(sentence)
     sys.stdout.flush()
-
-
-def _note(sentence: str) -> None:
-    typer.echo(f"note: {sentence}", err=True)
 
 
 def _say_at_the_end(sentence: str) -> None:

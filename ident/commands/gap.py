@@ -33,10 +33,12 @@ def gap(
     from ident.gap.results.outcome import Options
     from ident.recordings.loading import Reading
     from ident.workflows.gap import gap_logs
+    from wamctl.arm.compilation import compilation_announced
 
     reading = Reading(joint_states, torque=torque.value if torque else None)
     options = Options(null_runs=null_runs)
-    text, sentences = gap_logs(logs, (robot, model), out, reading, options, _Told().tell)
+    with compilation_announced("the search"):
+        text, sentences = gap_logs(logs, (robot, model), out, reading, options, _Told().tell)
     if as_json:
         typer.echo(text.rstrip())
         return

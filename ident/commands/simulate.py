@@ -25,8 +25,10 @@ def simulate(
     Example: ident simulate --model gap/model.yaml --out simulated.mcap
     """
     from ident.workflows.simulate import simulate_model
+    from wamctl.arm.compilation import compilation_announced
 
-    recording = simulate_model(model, trajectory, config, out)
+    with compilation_announced("the simulation"):
+        recording = simulate_model(model, trajectory, config, out)
     seconds = float(recording.stamp_ns[-1] - recording.stamp_ns[0]) * 1e-9
     if as_json:
         summary = {"log": str(out), "samples": len(recording.stamp_ns), "seconds": seconds}

@@ -1,5 +1,6 @@
 """A word to whoever waits while numba compiles, which it does once on a machine."""
 
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -7,15 +8,22 @@ from numba.core import event
 
 
 @contextmanager
-def announced(sentence: str, tell: Callable[[str], None]) -> Iterator[None]:
-    """Tell a sentence when something is first compiled in the block; nothing where all is cached.
+def compilation_announced(what: str) -> Iterator[None]:
+    """Say so on stderr when something is first compiled in the block; silent where all is cached.
 
     Args:
-        sentence: what to tell.
-        tell: takes it.
+        what: what is compiled, to begin the sentence with.
     """
-    with event.install_listener("numba:compile", _First(lambda: tell(sentence))):
+    with event.install_listener("numba:compile", _First(lambda: _say(what))):
         yield
+
+
+def _say(what: str) -> None:
+    sys.stderr.write(
+        f"note: {what} is being compiled, which happens once on a machine and takes about half a "
+        "minute.\n"
+    )
+    sys.stderr.flush()
 
 
 class _First(event.Listener):
