@@ -65,7 +65,6 @@ def design(
     from ident.commands.design_progress import Progress
     from ident.excitation.settings import design_settings, settings_from, settled
     from ident.workflows.design import design_file, design_for, report_beside, view_beside
-    from wamctl.arm.compilation import compilation_announced
     from wamctl.arm.errors import ConfigurationError
 
     wanted = {"time_s": seconds, "seed": seed, "objective": objective and objective.value}
@@ -74,7 +73,7 @@ def design(
     if purpose is not None and model is not None:
         raise ConfigurationError("--model", ["has no say in the fixed motions of --for"])
     if purpose is None:
-        with Progress(chosen) as progress, compilation_announced("the search"):
+        with Progress(chosen) as progress:
             found = design_file(config, out, chosen, start, progress.report, model)
         wishes = chosen.model_dump(mode="json", exclude_none=True)
         wishes |= {} if model is None else {"model": str(model)}

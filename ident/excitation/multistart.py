@@ -4,6 +4,7 @@ import multiprocessing
 import queue
 import signal
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass
 from multiprocessing.context import SpawnProcess
 from multiprocessing.queues import Queue
@@ -16,6 +17,7 @@ from ident.excitation.evaluate import Candidate
 from ident.excitation.problem import Problem
 from ident.excitation.search import Effort, search
 from ident.excitation.trajectory_grid import Grid
+from wamctl.arm.compilation import compilation_announced
 
 Array = NDArray[np.floating]
 Report = Callable[[Candidate | None], None]
@@ -97,6 +99,7 @@ def _island(task: Task, number: int, found: "Queue[Candidate | None]") -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     seed = int(np.random.SeedSequence([task.seed, number]).generate_state(1)[0])
     method = search_by_cobyla if task.method == "cobyla" else search
-    for candidate in method(task.problem, task.dense, task.effort, seed, task.start):
-        found.put(candidate)
+    with compilation_announced("the search") if number == 0 else nullcontext():
+        for candidate in method(task.problem, task.dense, task.effort, seed, task.start):
+            found.put(candidate)
     found.put(None)
