@@ -62,7 +62,7 @@ def test_excite_prints_what_it_did(arm, tmp_path):
     assert result["counted_cycles"] == 500
     assert result["frames"]["lost"] == 0
     assert result["log"] == str(tmp_path / "log.mcap")
-    assert done.stderr == ""
+    assert notes_apart(done.stderr) == ""
 
 
 def test_a_bus_that_is_not_there(arm):
@@ -89,10 +89,69 @@ def test_lockstep_is_refused_where_a_real_arm_may_be(arm):
     )
 
 
+def test_hidden_effects_are_listed_without_an_arm():
+    done = run("excite", "--hidden", "list")
+    assert (done.returncode, done.stderr) == (0, "")
+    lines = dict(line.split(maxsplit=1) for line in done.stdout.splitlines())
+    assert len(lines) >= 8
+    assert lines["joint_spring"] == (
+        "joint 3 (shoulder yaw): a cable harness that pulls with 1.2 N m/rad towards 0.3 rad"
+    )
+
+
+def test_a_hidden_effect_is_refused_where_a_real_arm_may_be(arm):
+    done = run("excite", "--config", arm, "--bus", "socketcan:can0", "--hidden", "joint_spring")
+    assert (done.returncode, done.stderr) == (
+        2,
+        "--hidden is for the embedded simulated arm: give --bus sim with it, not socketcan:can0; "
+        "no drive was asked.\n",
+    )
+
+
+def test_an_unknown_hidden_effect_is_a_matter_of_usage(arm, tmp_path):
+    log = tmp_path / "log.mcap"
+    done = run("excite", "--config", arm, "--bus", "sim", "--hidden", "bakclash", "--out", log)
+    assert done.returncode == 2
+    assert notes_apart(done.stderr).startswith(
+        "The simulated arm did not start: --hidden got 'bakclash', which is neither a file nor the "
+        "name of a shipped effect. Did you mean backlash? Shipped: backlash, "
+    )
+    assert not log.exists()
+
+
+def test_a_file_of_hidden_effects_that_the_arm_cannot_have(arm, tmp_path):
+    wrong = tmp_path / "wrong.yaml"
+    wrong.write_text("effects: [{effect: joint_spring, joints: [9], nm_rad: 1.0}]")
+    done = run("excite", "--config", arm, "--bus", "sim", "--hidden", wrong)
+    assert (done.returncode, notes_apart(done.stderr)) == (
+        3,
+        f"The simulated arm did not start: {wrong}: effects.0.joint_spring: joint 9 of an arm with "
+        "7 joints.\n",
+    )
+
+
+def test_a_hidden_effect_is_in_the_motion_and_nowhere_else_in_the_log(arm, tmp_path):
+    logs = tmp_path / "plain.mcap", tmp_path / "secret.mcap"
+    plain = ("excite", "--config", arm, "--bus", "sim", "--lockstep", "--out")
+    assert run(*plain, logs[0]).returncode == 0
+    assert run(*plain, logs[1], "--hidden", "joint_spring").returncode == 0
+    without, with_it = map(read_recording, logs)
+    assert with_it.attachments == without.attachments
+    pulled = abs(with_it.command.effort[-400:] - without.command.effort[-400:]).max(axis=0)
+    assert pulled[2] > 0.2
+    assert pulled[2] == pulled.max()
+
+
+def notes_apart(stderr):
+    """What was said beside the note on a first compilation."""
+    return "".join(line for line in stderr.splitlines(True) if not line.startswith("note: "))
+
+
 def test_check_asks_the_drives(arm, tmp_path, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))  # nothing is compiled yet
     done = run("check", "--config", arm, "--bus", "sim", "--json")
     assert done.returncode == 0, done.stderr
+    assert done.stderr.startswith("note: the simulated arm is being compiled, which happens once ")
     found = json.loads(done.stdout)
     assert found["drives"] == [f"drive {k} (node {k})" for k in range(1, 8)]
     assert 0.5 < found["load"]["worst"] < 0.6
