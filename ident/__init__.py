@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     from ident.api.identified import Identified, identify
     from ident.api.recording import Recording
     from ident.api.score import Score
+    from ident.effects.bound_effects import load_model
     from ident.model.identified_model import Model
-    from ident.model.model_file import load_model
     from ident.workflows.simulate import simulate
 
     __version__: str
@@ -29,7 +29,7 @@ _HOMES = {
     "design": "ident.api.design",
     "find_gap": "ident.api.gap",
     "identify": "ident.api.identified",
-    "load_model": "ident.model.model_file",
+    "load_model": "ident.effects.bound_effects",
     "simulate": "ident.workflows.simulate",
 }
 

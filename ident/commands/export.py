@@ -7,10 +7,10 @@ from typing import Annotated
 
 import typer
 
+from ident.effects.bound_effects import load_model
 from ident.export.compensation import left_out_of_c, to_c
 from ident.export.mjcf import left_out_of_mjcf, to_mjcf
 from ident.export.urdf import left_out_of_urdf, to_urdf
-from ident.model.model_file import load_model
 from wamctl.arm.errors import DataError
 
 

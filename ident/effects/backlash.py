@@ -82,6 +82,12 @@ class Backlash(Effect[_Play]):
         play = candidate.parameters.play
         return _tie(candidate, play).change(seen, candidate.joints[0])[:, :, None] / play
 
+    def static_columns(self, seen: Observed, candidate: Candidate[_Play]) -> Array:
+        """The same where the link rests beside its motor."""
+        play = candidate.parameters.play
+        tie = _tie(candidate, play)
+        return tie.static_change(seen, candidate.joints[0])[:, :, None] / play
+
     def simulated(
         self, arm: SimulatedArm, candidate: Candidate[_Play], values: Array
     ) -> SimulatedArm:

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import chain_of
+from ident.effects.bound_effects import members_of
 from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
-from ident.effects.identified_effect import effect_of
 from ident.effects.observation import ArmFacts
 from ident.effects.observing import CurrentModel, observed, on_links
 from ident.effects.reversal_friction import USUAL, MaxwellSlipMixture, reversal_speed
@@ -29,7 +29,7 @@ def without_effects(model: Model, data: Dataset) -> Dataset:
     Raises:
         DataError: an effect that is not known, or spans that are too short to smooth.
     """
-    effects = [effect_of(entry) for entry in model.effects]
+    effects = members_of(model)
     present = _present(model, data, effects)
     segments = [
         cleaned

@@ -77,6 +77,12 @@ class JointElasticity(Effect[_Spring]):
         give = candidate.parameters.give
         return _tie(candidate, give).change(seen, candidate.joints[0])[:, :, None] / give
 
+    def static_columns(self, seen: Observed, candidate: Candidate[_Spring]) -> Array:
+        """The same where the link rests beside its motor."""
+        give = candidate.parameters.give
+        tie = _tie(candidate, give)
+        return tie.static_change(seen, candidate.joints[0])[:, :, None] / give
+
     def simulated(
         self, arm: SimulatedArm, candidate: Candidate[_Spring], values: Array
     ) -> SimulatedArm:

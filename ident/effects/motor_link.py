@@ -59,6 +59,15 @@ class Transmission:
         torque[:, j] += inertia * rubbed - motor * change
         return torque
 
+    def static_change(self, seen: Observed, joint: int) -> Array:
+        """The same from each sample alone: hung by its load, or at the end of its play."""
+        load = seen.load[:, joint] + seen.carried[:, joint]
+        beside = -self.compliance * load
+        if self.compliance == 0.0:
+            pushed = (1.0 - self.rubbing) * load + self.rubbing * seen.tau[:, joint]
+            beside = -self.half_play * np.sign(pushed)
+        return seen.slopes(joint).position * beside[:, None]
+
     def between(self, arm: SimulatedArm, joint: int) -> SimulatedArm:
         """The arm whose joint has a motor of its own, with the encoder, tied to it so."""
         fields = {

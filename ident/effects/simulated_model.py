@@ -1,14 +1,13 @@
 """The identified arm with its effects, ready for the closed loop."""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import chain_of
+from ident.effects.bound_effects import members_of
 from ident.effects.catalogue import catalogue
-from ident.effects.identified_effect import effect_of
 from ident.model.identified_model import Model
 from ident.simulation.arm import SETTINGS, SimulatedArm, Term, simulated_arm, term
 from wamctl.arm.errors import DataError
@@ -57,11 +56,6 @@ def simulation_of(model: Model) -> SimulatedArm:
             settings = (float(drag * friction[m, j]), *(float(x) for x in friction[m]))
             terms.append(Term(_motor_drag, int(j), settings[: n + 1]))
     arm = replace(arm, terms=tuple(terms))
-    for entry in model.effects:
-        arm = _with_effect(arm, entry)
+    for candidate, values in members_of(model):
+        arm = catalogue()[candidate.effect].simulated(arm, candidate, values)
     return arm
-
-
-def _with_effect(arm: SimulatedArm, entry: dict[str, Any]) -> SimulatedArm:
-    hypothesis, values = effect_of(entry)
-    return catalogue()[hypothesis.effect].simulated(arm, hypothesis, values)

@@ -144,7 +144,7 @@ def to_c(model: Model) -> str:
 
 def left_out_of_c(model: Model) -> list[str]:
     """What the model holds and the header does not."""
-    missing = [f"effect {effect.get('name')}" for effect in model.effects]
+    missing = [f"effect {effect.name}" for effect in model.effects.records]
     sentences = [f"left out: {', '.join(missing)}"] if missing else []
     return sentences + [s for s in (held_joints(model),) if s]
 

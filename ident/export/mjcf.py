@@ -49,7 +49,7 @@ def to_mjcf(model: Model) -> str:
 def left_out_of_mjcf(model: Model) -> list[str]:
     """What the model holds and MJCF has no place for."""
     missing = ["torque offset"] if np.any(model.parameter("fo")) else []
-    missing += [f"effect {effect.get('name')}" for effect in model.effects]
+    missing += [f"effect {effect.name}" for effect in model.effects.records]
     sentences = [f"left out, since MJCF has no place for it: {', '.join(missing)}"]
     return (sentences if missing else []) + [s for s in (held_joints(model),) if s]
 

@@ -50,7 +50,7 @@ def left_out_of_urdf(model: Model) -> list[str]:
         "gravity": model.robot.model.gravity.linear - np.array(_STANDARD_GRAVITY),
     }
     missing = [name for name, values in parts.items() if np.any(values)]
-    missing += [f"effect {effect.get('name')}" for effect in model.effects]
+    missing += [f"effect {effect.name}" for effect in model.effects.records]
     sentences = [f"left out, since URDF has no place for it: {', '.join(missing)}"]
     return (sentences if missing else []) + [s for s in (held_joints(model),) if s]
 

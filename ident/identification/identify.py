@@ -20,7 +20,8 @@ from ident.identification.term_selection import Trial, with_needed_terms
 from ident.identification.torque_delay import Delay, delay
 from ident.identification.velocity_threshold import Sweep, sweep
 from ident.model.arm import Arm
-from ident.model.identified_model import BaseParameter, Filter, Model
+from ident.model.fit_filter import Filter
+from ident.model.identified_model import BaseParameter, Model
 from ident.recordings.dataset import Dataset
 from ident.regression.progress import Tell, silent
 from ident.regression.reduction import condition_number

@@ -11,6 +11,7 @@ from ident.estimation.regression_data import RegressionData, gather
 from ident.identification.cross_validation import spread
 from ident.model.arm import TERM_NAMES, Arm
 from ident.model.identified_model import Model
+from ident.model.named_effects import NoEffects
 from ident.recordings.dataset import Dataset
 from ident.regression.squared_errors import Errors, Sums, sums
 from wamctl.arm.config import IdentificationSection
@@ -76,8 +77,8 @@ def predict(model: Model, arm: Arm, data: Dataset) -> Prediction:
             " it says nothing about them."
         )
     evidence = whole = gather([data], arm)
-    if model.effects:
-        bare = replace(model, effects=())
+    if model.effects.records:
+        bare = replace(model, effects=NoEffects())
         whole, evidence = (gather([without_effects(m, data)], arm) for m in (bare, model))
     betas: Mapping[str, Array] = {model.estimator: evidence.base.K @ model.delta}
     if evidence.base.names == tuple(b.name for b in model.base_parameters):

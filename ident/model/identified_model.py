@@ -1,36 +1,29 @@
 """The identified arm: what `model.yaml` holds, and its inverse dynamics."""
 
 from dataclasses import dataclass, field
-from typing import Any
+from pathlib import Path
+from typing import get_args
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ident.dynamics.parameters import Parameter, Terms, standard_parameters
+from ident.dynamics.parameters import Kind, Parameter, Terms, standard_parameters
 from ident.dynamics.regressor import SHARP, Motion, sharp_columns, smooth_columns
+from ident.model.fit_filter import Filter, smooth_motion
+from ident.model.model_writing import write_model
+from ident.model.named_effects import ModelEffects, NoEffects
+from wamctl.arm.errors import DataError
+from wamctl.arm.recording import Recording
 from wamctl.arm.robot import Robot
 
 Array = NDArray[np.floating]
 
 
-@dataclass(frozen=True)
-class Filter:
-    """How the recordings of the fit were filtered, so that others can be compared with them alike.
+PER_JOINT = ("m", *(k for k in get_args(Kind) if k != "inertial"))
+"""What `Model.parameter` knows."""
 
-    Attributes:
-        cutoff_hz, order: the low-pass.
-        differentiation_cutoff_hz: of the filter that differentiates positions.
-        sign_cutoff_hz: of the velocity whose sign friction takes.
-        parallel: whether torque and regressor pass the same filter.
-        velocity_threshold_rad_s: slower samples were culled.
-    """
-
-    cutoff_hz: float
-    order: int
-    differentiation_cutoff_hz: float
-    sign_cutoff_hz: float
-    parallel: bool
-    velocity_threshold_rad_s: float
+_ROUNDS = 50  # friction in proportion to the load: each round leaves its coefficient's share
+_SETTLED = 1e-10  # rad/s^2
 
 
 @dataclass(frozen=True)
@@ -66,7 +59,7 @@ class Model:
         filter: of the fit.
         noise: residual of the fit per joint [N m], shape (n,); NaN for held joints.
         logs: names of the recordings of the fit.
-        effects: effects beyond (3), as `ident gap` writes them.
+        effects: effects beyond (3), as `ident gap` finds them.
     """
 
     arm: str
@@ -79,7 +72,16 @@ class Model:
     filter: Filter
     noise: Array
     logs: tuple[str, ...]
-    effects: tuple[dict[str, Any], ...] = field(default=())
+    effects: ModelEffects = field(default=NoEffects())
+
+    def __post_init__(self) -> None:
+        """Refuses parameters that do not fit the arm."""
+        expected = len(standard_parameters(self.robot, self.terms))
+        if np.shape(self.delta) != (expected,):
+            raise DataError(
+                f"The model of {self.arm} has parameters of shape {np.shape(self.delta)}; its"
+                f" links and terms have {expected}."
+            )
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -87,7 +89,21 @@ class Model:
         return standard_parameters(self.robot, self.terms)
 
     def parameter(self, kind: str) -> Array:
-        """Values of one kind, such as `fv` or `ia`, per joint or motor, shape (n,)."""
+        """Values of one kind per joint or motor, shape (n,); zero where the model has none.
+
+        Args:
+            kind: `fv`, `fc`, `fo` (joints), `ia`, `fvm`, `fcm` (motors); `m` is the links' mass.
+
+        Raises:
+            DataError: no such kind.
+        """
+        if kind not in PER_JOINT:
+            raise DataError(
+                f"There is no parameter {kind!r}; the kinds are {', '.join(PER_JOINT)}, and"
+                " `inertial` holds the links'."
+            )
+        if kind == "m":
+            return self.inertial.reshape(-1, 10)[:, 9].copy()
         values = np.zeros(self.robot.dof)
         for value, p in zip(self.delta, self.parameters, strict=True):
             if p.kind == kind:
@@ -100,23 +116,159 @@ class Model:
         chosen = [p.kind == "inertial" for p in self.parameters]
         return self.delta[chosen]
 
-    def inverse_dynamics(self, q: Array, qd: Array, qdd: Array) -> Array:
-        """Joint torque of (2) [N m], shape (S, n) or (n,), as the arguments.
+    def inverse_dynamics(
+        self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, dt: float | None = None
+    ) -> Array:
+        """Joint torque [N m] of links, friction and named effects, of the shape of the arguments.
+
+        Effects with a memory (presliding, play, elasticity, delay, warm-up) follow the motion where
+        `dt` is given. Without it each sample stands alone: friction long after a reversal, a spring
+        that hangs by its load, no delay, a cold drive.
 
         Args:
             q: joint position [rad], shape (S, n) or (n,).
             qd: joint velocity [rad/s], the same shape.
             qdd: joint acceleration [rad/s^2], the same shape.
+            dt: time between samples that follow each other [s]; None: each stands alone.
+
+        Raises:
+            DataError: other shapes.
         """
-        motion = Motion(*(np.atleast_2d(np.asarray(x, dtype=float)) for x in (q, qd, qdd)))
-        smooth = [i for i, p in enumerate(self.parameters) if p.kind not in SHARP]
-        sharp = [i for i, p in enumerate(self.parameters) if p.kind in SHARP]
+        motion, shape = self._motion(dt, q=q, qd=qd, qdd=qdd)
+        torque = (self._regressor(motion) @ self.delta) + self.effects.torque(self, motion, dt)
+        return torque.reshape(shape)
+
+    def forward_dynamics(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike) -> Array:
+        """Acceleration [rad/s^2] under a joint torque, each sample alone; shapes as the arguments.
+
+        Args:
+            q: joint position [rad], shape (S, n) or (n,).
+            qd: joint velocity [rad/s], the same shape.
+            tau: joint torque [N m], the same shape.
+
+        Raises:
+            DataError: other shapes.
+        """
+        motion, shape = self._motion(None, q=q, qd=qd, tau=tau)
+        wanted, qdd = motion.qdd, np.zeros_like(motion.q)
+        mass = self._mass_matrix(motion.q, motion.qd)
+        for _ in range(_ROUNDS):
+            left = wanted - self.inverse_dynamics(motion.q, motion.qd, qdd)
+            step = np.linalg.solve(mass, left[..., None])[..., 0]
+            qdd = qdd + step
+            if np.abs(step).max() < _SETTLED:
+                break
+        return qdd.reshape(shape)
+
+    def gravity(self, q: ArrayLike) -> Array:
+        """Torque [N m] that holds the arm at rest, offsets, springs and tilts included.
+
+        Args:
+            q: joint position [rad], shape (S, n) or (n,).
+        """
+        rest = np.zeros_like(np.asarray(q, dtype=float))
+        return self.inverse_dynamics(q, rest, rest)
+
+    def mass_matrix(self, q: ArrayLike) -> Array:
+        """Torque per acceleration at rest [kg m^2], rotors included, shape (n, n) or (S, n, n).
+
+        Args:
+            q: joint position [rad], shape (S, n) or (n,).
+        """
+        motion, shape = self._motion(None, q=q, qd=np.zeros_like(np.asarray(q, dtype=float)))
+        return self._mass_matrix(motion.q, motion.qd).reshape(*shape, self.robot.dof)
+
+    def friction(self, qd: ArrayLike, q: ArrayLike | None = None) -> Array:
+        """Torque [N m] that the velocity adds beside the links' own, shaped as qd.
+
+        Args:
+            qd: joint velocity [rad/s], shape (S, n) or (n,).
+            q: joint position [rad], the same shape, for friction that depends on the load; None: 0.
+        """
+        speed = np.asarray(qd, dtype=float)
+        place, rest = np.zeros_like(speed) if q is None else q, np.zeros_like(speed)
+        moving = self.inverse_dynamics(place, speed, rest) - self.gravity(place)
+        return moving - self._links(place, speed) + self._links(place, rest)
+
+    def regressor(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Array:
+        """Torque per parameter: links and friction are `regressor(..) @ delta`.
+
+        Args:
+            q: joint position [rad], shape (S, n) or (n,).
+            qd: joint velocity [rad/s], the same shape.
+            qdd: joint acceleration [rad/s^2], the same shape.
+
+        Returns:
+            shape (S, n, p) or (n, p), in the order of `parameters`.
+        """
+        motion, shape = self._motion(None, q=q, qd=qd, qdd=qdd)
+        return self._regressor(motion).reshape(*shape, len(self.delta))
+
+    def predict(self, recording: Recording) -> Array:
+        """Torque [N m] along a recording's measured positions, shape (S, n), joints as the model's.
+
+        Positions are smoothed and differentiated by the filter of the fit; named effects follow the
+        motion.
+
+        Raises:
+            DataError: a recording of other joints, or too short to differentiate.
+        """
+        names = self.robot.joint_names
+        missing = [n for n in names if n not in recording.joint_names]
+        if missing:
+            raise DataError(
+                f"The recording has no joints {', '.join(missing)}; it has"
+                f" {', '.join(recording.joint_names)}."
+            )
+        columns = [recording.joint_names.index(n) for n in names]
+        t = (recording.stamp_ns - recording.stamp_ns[0]) * 1e-9
+        even, motion = smooth_motion(t, recording.q[:, columns], self.filter)
+        torque = self.inverse_dynamics(motion.q, motion.qd, motion.qdd, even[1] - even[0])
+        return np.column_stack([np.interp(t, even, column) for column in torque.T])
+
+    def save(self, path: Path | str) -> None:
+        """Write the model as `model.yaml`."""
+        write_model(Path(path), self)
+
+    def _motion(self, dt: float | None, **parts: ArrayLike) -> tuple[Motion, tuple[int, ...]]:
+        """Two or three arrays of one shape as samples, and that shape."""
+        arrays = {name: np.asarray(x, dtype=float) for name, x in parts.items()}
+        shapes, n = {x.shape for x in arrays.values()}, self.robot.dof
+        (shape, *others) = shapes
+        if others or len(shape) not in (1, 2) or shape[-1] != n:
+            given = ", ".join(f"{name} {x.shape}" for name, x in arrays.items())
+            raise DataError(
+                f"{self.arm} has {n} joints: give {', '.join(arrays)} of one shape, (S, {n}) or"
+                f" ({n},), not {given}."
+            )
+        if dt is not None and not (np.isfinite(dt) and dt > 0.0 and len(shape) == 2):
+            raise DataError(
+                f"dt is {dt} for samples of shape {shape}: give a time above 0 s, for an array of"
+                f" shape (S, {n})."
+            )
+        rows = [np.ascontiguousarray(x.reshape(-1, n)) for x in arrays.values()]
+        return Motion(*rows, *[np.zeros_like(rows[0])] * (3 - len(rows))), shape
+
+    def _mass_matrix(self, q: Array, qd: Array) -> Array:
+        still = self.inverse_dynamics(q, qd, np.zeros_like(q))
+        axes = np.eye(self.robot.dof)
+        columns = [self.inverse_dynamics(q, qd, np.broadcast_to(e, q.shape)) - still for e in axes]
+        return np.stack(columns, axis=-1)
+
+    def _links(self, q: ArrayLike, qd: ArrayLike) -> Array:
+        """Torque of the links alone, at constant velocity."""
+        motion, shape = self._motion(None, q=q, qd=qd)
+        links = [p for p in self.parameters if p.kind == "inertial"]
+        columns = smooth_columns(self.robot, self.terms, motion, links)
+        return (columns @ self.inertial).reshape(shape)
+
+    def _regressor(self, motion: Motion) -> Array:
         named = self.parameters
-        torque = (
-            smooth_columns(self.robot, self.terms, motion, [named[i] for i in smooth])
-            @ self.delta[smooth]
+        smooth = [i for i, p in enumerate(named) if p.kind not in SHARP]
+        sharp = [i for i, p in enumerate(named) if p.kind in SHARP]
+        columns = np.empty((*motion.q.shape, len(named)))
+        columns[..., smooth] = smooth_columns(
+            self.robot, self.terms, motion, [named[i] for i in smooth]
         )
-        torque += (
-            sharp_columns(self.terms, motion.qd, [named[i] for i in sharp]) @ self.delta[sharp]
-        )
-        return torque.reshape(np.shape(q))
+        columns[..., sharp] = sharp_columns(self.terms, motion.qd, [named[i] for i in sharp])
+        return columns

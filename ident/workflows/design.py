@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any, Literal
 
+from ident.effects.bound_effects import load_model
 from ident.effects.simulated_model import simulation_of
 from ident.excitation.arm_limits import design_limits
 from ident.excitation.design import Design, Place, design
@@ -10,7 +11,6 @@ from ident.excitation.multistart import Report
 from ident.excitation.settings import DesignSettings
 from ident.excitation.target_effect import design_motion, purpose_of
 from ident.model.arm import arm_from_file
-from ident.model.model_file import load_model
 from ident.report.design_page import DesignReport, design_page
 from ident.report.motion_view import view_page
 from ident.report.page import render

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ident.effects.bound_effects import load_model
 from ident.effects.catalogue import catalogue
 from ident.effects.events import EVENTS
 from ident.gap.data.experiment import Experiment, read_experiment, trusting
@@ -21,7 +22,7 @@ from ident.gap.results.outcome import Options, Search
 from ident.gap.search import search
 from ident.gap.selection.estimates import FinalEstimates, final_estimates
 from ident.model.identified_model import Model
-from ident.model.model_file import load_model, write_model
+from ident.model.model_writing import write_model
 from ident.recordings.loading import Reading
 from ident.report.gap_figures import maps, motion_blocks, torque_blocks
 from ident.report.gap_page import GapReport, gap_page, verdict_sentences

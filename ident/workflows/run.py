@@ -6,11 +6,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from ident.effects.bound_effects import load_model
 from ident.effects.compensation import without_effects
 from ident.identification.identify import Identification, identify, model_of
 from ident.model.arm import Arm
 from ident.model.identified_model import Model
-from ident.model.model_file import load_model, write_model
+from ident.model.model_writing import write_model
 from ident.recordings.dataset import Dataset
 from ident.recordings.loading import Reading, read_logs
 from ident.regression.progress import Tell, silent
@@ -142,7 +143,7 @@ def _known(path: Path, arm: Arm) -> Model:
 
 def _without(model: Model, data: Dataset) -> Dataset:
     """A recording without the torque of a model's effects, and with a remark that says so."""
-    names = ", ".join(f"{e['name']} {'-'.join(map(str, e['joints']))}" for e in model.effects)
+    names = ", ".join(f"{e.name} {'-'.join(map(str, e.joints))}" for e in model.effects.records)
     fact = f"torque of {names or 'no effect'} taken off, as the model that was given has it"
     cleaned = without_effects(model, data)
     return replace(cleaned, facts=(*cleaned.facts, fact))

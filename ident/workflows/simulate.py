@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.effects.bound_effects import load_model
 from ident.effects.simulated_model import simulation_of
 from ident.model.attachments import attached_config, attached_trajectory
 from ident.model.identified_model import Model
-from ident.model.model_file import load_model
 from ident.simulation.configuration import controller_for, wire_for
 from ident.simulation.loop import Run, run
 from ident.simulation.recording import recorded

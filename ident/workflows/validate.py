@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from ident.effects.bound_effects import load_model
 from ident.identification.validation import Prediction, arm_of, predict
-from ident.model.model_file import load_model
 from ident.recordings.loading import Reading, read_for
 from ident.regression.progress import Tell, silent
 from ident.report.page import render

@@ -114,7 +114,7 @@ def test_the_report_says_it_in_a_sentence(results):
 
 def test_the_model_carries_the_effect_and_can_be_simulated(results, log):
     model = load_model(results / "model.yaml")
-    assert [e["name"] for e in model.effects] == ["stribeck"]
+    assert [e.name for e in model.effects.records] == ["stribeck"]
     out = log.parent / "simulated.mcap"
     assert call("simulate", "--model", results / "model.yaml", "--out", out) == 0
     simulated, measured = read_recording(out), read_recording(log)

@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ident.effects.bound_effects import load_model
 from ident.model.identified_model import Model
-from ident.model.model_file import load_model, write_model
+from ident.model.model_writing import write_model
 from sim_bus.assembly import load_simulation
 from wamctl.arm.config import find_file
 from wamctl.arm.inertial import pseudo_inertia

@@ -178,8 +178,8 @@ def trusting(source: Experiment, model: Model, path: str = "The reference model"
             f"{path} is a model of the joints {', '.join(model.robot.joint_names)}, but the"
             f" recordings have {', '.join(joints)}."
         )
-    if model.effects:
-        names = ", ".join(str(e.get("name")) for e in model.effects)
+    if model.effects.records:
+        names = ", ".join(e.name for e in model.effects.records)
         raise DataError(
             f"{path} holds effects already ({names}); changes are told against a model of"
             " ident run: give that one with --model."

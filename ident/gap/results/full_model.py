@@ -6,14 +6,15 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.effects.bound_effects import BoundEffects
 from ident.effects.candidate import Candidate
-from ident.effects.identified_effect import effects_entries
 from ident.effects.smoothed_segment import DIRECTION_HZ, MOTION_HZ
 from ident.gap.data.experiment import Experiment
 from ident.gap.data.windows import Windows
 from ident.gap.regression.feasible_fit import FeasibleModel
 from ident.gap.regression.weighted_fit import Fit
-from ident.model.identified_model import BaseParameter, Filter, Model
+from ident.model.fit_filter import Filter
+from ident.model.identified_model import BaseParameter, Model
 
 Array = NDArray[np.floating]
 
@@ -38,7 +39,7 @@ def model_with(
         accepted: effects.
         slow: speed below which each joint counts as turning [rad/s], shape (n,).
     """
-    effects = effects_entries(accepted, fitted.effects)
+    effects = BoundEffects(tuple(zip(accepted, fitted.effects, strict=True)))
     if source.trusted is not None:
         return replace(source.trusted, effects=effects)
     return Model(

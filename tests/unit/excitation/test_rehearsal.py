@@ -21,8 +21,9 @@ from ident.excitation.search import Effort, search
 from ident.excitation.settings import DesignSettings
 from ident.excitation.trajectory_grid import coefficients_of, grid, series_of
 from ident.model.arm import arm_from_file
-from ident.model.identified_model import Filter, Model
-from ident.model.model_file import write_model
+from ident.model.fit_filter import Filter
+from ident.model.identified_model import Model
+from ident.model.model_writing import write_model
 from ident.recordings.loading import Reading
 from ident.simulation.arm import simulated_arm
 from ident.workflows.design import place_of

@@ -16,17 +16,27 @@ from typer.testing import CliRunner
 
 from ident.commands.export import export
 from ident.dynamics.parameters import Terms, standard_parameters, unit_rows
+from ident.effects.bound_effects import bound
 from ident.export.compensation import left_out_of_c, to_c
 from ident.export.mjcf import left_out_of_mjcf, to_mjcf
 from ident.export.urdf import left_out_of_urdf, to_urdf
-from ident.model.identified_model import Filter, Model
-from ident.model.model_file import write_model
+from ident.model.fit_filter import Filter
+from ident.model.identified_model import Model
+from ident.model.model_writing import write_model
+from ident.model.named_effects import EffectRecord
 from wamctl.arm.config import beside, find_file, load_robot_file
 from wamctl.arm.errors import DataError
 from wamctl.arm.inertial import from_pseudo_inertia
 from wamctl.arm.robot import Robot, load_robot
 
 STATES = 1000
+STRIBECK = EffectRecord(
+    name="stribeck",
+    joints=(1,),
+    rows=(1,),
+    parameters={"extra_friction": 1.5},
+    settings={"speed": 0.1, "exponent": 1.0},
+)
 SLIDER = """
 <robot name="crane">
   <link name="base"><inertial><mass value="9"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
@@ -207,7 +217,7 @@ def test_c_gives_the_same_torque(arm: str, tmp_path: Path) -> None:
 
 
 def test_what_has_no_place_is_said() -> None:
-    model = replace(crane(), effects=({"name": "stribeck"},), moving=np.array([True, False]))
+    model = replace(crane(), effects=bound((STRIBECK,)), moving=np.array([True, False]))
     assert left_out_of_urdf(model) == [
         "left out, since URDF has no place for it: rotor inertia, torque offset, gravity,"
         " effect stribeck",
