@@ -169,7 +169,8 @@ def _outcome(found: Search, tell: Tell) -> _Outcome:
     final = final_estimates(found.rows, found.end, found.verdict.found)
     b = len(found.rows.kept)
     before, after = (feasible_fit(found.source, p.fit, b) for p in (found.start, found.end))
-    whole = feasible_fit(found.source, final.fit, b) if found.end.accepted else after
+    last = final.fit if found.end.accepted else found.end.fit
+    whole = feasible_fit(found.source, last, b, near_cad=True)
     tell("simulating the recordings")
     old = forward(found.source, before, ())
     new = forward(found.source, whole, final.hypotheses) if found.end.accepted else old

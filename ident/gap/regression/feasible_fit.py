@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ident.dynamics.base_parameters import BaseMap, base_map
 from ident.dynamics.parameters import Terms
-from ident.estimation.feasible_sdp import feasible
+from ident.estimation.feasible_sdp import feasible, nearest_to_cad
 from ident.estimation.feasible_set import feasible_set, link_sizes
 from ident.estimation.problem import Active, Problem, prior_parameters
 from ident.estimation.regression_data import posture
@@ -62,7 +62,9 @@ def friction_terms(arm: Arm) -> Terms:
     )
 
 
-def feasible_fit(source: Experiment, model: Fit, base_size: int) -> FeasibleModel:
+def feasible_fit(
+    source: Experiment, model: Fit, base_size: int, near_cad: bool = False
+) -> FeasibleModel:
     """The possible parameters nearest to a fit, in units of its noise.
 
     The effects' coefficients are left free; what they explain is projected off first. A trusted
@@ -72,6 +74,8 @@ def feasible_fit(source: Experiment, model: Fit, base_size: int) -> FeasibleMode
         source: the arm, and where its joints were.
         model: the free solution.
         base_size: number of base inertial parameters.
+        near_cad: choose what the data leave open nearest to CAD, as `ident run` does; else it is
+            anything possible, which moves the arm alike.
     """
     if source.trusted is not None:
         return _trusted(source, source.trusted, model)
@@ -93,6 +97,8 @@ def feasible_fit(source: Experiment, model: Fit, base_size: int) -> FeasibleMode
     rows = int(model.counts.sum())
     problem = _problem(source, base, inner, target, rows)
     found = feasible(problem)
+    if near_cad:
+        found = nearest_to_cad(problem, found)
     delta = np.zeros(len(base.parameters)) if found.delta is None else found.delta
     x = np.zeros(len(model.x))
     x[order] = found.beta
