@@ -24,8 +24,8 @@ Settings = Annotated[
     list[str] | None,
     typer.Option(
         "--set",
-        help="NAME=VALUE: terms, weights, method (descent or cobyla), constraints (all or "
-        "joint_motion), most_condition, gain, patience, processes.",
+        help="NAME=VALUE: terms, weights, constraints (all or joint_motion), most_condition,"
+        " gain, patience, processes.",
     ),
 ]
 

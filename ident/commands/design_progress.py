@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
 
-from ident.excitation.evaluate import UNSEEN, Candidate
+from ident.excitation.optimisation.evaluate import UNSEEN, Candidate
 from ident.excitation.settings import DesignSettings
 
 

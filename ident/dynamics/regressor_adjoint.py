@@ -1,8 +1,8 @@
 """The regressor's inertial columns of a chain and the gradient of anything made of them, compiled.
 
 Newton and Euler outwards from link to link, in the frames of the parameters (8); a joint's torque
-is the power of a link's inertial force along the joint's screw. `pull_back` is the exact reverse
-of `fill_rows`: what one more unit of position, velocity and acceleration adds to sum(bar * rows).
+is the power of a link's inertial force along the joint's screw. `regressor_vjp` is the exact
+reverse of `fill_rows`: the change of sum(bar * rows) with position, velocity and acceleration.
 """
 
 from typing import NamedTuple
@@ -240,7 +240,7 @@ def _pull_joint(frames, x, bar, k, qd, out):
 
 
 @njit(cache=True)
-def pull_back(frames, q, qd, qdd, bar_rows, grad_q, grad_qd, grad_qdd):
+def regressor_vjp(frames, q, qd, qdd, bar_rows, grad_q, grad_qd, grad_qdd):
     """Add the gradient of sum(bar_rows * rows) to the three gradients, each of shape (S, n).
 
     Args:

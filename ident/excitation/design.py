@@ -9,19 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.dynamics.regressor import Motion
-from ident.excitation.arm_limits import kept_of, possible_pose
-from ident.excitation.closed_loop_trial import Rehearsal, nearly
-from ident.excitation.constraints import constraints_of
-from ident.excitation.criterion import Objective
-from ident.excitation.deadline import within
-from ident.excitation.evaluate import Candidate
-from ident.excitation.multistart import Report, Task, best_design
-from ident.excitation.noise_model import Noise
-from ident.excitation.problem import Problem
-from ident.excitation.regressor_columns import Columns, columns_of, exact_rows, joint_terms
-from ident.excitation.search import Effort, random_start
+from ident.excitation.optimisation.deadline import within
+from ident.excitation.optimisation.evaluate import Candidate
+from ident.excitation.optimisation.multistart import Report, Task, best_design
+from ident.excitation.optimisation.search import Effort, random_start
+from ident.excitation.problem.arm_limits import kept_of, possible_pose
+from ident.excitation.problem.closed_loop_trial import ClosedLoopTrial, nearly
+from ident.excitation.problem.constraints import constraints_of
+from ident.excitation.problem.criterion import Objective
+from ident.excitation.problem.design_problem import Problem
+from ident.excitation.problem.noise_model import Noise
+from ident.excitation.problem.regressor_columns import Columns, columns_of, exact_rows, joint_terms
+from ident.excitation.problem.trajectory_grid import coefficients_of, grid, series_of
 from ident.excitation.settings import DesignSettings, settled
-from ident.excitation.trajectory_grid import coefficients_of, grid, series_of
 from ident.model.arm import arm_with
 from ident.simulation.arm import SimulatedArm
 from ident.simulation.configuration import controller_for, wire_for
@@ -68,7 +68,7 @@ _SHRINK = (
 
 
 @dataclass(frozen=True)
-class Place:
+class DesignTask:
     """The arm for which a motion is designed.
 
     Attributes:
@@ -104,7 +104,7 @@ class Design:
 
 
 def design(
-    place: Place, settings: DesignSettings, start: FourierSeries | None, report: Report
+    place: DesignTask, settings: DesignSettings, start: FourierSeries | None, report: Report
 ) -> Design:
     """The best trajectory found, which keeps every limit at 1 kHz.
 
@@ -122,7 +122,7 @@ def design(
     return finished(place, task, pose, best_design(task, settings.processes, report))
 
 
-def task_of(place: Place, settings: DesignSettings, start: FourierSeries | None) -> Task:
+def task_of(place: DesignTask, settings: DesignSettings, start: FourierSeries | None) -> Task:
     """What to search; its time begins now.
 
     Raises:
@@ -135,10 +135,10 @@ def task_of(place: Place, settings: DesignSettings, start: FourierSeries | None)
         problem.rehearsal.prepare()
     dense = grid(excitation.fundamental_rad_s, excitation.harmonics, _JUDGED_SAMPLES)
     effort = Effort(within(settings.time_s), settings.descents, settings.patience, settings.gain)
-    return Task(problem, dense, effort, settings.seed, first, settings.method)
+    return Task(problem, dense, effort, settings.seed, first)
 
 
-def finished(place: Place, task: Task, pose: Array, best: Candidate | None) -> Design:
+def finished(place: DesignTask, task: Task, pose: Array, best: Candidate | None) -> Design:
     """The design of what a search found, or else of a random motion about an allowed pose.
 
     Args:
@@ -163,7 +163,7 @@ def finished(place: Place, task: Task, pose: Array, best: Candidate | None) -> D
     return checked(about(task.problem, wild, pose))
 
 
-def problem_of(place: Place, settings: DesignSettings) -> Problem:
+def problem_of(place: DesignTask, settings: DesignSettings) -> Problem:
     """The optimisation problem of a design.
 
     Raises:
@@ -186,7 +186,7 @@ def problem_of(place: Place, settings: DesignSettings) -> Problem:
             "--model", [f"shows standard errors, which --objective {kind} does not ask for"]
         )
     arm = arm_with(place.arm, place.robot, str(place.source)).with_settings(terms=settings.terms)
-    rehearsal = Rehearsal(
+    rehearsal = ClosedLoopTrial(
         arm=arm,
         controller=controller_for(place.arm, place.robot),
         wire=wire_for(place.arm),
@@ -212,7 +212,7 @@ def _weights(columns: Columns, wanted: dict[str, float]) -> Array:
     return np.array([wanted.get(p.name, weight) for p, weight in pairs])
 
 
-def start_of(place: Place, start: FourierSeries) -> Array:
+def start_of(place: DesignTask, start: FourierSeries) -> Array:
     """The coefficients of a design to improve, shape (2 L + 1, n).
 
     Raises:
@@ -251,7 +251,7 @@ def about(problem: Problem, coefficients: Array, pose: Array) -> Array:
     return moved
 
 
-def accepted(place: Place, columns: Columns, series: FourierSeries, periods: int) -> Design:
+def accepted(place: DesignTask, columns: Columns, series: FourierSeries, periods: int) -> Design:
     """The motion, made smaller until Pinocchio and coal find no limit passed at 1 kHz.
 
     Counted periods keep the design's limits; ramps keep the arm's.
@@ -283,7 +283,7 @@ def accepted(place: Place, columns: Columns, series: FourierSeries, periods: int
     raise ConfigurationError(place.source, faults)
 
 
-def _within_rates(place: Place, series: FourierSeries) -> FourierSeries:
+def _within_rates(place: DesignTask, series: FourierSeries) -> FourierSeries:
     """Each joint's motion, made small enough for its rates over the ramps as well.
 
     In the counted periods the rates hold between the samples, too: a series falls from its peak no

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import ExperimentMotion
 from ident.effects.events import EVENTS
-from ident.excitation.constraints import Bounds
+from ident.excitation.problem.constraints import Bounds
 
 Array = NDArray[np.floating]
 

@@ -42,14 +42,9 @@ class DesignSettings(Section):
     weights: dict[str, Positive] = Field(
         default={}, description="of parameters or kinds, such as {ia: 2, fc4: 3}"
     )
-    method: Literal["descent", "cobyla"] = Field(
-        default="descent", description="descents from many starts, or COBYLA as in the paper, V-A"
-    )
     seed: int = Field(default=0, ge=0, description="of all random choices")
     time_s: Positive = Field(default=240.0, description="time to search [s]")
-    descents: int = Field(
-        default=1_000_000, ge=1, description="of each process, at most (COBYLA: evaluations)"
-    )
+    descents: int = Field(default=1_000_000, ge=1, description="of each process, at most")
     gain: NonNegative = Field(
         default=1e-3, description="an improvement of the objective by less does not count"
     )
@@ -62,14 +57,9 @@ class DesignSettings(Section):
 
 
 def settled(settings: DesignSettings) -> DesignSettings:
-    """The settings with an objective; unset, it is small errors at a good condition number.
-
-    COBYLA takes the condition number, as in the paper.
-    """
+    """The settings with an objective; unset, it is small errors at a good condition number."""
     if settings.objective is not None:
         return settings
-    if settings.method == "cobyla":
-        return settings.model_copy(update={"objective": "condition"})
     most = settings.most_condition or GOOD_CONDITION
     return settings.model_copy(update={"objective": "errors", "most_condition": most})
 

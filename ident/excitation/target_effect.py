@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
 from ident.effects.events import EVENTS
-from ident.excitation.arm_limits import faults_at, possible_pose, some_poses
-from ident.excitation.constraints import bounds_of
-from ident.excitation.design import Design, Place, about, accepted, problem_of
+from ident.excitation.design import Design, DesignTask, about, accepted, problem_of
 from ident.excitation.effect_motions import Frame, Sketch, motion_for
-from ident.excitation.scale_into_limits import fit
+from ident.excitation.optimisation.scale_into_limits import fit
+from ident.excitation.problem.arm_limits import faults_at, possible_pose, some_poses
+from ident.excitation.problem.constraints import bounds_of
+from ident.excitation.problem.trajectory_grid import grid, series_of
 from ident.excitation.settings import DesignSettings
-from ident.excitation.trajectory_grid import grid, series_of
 from wamctl.arm.collision import collision_shapes
 from wamctl.arm.config import beside
 from wamctl.arm.errors import ConfigurationError, DataError
@@ -73,7 +73,7 @@ def _purpose_of_gap(path: Path) -> Purpose:
     return purpose_of(f"{found[0].effect}:{found[0].joint}" if found[0].joint else found[0].effect)
 
 
-def design_motion(place: Place, purpose: Purpose) -> Design:
+def design_motion(place: DesignTask, purpose: Purpose) -> Design:
     """The motion of the library, as large as the limits let it be.
 
     Raises:
@@ -85,7 +85,7 @@ def design_motion(place: Place, purpose: Purpose) -> Design:
     return replace(found, trajectory=replace(found.trajectory, promise=promise))
 
 
-def _motion(place: Place, purpose: Purpose) -> Design:
+def _motion(place: DesignTask, purpose: Purpose) -> Design:
     n = place.robot.dof
     if purpose.joint is not None and not 1 <= purpose.joint <= n:
         raise ConfigurationError("--for", [f"no joint {purpose.joint}; the arm has 1 to {n}"])
@@ -96,7 +96,7 @@ def _motion(place: Place, purpose: Purpose) -> Design:
     return _drawn(place, build(frame), frame.pose)
 
 
-def _drawn(place: Place, sketch: Sketch, pose: Array) -> Design:
+def _drawn(place: DesignTask, sketch: Sketch, pose: Array) -> Design:
     problem = problem_of(place, DesignSettings())
     fundamental = 2 * np.pi / sketch.period_s
     harmonics = len(sketch.coefficients) // 2
@@ -110,7 +110,7 @@ def _drawn(place: Place, sketch: Sketch, pose: Array) -> Design:
     return accepted(place, problem.columns, series, sketch.periods)
 
 
-def _repeated(place: Place) -> Design:
+def _repeated(place: DesignTask) -> Design:
     """The arm's own excitation, for long enough to warm it up; what the arm may run is kept."""
     excitation = place.arm.excitation
     if excitation.trajectory is None:
@@ -124,7 +124,7 @@ def _repeated(place: Place) -> Design:
     return accepted(unchanged, problem.columns, series, round(_REPEATS_S / series.period_s))
 
 
-def _frame(place: Place, joint: int) -> Frame:
+def _frame(place: DesignTask, joint: int) -> Frame:
     pose = possible_pose(place.arm, place.robot, place.limits, place.source)
     return Frame(
         bounds_of(place.limits),
@@ -135,7 +135,7 @@ def _frame(place: Place, joint: int) -> Frame:
     )
 
 
-def _partner(place: Place, joint: int) -> int:
+def _partner(place: DesignTask, joint: int) -> int:
     """The joint with which a joint shares a motor, or its neighbour."""
     matrix = np.array(place.arm.transmission.motor_from_joint)
     shared = np.abs(matrix[matrix[:, joint] != 0]).sum(axis=0)
@@ -144,7 +144,7 @@ def _partner(place: Place, joint: int) -> int:
     return int(shared.argmax()) if shared.any() else neighbour
 
 
-def _reaching_out(place: Place, pose: Array) -> Array:
+def _reaching_out(place: DesignTask, pose: Array) -> Array:
     """Of some allowed poses, the one with the most first moment about the first joint's axis."""
     shapes = collision_shapes(place.robot)
     candidates = [
@@ -155,7 +155,7 @@ def _reaching_out(place: Place, pose: Array) -> Array:
     return max([pose, *candidates], key=lambda p: _sideways_torque(place, p))
 
 
-def _sideways_torque(place: Place, pose: Array) -> float:
+def _sideways_torque(place: DesignTask, pose: Array) -> float:
     """Torque that gravity would put on the first joint if the base lay on its side [N m]."""
     model = pin.Model(place.robot.model)
     torques = []

@@ -13,8 +13,8 @@ from ident.recordings.errors import ArmsDifferError
 from ident.recordings.log_summary import LogSummary, survey
 from ident.recordings.samples import TorqueSource
 from ident.recordings.steady_state import only_steady_state
-from wamctl.arm.joint_groups import joint_groups
 from wamctl.arm.recording import JOINT_COMMANDS, JOINT_STATES, LogFile
+from wamctl.arm.ros2.joint_groups import joint_groups
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,9 @@ from typing import Any, Literal
 
 from ident.effects.bound_effects import load_model
 from ident.effects.simulated_model import simulation_of
-from ident.excitation.arm_limits import design_limits
-from ident.excitation.design import Design, Place, design
-from ident.excitation.multistart import Report
+from ident.excitation.design import Design, DesignTask, design
+from ident.excitation.optimisation.multistart import Report
+from ident.excitation.problem.arm_limits import design_limits
 from ident.excitation.settings import DesignSettings
 from ident.excitation.target_effect import design_motion, purpose_of
 from ident.model.arm import arm_from_file
@@ -25,7 +25,7 @@ Constraints = Literal["all", "joint_motion"]
 
 def place_of(
     config: Path, constraints: Constraints | None = None, model: Path | None = None
-) -> Place:
+) -> DesignTask:
     """The arm of a configuration and the bounds of its excitation.
 
     Args:
@@ -43,7 +43,7 @@ def place_of(
         arm = arm.model_copy(update={"excitation": excitation})
     robot = arm_from_file(found, ()).robot
     known = None if model is None else _known(model, robot.joint_names)
-    return Place(arm, robot, design_limits(arm, found), found, known)
+    return DesignTask(arm, robot, design_limits(arm, found), found, known)
 
 
 def _known(path: Path, joints: tuple[str, ...]) -> SimulatedArm:

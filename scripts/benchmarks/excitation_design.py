@@ -19,6 +19,7 @@ import resource
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
@@ -27,18 +28,19 @@ from statistics import median
 import numpy as np
 import pinocchio as pin
 import yaml
+from cobyla import search_by_cobyla
 from numpy.typing import NDArray
 
 from ident.commands.design import Objective
 from ident.dynamics.regressor import Motion
-from ident.excitation.arm_limits import design_limits, possible_pose
-from ident.excitation.cobyla import search_by_cobyla
-from ident.excitation.deadline import within
-from ident.excitation.design import Design, Place, design, finished, problem_of, task_of
-from ident.excitation.regressor_columns import exact_rows
-from ident.excitation.search import random_start, search
+from ident.excitation.design import Design, DesignTask, design, finished, problem_of, task_of
+from ident.excitation.optimisation.deadline import within
+from ident.excitation.optimisation.evaluate import Candidate
+from ident.excitation.optimisation.search import random_start, search
+from ident.excitation.problem.arm_limits import design_limits, possible_pose
+from ident.excitation.problem.regressor_columns import exact_rows
+from ident.excitation.problem.trajectory_grid import series_of
 from ident.excitation.settings import DesignSettings
-from ident.excitation.trajectory_grid import series_of
 from ident.workflows.design import place_of
 from wamctl.arm.collision import collision_shapes
 from wamctl.arm.config import ArmFile, LimitsSection
@@ -110,16 +112,20 @@ def seeds(arguments: argparse.Namespace) -> None:
 
 
 def designed(
-    place: Place, settings: DesignSettings, start: FourierSeries | None, cpu: bool
+    place: DesignTask,
+    settings: DesignSettings,
+    start: FourierSeries | None,
+    cpu: bool,
+    method: Callable[..., Iterator[Candidate]] | None = None,
 ) -> Design:
-    """What `ident design` does; with `cpu` in this process, with its time in CPU seconds."""
-    if not cpu:
+    """The work of `ident design`; with `cpu` in this process, with its time in CPU seconds."""
+    if not cpu and method is None:
         return design(place, settings, start, nothing)
     pose = possible_pose(place.arm, place.robot, place.limits, place.source)
     task = task_of(place, settings, start)
-    effort = replace(task.effort, deadline=within(settings.time_s, time.process_time))
-    method = search_by_cobyla if settings.method == "cobyla" else search
-    found = method(task.problem, task.dense, effort, settings.seed, task.start)
+    clock = time.process_time if cpu else time.monotonic
+    effort = replace(task.effort, deadline=within(settings.time_s, clock))
+    found = (method or search)(task.problem, task.dense, effort, settings.seed, task.start)
     best = min(found, key=lambda c: c.value, default=None)
     return finished(place, task, pose, best)
 
@@ -144,10 +150,9 @@ def cobyla(arguments: argparse.Namespace) -> None:
             t = np.linspace(0.0, start.period_s, 2000, endpoint=False)
             first = np.linalg.cond(exact_rows(problem.columns, Motion(*sample(start, t))))
             values, used = [], []
-            for method in ("cobyla", "descent"):
+            for method in (search_by_cobyla, search):
                 before = cpu_s()
-                wanted = settings.model_copy(update={"method": method})
-                made = designed(place, wanted, start, arguments.cpu)
+                made = designed(place, settings, start, arguments.cpu, method)
                 used.append(cpu_s() - before)
                 values.append(made.trajectory.promise["condition_number"])
             say(
@@ -167,7 +172,7 @@ def limits(arguments: argparse.Namespace) -> None:
         rng = np.random.default_rng(seed)
         arm = random_arm(whole.arm, rng)
         try:
-            place = Place(arm, whole.robot, design_limits(arm, "random"), "random")
+            place = DesignTask(arm, whole.robot, design_limits(arm, "random"), "random")
             made = designed(place, DesignSettings(seed=seed, time_s=arguments.time), None, cpu=True)
         except ConfigurationError as error:
             refusals.append(str(error))
@@ -259,7 +264,7 @@ def dense(trajectory: Trajectory) -> Dense:
     return Dense(parts[0] + np.array(content["q0"]), *parts[1:])
 
 
-def breaches(place: Place, trajectory: Trajectory) -> list[str]:
+def breaches(place: DesignTask, trajectory: Trajectory) -> list[str]:
     """Limits of the design that its counted period passes at 1 kHz, by other code than its own."""
     bounds, path = place.limits, dense(trajectory)
     pairs: list[tuple[str, Array, Array | float]] = [
@@ -281,7 +286,7 @@ def breaches(place: Place, trajectory: Trajectory) -> list[str]:
     return [f"{name} by {most:.3g}" for name, most in excess.items() if most > _ROUNDING]
 
 
-def along(place: Place, path: Dense) -> tuple[Array, Array, Array]:
+def along(place: DesignTask, path: Dense) -> tuple[Array, Array, Array]:
     """Motor torque (S, n), speeds of elbow and tool (S, 2), least distance (S,), by Pinocchio."""
     robot: Robot = place.robot
     model, data = robot.model, robot.model.createData()

@@ -4,14 +4,14 @@ from pathlib import Path
 
 from pydantic import Field, model_validator
 
-from wamctl.arm.drive_sections import (
+from wamctl.arm.configuration.drive_sections import (
     CanopenDrivesSection,
     DrivesSection,
     PuckDrivesSection,
     SafetyModuleSection,
     StopInputSection,
 )
-from wamctl.arm.sections import (
+from wamctl.arm.configuration.sections import (
     BusSection,
     ControllerSection,
     ExcitationSection,
@@ -26,7 +26,7 @@ from wamctl.arm.sections import (
     TransmissionSection,
     Vector,
 )
-from wamctl.arm.yaml_file import beside, find_file, read_yaml, shipped_file, validate
+from wamctl.arm.configuration.yaml_file import beside, find_file, read_yaml, shipped_file, validate
 
 __all__ = [
     "ArmFile",

@@ -13,8 +13,8 @@ from rosbags.rosbag2 import Writer as Bag
 from rosbags.typesys import Stores, get_typestore
 
 from wamctl.arm.errors import DataError
-from wamctl.arm.joint_groups import joint_groups
 from wamctl.arm.recording import LogFile, read_recording
+from wamctl.arm.ros2.joint_groups import joint_groups
 
 STORE = get_typestore(Stores.LATEST)
 STATES = "/joint_states"

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.excitation.design import Place, problem_of
-from ident.excitation.problem import Problem
+from ident.excitation.design import DesignTask, problem_of
+from ident.excitation.problem.design_problem import Problem
 from ident.excitation.settings import DesignSettings
 from ident.workflows.design import place_of
 
@@ -14,17 +14,17 @@ ALL_TERMS = ("viscous", "coulomb", "offset", "rotor_inertia")
 
 
 @pytest.fixture(scope="session")
-def place() -> Place:
+def place() -> DesignTask:
     return place_of(Path("wam7.yaml"))
 
 
 @pytest.fixture(scope="session")
-def problem(place: Place) -> Problem:
+def problem(place: DesignTask) -> Problem:
     return problem_of(place, DesignSettings())
 
 
 @pytest.fixture(scope="session")
-def full_problem(place: Place) -> Problem:
+def full_problem(place: DesignTask) -> Problem:
     return problem_of(place, DesignSettings(terms=ALL_TERMS))
 
 

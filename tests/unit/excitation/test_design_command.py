@@ -74,7 +74,6 @@ def test_limits_of_the_joints_alone_are_said_to_be_so(
     [
         (("--set", "speed=3"), "--set: no setting 'speed'; valid are "),
         (("--set", "speed"), "--set: 'speed' is not NAME=VALUE."),
-        (("--set", "method=simplex"), "command line: method: "),
         (("--set", "time_s=-1"), "command line: time_s: "),
         (("--set", "weights={fx4: 2}"), "--weight: no parameter or kind 'fx4'; valid are "),
         (("--for", "gremlins"), "--for: no effect 'gremlins'; valid are asymmetric_viscous, "),

@@ -6,15 +6,21 @@ import numpy as np
 import pytest
 
 from ident.dynamics.regressor import Motion
-from ident.dynamics.regressor_adjoint import fill_rows, pull_back
-from ident.excitation import clearance as geometry
-from ident.excitation.constraints import lower_bounds
-from ident.excitation.criterion import Objective, sharp_value
-from ident.excitation.design import Place
-from ident.excitation.evaluate import candidate
-from ident.excitation.noise_model import Noise
-from ident.excitation.problem import Penalty, Problem, Smoothness, aimed_at, lagrangian
-from ident.excitation.search import random_start
+from ident.dynamics.regressor_adjoint import fill_rows, regressor_vjp
+from ident.excitation.design import DesignTask
+from ident.excitation.optimisation.evaluate import candidate
+from ident.excitation.optimisation.search import random_start
+from ident.excitation.problem import clearance as geometry
+from ident.excitation.problem.constraints import lower_bounds
+from ident.excitation.problem.criterion import Objective, sharp_value
+from ident.excitation.problem.design_problem import (
+    Penalty,
+    Problem,
+    Smoothness,
+    lagrangian,
+    smoothed_problem,
+)
+from ident.excitation.problem.noise_model import Noise
 from ident.excitation.settings import Kind
 from wamctl.arm.collision import collision_shapes
 from wamctl.arm.collision import distances as coal_distances
@@ -39,7 +45,7 @@ def test_rows_pull_back(problem: Problem, rng: np.random.Generator, part: int) -
     direction[part] = rng.normal(size=(20, 7))
     bar = rng.normal(size=(7, 20, problem.columns.links))
     slopes = np.zeros((3, 20, 7))
-    pull_back(problem.columns.frames, *motion, bar, *slopes)
+    regressor_vjp(problem.columns.frames, *motion, bar, *slopes)
 
     def value(moved: np.ndarray) -> float:
         rows = np.zeros_like(bar)
@@ -50,7 +56,7 @@ def test_rows_pull_back(problem: Problem, rng: np.random.Generator, part: int) -
     assert (slopes * direction).sum() == pytest.approx(change / (2 * STEP), rel=1e-6)
 
 
-def test_distances_are_coals(place: Place, problem: Problem, rng: np.random.Generator) -> None:
+def test_distances_are_coals(place: DesignTask, problem: Problem, rng: np.random.Generator) -> None:
     q = rng.uniform(-1.5, 1.5, (300, 7))
     shapes = problem.constraints.shapes
     found = np.empty((300, len(shapes.pairs)))
@@ -61,7 +67,9 @@ def test_distances_are_coals(place: Place, problem: Problem, rng: np.random.Gene
     assert np.abs(found - wanted)[apart].max() < 1e-5
 
 
-def test_speeds_are_pinocchios(place: Place, problem: Problem, rng: np.random.Generator) -> None:
+def test_speeds_are_pinocchios(
+    place: DesignTask, problem: Problem, rng: np.random.Generator
+) -> None:
     q, qd = rng.normal(size=(2, 50, 7))
     squares = np.empty((50, 2))
     geometry.point_speeds(problem.constraints.chain, problem.constraints.points, q, qd, squares)
@@ -149,7 +157,7 @@ def test_near_a_motion_the_smooth_bound_lies_where_the_true_one_does(
             Objective("errors", problem.objective.weights, m) for m in (most, np.inf)
         ):
             asked = replace(problem, objective=objective)
-            asked = aimed_at(asked, x, smooth) if aim else asked
+            asked = smoothed_problem(asked, x, smooth) if aim else asked
             values.append(lagrangian(asked, x, smooth, none)[0])
         return values[0] - values[1]
 

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.excitation.arm_limits import design_limits, faults_at, possible_pose
-from ident.excitation.constraints import constraints_of
-from ident.excitation.design import Place, accepted, problem_of
-from ident.excitation.problem import Problem
-from ident.excitation.scale_into_limits import fit
+from ident.excitation.design import DesignTask, accepted, problem_of
+from ident.excitation.optimisation.scale_into_limits import fit
+from ident.excitation.problem.arm_limits import design_limits, faults_at, possible_pose
+from ident.excitation.problem.constraints import constraints_of
+from ident.excitation.problem.design_problem import Problem
+from ident.excitation.problem.trajectory_grid import coefficients_of, grid, series_of
 from ident.excitation.settings import DesignSettings
-from ident.excitation.trajectory_grid import coefficients_of, grid, series_of
 from wamctl.arm.collision import collision_shapes
 from wamctl.arm.config import ArmFile
 from wamctl.arm.errors import ConfigurationError
@@ -20,7 +20,7 @@ from wamctl.arm.trajectory_check import check_trajectory, violations
 from wamctl.arm.transmission import transmission
 
 
-def tightened(place: Place, rng: np.random.Generator) -> Place:
+def tightened(place: DesignTask, rng: np.random.Generator) -> DesignTask:
     """The same arm under limits that are smaller by random factors."""
     old = place.limits
     names = ("velocity_rad_s", "acceleration_rad_s2", "jerk_rad_s3")
@@ -37,7 +37,9 @@ def tightened(place: Place, rng: np.random.Generator) -> Place:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_however_bad_the_limits_they_are_kept(place: Place, problem: Problem, seed: int) -> None:
+def test_however_bad_the_limits_they_are_kept(
+    place: DesignTask, problem: Problem, seed: int
+) -> None:
     rng = np.random.default_rng(seed)
     under = tightened(place, rng)
     constraints = constraints_of(under.arm, under.robot, under.limits)
@@ -56,7 +58,7 @@ def excitation(arm: ArmFile, **values: object) -> ArmFile:
     return arm.model_copy(update={"excitation": arm.excitation.model_copy(update=values)})
 
 
-def test_an_empty_range_is_named(place: Place) -> None:
+def test_an_empty_range_is_named(place: DesignTask) -> None:
     arm = excitation(place.arm, position_lower_rad=(-1.0,) * 6 + (2.1,))
     with pytest.raises(ConfigurationError) as caught:
         design_limits(arm, "arm.yaml")
@@ -66,19 +68,19 @@ def test_an_empty_range_is_named(place: Place) -> None:
     )
 
 
-def test_too_little_torque_to_hold_the_arm_is_named(place: Place) -> None:
+def test_too_little_torque_to_hold_the_arm_is_named(place: DesignTask) -> None:
     limits = place.limits.model_copy(update={"motor_torque_nm": (0.01,) * 7})
     with pytest.raises(ConfigurationError, match=r"no pose was found .* torque of motor 1 is "):
         possible_pose(place.arm, place.robot, limits, "arm.yaml")
 
 
-def test_too_much_clearance_is_named(place: Place) -> None:
+def test_too_much_clearance_is_named(place: DesignTask) -> None:
     limits = place.limits.model_copy(update={"clearance_m": 5.0})
     with pytest.raises(ConfigurationError, match=r"distance of pedestal and upper arm is "):
         possible_pose(place.arm, place.robot, limits, "arm.yaml")
 
 
-def test_elbow_and_tool_may_be_asked_to_be_slower(place: Place) -> None:
+def test_elbow_and_tool_may_be_asked_to_be_slower(place: DesignTask) -> None:
     slow = design_limits(excitation(place.arm, speed_m_s=0.45), "arm.yaml")
     assert (slow.elbow_speed_m_s, slow.tool_speed_m_s) == (0.45, 0.45)
     usual, faster = (
@@ -88,7 +90,7 @@ def test_elbow_and_tool_may_be_asked_to_be_slower(place: Place) -> None:
     assert usual.tool_speed_m_s > 0.8
 
 
-def test_friction_behind_a_differential_counts_in_its_hardest_directions(place: Place) -> None:
+def test_friction_behind_a_differential_counts_in_its_hardest_directions(place: DesignTask) -> None:
     """Motors 5 and 6 feel the friction of joints 5 and 6 at once, whichever way those turn."""
     coulomb = np.array(place.arm.excitation.expected_coulomb_nm)
     shared = float(np.abs(joint_from_motor(place)[:, 4]) @ coulomb)
@@ -100,11 +102,11 @@ def test_friction_behind_a_differential_counts_in_its_hardest_directions(place: 
     assert found.startswith("torque of motor 5 is ")
 
 
-def joint_from_motor(place: Place) -> np.ndarray:
+def joint_from_motor(place: DesignTask) -> np.ndarray:
     return transmission(place.arm.transmission, place.arm.arm).joint_from_motor
 
 
-def test_rates_hold_over_the_ramps_and_between_the_samples(place: Place) -> None:
+def test_rates_hold_over_the_ramps_and_between_the_samples(place: DesignTask) -> None:
     """A short ramp and a joint's jerk close to its bound."""
     arm = excitation(place.arm, ramp_s=0.05)
     a, b = np.full((2, 7, 5), 0.05)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from ident.dynamics.regressor import Motion
-from ident.excitation.problem import Problem
-from ident.excitation.regressor_columns import exact_rows
+from ident.excitation.problem.design_problem import Problem
+from ident.excitation.problem.regressor_columns import exact_rows
 from ident.workflows.design import place_of
 from wamctl.arm.trajectory import FourierSeries, Trajectory, sample
 from wamctl.arm.trajectory_check import check_trajectory

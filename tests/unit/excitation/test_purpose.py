@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from ident.effects.catalogue import catalogue
-from ident.excitation.design import Design, Place
+from ident.excitation.design import Design, DesignTask
 from ident.excitation.effect_motions import MOTIONS, Frame, Sketch, stretched_sweep
 from ident.excitation.target_effect import Purpose, design_motion, purpose_of
 from wamctl.arm.errors import ConfigurationError, DataError
@@ -24,7 +24,7 @@ def position_and_velocity(found: Design) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("motion", MOTIONS.values())
 def test_each_motion_of_the_library_moves_the_arm_within_its_limits(
-    place: Place, motion: Callable[[Frame], Sketch]
+    place: DesignTask, motion: Callable[[Frame], Sketch]
 ) -> None:
     effect = next(e.id for e in catalogue().values() if MOTIONS.get(e.motion) is motion)
     found = design_motion(place, Purpose(effect, 2))
@@ -37,14 +37,14 @@ def test_each_motion_of_the_library_moves_the_arm_within_its_limits(
 
 
 @pytest.mark.parametrize("effect", ["thermal_drift", "contact", "dropped_samples"])
-def test_what_time_shows_repeats_the_arms_own_motion(place: Place, effect: str) -> None:
+def test_what_time_shows_repeats_the_arms_own_motion(place: DesignTask, effect: str) -> None:
     found = design_motion(place, purpose_of(effect)).trajectory
     own = read_trajectory("wam7-excitation.yaml").series
     assert found.periods * found.series.period_s == pytest.approx(300.0)
     assert found.series.a / own.a == pytest.approx(np.ones(own.a.shape), rel=0.1)
 
 
-def test_nothing_to_repeat(place: Place) -> None:
+def test_nothing_to_repeat(place: DesignTask) -> None:
     excitation = place.arm.excitation.model_copy(update={"trajectory": None})
     arm = place.arm.model_copy(update={"excitation": excitation})
     with pytest.raises(ConfigurationError) as caught:
@@ -54,7 +54,7 @@ def test_nothing_to_repeat(place: Place) -> None:
     )
 
 
-def test_stribeck_turns_one_joint_back_slowly(place: Place) -> None:
+def test_stribeck_turns_one_joint_back_slowly(place: DesignTask) -> None:
     found = design_motion(place, purpose_of("stribeck:4"))
     assert found.trajectory.promise["shows"] == "stribeck:4"
     _, qd = position_and_velocity(found)
@@ -63,13 +63,13 @@ def test_stribeck_turns_one_joint_back_slowly(place: Place) -> None:
     assert np.abs(np.delete(qd, 3, axis=1)).max() == 0.0
 
 
-def test_tilt_sweeps_the_first_joint(place: Place) -> None:
+def test_tilt_sweeps_the_first_joint(place: DesignTask) -> None:
     q, _ = position_and_velocity(design_motion(place, purpose_of("gravity_tilt")))
     assert np.ptp(q[:, 0]) > np.pi
     assert np.ptp(q[:, 1:], axis=0).max() == 0.0
 
 
-def test_a_differential_changes_its_dominant_joint(place: Place) -> None:
+def test_a_differential_changes_its_dominant_joint(place: DesignTask) -> None:
     _, qd = position_and_velocity(design_motion(place, purpose_of("coupled_friction:5")))
     faster = np.abs(qd[:, 4]) > np.abs(qd[:, 5])
     assert 0.25 < faster.mean() < 0.75
@@ -117,7 +117,7 @@ def test_a_joint_that_is_no_number() -> None:
     assert str(caught.value) == "--for: 'elbow' is not the number of a joint."
 
 
-def test_a_joint_that_the_arm_lacks(place: Place) -> None:
+def test_a_joint_that_the_arm_lacks(place: DesignTask) -> None:
     with pytest.raises(ConfigurationError) as caught:
         design_motion(place, Purpose("stribeck", 9))
     assert str(caught.value) == "--for: no joint 9; the arm has 1 to 7."

@@ -10,16 +10,16 @@ import pytest
 
 from ident.dynamics.compiled_chain import chain_of
 from ident.dynamics.parameters import standard_parameters
-from ident.excitation import search as searching
-from ident.excitation.closed_loop_trial import Rehearsal
-from ident.excitation.deadline import Deadline
-from ident.excitation.design import Place, problem_of
-from ident.excitation.evaluate import POOL, UNSEEN, Judge, candidate
-from ident.excitation.problem import Problem
-from ident.excitation.scale_into_limits import scaled
-from ident.excitation.search import Effort, search
+from ident.excitation.design import DesignTask, problem_of
+from ident.excitation.optimisation import search as searching
+from ident.excitation.optimisation.deadline import Deadline
+from ident.excitation.optimisation.evaluate import POOL, UNSEEN, Judge, candidate
+from ident.excitation.optimisation.scale_into_limits import scaled
+from ident.excitation.optimisation.search import Effort, search
+from ident.excitation.problem.closed_loop_trial import ClosedLoopTrial
+from ident.excitation.problem.design_problem import Problem
+from ident.excitation.problem.trajectory_grid import coefficients_of, grid, series_of
 from ident.excitation.settings import DesignSettings
-from ident.excitation.trajectory_grid import coefficients_of, grid, series_of
 from ident.model.arm import arm_from_file
 from ident.model.fit_filter import Filter
 from ident.model.identified_model import Model
@@ -39,7 +39,7 @@ NEVER, AT_ONCE = Deadline(np.inf), Deadline(0.0)
 
 
 @pytest.fixture(scope="module")
-def place() -> Place:
+def place() -> DesignTask:
     """The arm as its file's CAD has it, with half of the friction that it expects."""
     found = place_of(FILE)
     viscous, coulomb = expected_friction(found.arm)
@@ -49,12 +49,12 @@ def place() -> Place:
 
 
 @pytest.fixture(scope="module")
-def problem(place: Place) -> Problem:
+def problem(place: DesignTask) -> Problem:
     return replace(problem_of(place, DesignSettings()), grid=grid(0.1 * np.pi, 5, 1000))
 
 
 @pytest.fixture(scope="module")
-def rehearsal(problem: Problem) -> Rehearsal:
+def rehearsal(problem: Problem) -> ClosedLoopTrial:
     assert problem.rehearsal is not None
     return problem.rehearsal
 
@@ -65,7 +65,7 @@ def motion() -> np.ndarray:
     return coefficients_of(read_trajectory("wam7-excitation.yaml").series)
 
 
-def model_of(place: Place) -> Model:
+def model_of(place: DesignTask) -> Model:
     """What `ident run` would write of that arm."""
     assert place.known is not None
     robot, terms = place.robot, arm_from_file(FILE, ()).terms
@@ -86,28 +86,30 @@ def model_of(place: Place) -> Model:
     )
 
 
-def errors(rehearsal: Rehearsal, motion: np.ndarray) -> float:
+def errors(rehearsal: ClosedLoopTrial, motion: np.ndarray) -> float:
     """On the first arm, the one of the model."""
     return next(rehearsal.errors(motion))
 
 
-def test_a_smaller_motion_has_larger_errors(rehearsal: Rehearsal, motion: np.ndarray) -> None:
+def test_a_smaller_motion_has_larger_errors(rehearsal: ClosedLoopTrial, motion: np.ndarray) -> None:
     assert errors(rehearsal, scaled(motion, 0.5)) > errors(rehearsal, motion) + np.log(1.2)
 
 
-def test_a_motion_too_small_to_tell_has_no_errors(rehearsal: Rehearsal, motion: np.ndarray) -> None:
+def test_a_motion_too_small_to_tell_has_no_errors(
+    rehearsal: ClosedLoopTrial, motion: np.ndarray
+) -> None:
     with pytest.raises(DataError):
         errors(rehearsal, scaled(motion, 1e-3))
 
 
-def test_weights_count(rehearsal: Rehearsal, motion: np.ndarray) -> None:
+def test_weights_count(rehearsal: ClosedLoopTrial, motion: np.ndarray) -> None:
     friction = errors(replace(rehearsal, weights={"fc": 1e9}), motion)
     one = errors(replace(rehearsal, weights={"fc7": 1e9}), motion)
     assert len({errors(rehearsal, motion), friction, one}) == 3
     assert one < friction  # the smallest joint's friction is known best
 
 
-def test_the_other_arms_differ_a_little(place: Place, rehearsal: Rehearsal) -> None:
+def test_the_other_arms_differ_a_little(place: DesignTask, rehearsal: ClosedLoopTrial) -> None:
     first, *others = rehearsal.plants
     assert first is place.known
     assert len(others) == 2
@@ -118,7 +120,7 @@ def test_the_other_arms_differ_a_little(place: Place, rehearsal: Rehearsal) -> N
 
 
 def test_errors_are_those_of_a_run_on_the_simulated_arm(
-    place: Place, rehearsal: Rehearsal, motion: np.ndarray, tmp_path: Path
+    place: DesignTask, rehearsal: ClosedLoopTrial, motion: np.ndarray, tmp_path: Path
 ) -> None:
     """`ident simulate` and `ident run` by their commands, on one period of the same motion."""
     robot = place.robot
@@ -133,7 +135,7 @@ def test_errors_are_those_of_a_run_on_the_simulated_arm(
 
 
 def test_the_model_becomes_the_arm_that_is_moved(
-    place: Place, rehearsal: Rehearsal, motion: np.ndarray, tmp_path: Path
+    place: DesignTask, rehearsal: ClosedLoopTrial, motion: np.ndarray, tmp_path: Path
 ) -> None:
     path = tmp_path / "model.yaml"
     write_model(path, model_of(place))
@@ -142,7 +144,7 @@ def test_the_model_becomes_the_arm_that_is_moved(
     assert errors(read, motion) == pytest.approx(errors(rehearsal, motion), abs=1e-9)
 
 
-def test_a_model_of_another_arm_is_refused(place: Place, tmp_path: Path) -> None:
+def test_a_model_of_another_arm_is_refused(place: DesignTask, tmp_path: Path) -> None:
     path = tmp_path / "model.yaml"
     write_model(path, model_of(place))
     path.write_text(path.read_text(encoding="utf-8").replace("wam/", "other/"), encoding="utf-8")
@@ -151,7 +153,7 @@ def test_a_model_of_another_arm_is_refused(place: Place, tmp_path: Path) -> None
     assert "has the joints other/" in str(caught.value)
 
 
-def test_only_errors_are_rehearsed(place: Place) -> None:
+def test_only_errors_are_rehearsed(place: DesignTask) -> None:
     assert problem_of(place, DesignSettings(objective="balanced")).rehearsal is not None
     with pytest.raises(ConfigurationError) as caught:
         problem_of(place, DesignSettings(objective="condition"))
@@ -212,7 +214,7 @@ def test_after_the_deadline_nothing_is_rehearsed(problem: Problem, motion: np.nd
 
 
 def test_where_no_arm_shows_anything_the_formula_counts(
-    problem: Problem, rehearsal: Rehearsal, motion: np.ndarray
+    problem: Problem, rehearsal: ClosedLoopTrial, motion: np.ndarray
 ) -> None:
     tiny = scaled(motion, 1e-3)
     (found,) = Judge(replace(problem, rehearsal=rehearsal), NEVER).of(tiny, [])

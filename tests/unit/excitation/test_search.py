@@ -7,16 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.excitation import search as searching
-from ident.excitation.cobyla import search_by_cobyla
-from ident.excitation.deadline import Deadline
-from ident.excitation.design import Place, design, problem_of
-from ident.excitation.evaluate import Candidate
-from ident.excitation.multistart import Task, best_design
-from ident.excitation.problem import Problem, constraint_values, objective_value
-from ident.excitation.search import Effort, random_start, search
+from ident.excitation.design import DesignTask, design, problem_of
+from ident.excitation.optimisation import search as searching
+from ident.excitation.optimisation.deadline import Deadline
+from ident.excitation.optimisation.evaluate import Candidate
+from ident.excitation.optimisation.multistart import Task, best_design
+from ident.excitation.optimisation.search import Effort, random_start, search
+from ident.excitation.problem.design_problem import Problem, constraint_values, objective_value
+from ident.excitation.problem.trajectory_grid import grid
 from ident.excitation.settings import GOOD_CONDITION, DesignSettings
-from ident.excitation.trajectory_grid import grid
 from ident.workflows.design import place_of
 
 FUNDAMENTAL = 0.1 * np.pi
@@ -103,25 +102,9 @@ def test_it_goes_on_from_a_start(
     assert (descents[-1] == found[-1].coefficients).all()  # the polish, of the best
 
 
-def test_cobyla_improves_its_start(motion_problem: Problem, start: np.ndarray) -> None:
-    first, last = search_by_cobyla(motion_problem, DENSE, effort(descents=250), 0, start)
-    judged = replace(motion_problem, grid=DENSE)
-    assert first.value == pytest.approx(objective_value(judged, first.coefficients, DENSE))
-    assert last.value < first.value
-    assert kept(motion_problem, last)
-
-
-def test_cobyla_keeps_what_it_has_when_the_time_is_over(
-    motion_problem: Problem, start: np.ndarray
-) -> None:
-    over = effort(AT_ONCE, descents=1000)
-    first, last = search_by_cobyla(motion_problem, DENSE, over, 0, start)
-    assert last.value == pytest.approx(first.value)
-
-
-def test_islands_hand_over_the_best(motion_problem: Problem) -> None:
+def test_workers_hand_over_the_best(motion_problem: Problem) -> None:
     reports: list[Candidate | None] = []
-    task = Task(motion_problem, DENSE, effort(descents=1), 0, None, "descent")
+    task = Task(motion_problem, DENSE, effort(descents=1), 0, None)
     best = best_design(task, 2, reports.append)
     better = [r for r in reports if r is not None]
     assert best is not None
@@ -130,16 +113,16 @@ def test_islands_hand_over_the_best(motion_problem: Problem) -> None:
     assert not multiprocessing.active_children()
 
 
-def test_an_island_that_dies_is_told(motion_problem: Problem, capfd: pytest.CaptureFixture) -> None:
+def test_a_worker_that_dies_is_told(motion_problem: Problem, capfd: pytest.CaptureFixture) -> None:
     broken = replace(motion_problem, objective=None)
-    task = Task(broken, DENSE, effort(descents=1), 0, None, "descent")
+    task = Task(broken, DENSE, effort(descents=1), 0, None)
     with pytest.raises(RuntimeError) as caught:
         best_design(task, 1, lambda best: None)
     assert str(caught.value) == "a search process died; see its message above"
     assert "AttributeError" in capfd.readouterr().err
 
 
-def test_where_no_start_is_allowed_a_pose_is_kept_to(place: Place) -> None:
+def test_where_no_start_is_allowed_a_pose_is_kept_to(place: DesignTask) -> None:
     """Clearance that few poses keep: the search is over before it meets one."""
     limits = place.limits.model_copy(update={"clearance_m": 0.16})
     tight = replace(place, limits=limits)
@@ -149,12 +132,13 @@ def test_where_no_start_is_allowed_a_pose_is_kept_to(place: Place) -> None:
     assert found.passed == []
 
 
-def test_without_an_objective_errors_are_small_at_a_good_condition_number(place: Place) -> None:
+def test_without_an_objective_errors_are_small_at_a_good_condition_number(
+    place: DesignTask,
+) -> None:
     usual = problem_of(place, DesignSettings()).objective
     assert (usual.kind, usual.most) == ("errors", GOOD_CONDITION)
     assert 35.0 < GOOD_CONDITION < 36.0
     other = problem_of(place, DesignSettings(most_condition=50.0)).objective
     assert (other.kind, other.most) == ("errors", 50.0)
-    for papers in (DesignSettings(objective="condition"), DesignSettings(method="cobyla")):
-        found = problem_of(place, papers).objective
-        assert (found.kind, found.most) == ("condition", np.inf)
+    papers = problem_of(place, DesignSettings(objective="condition")).objective
+    assert (papers.kind, papers.most) == ("condition", np.inf)

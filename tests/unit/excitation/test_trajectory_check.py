@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from ident.dynamics.regressor import Motion
-from ident.excitation.design import Place, problem_of
-from ident.excitation.regressor_columns import exact_rows
+from ident.excitation.design import DesignTask, problem_of
+from ident.excitation.problem.regressor_columns import exact_rows
 from ident.excitation.settings import DesignSettings
 from wamctl.arm.config import ArmFile, load_arm_file
 from wamctl.arm.trajectory import Trajectory, read_trajectory, sample
@@ -31,12 +31,12 @@ def resting(shipped: Trajectory, pose: list[float]) -> Trajectory:
 
 @pytest.mark.parametrize("config", ["wam7.yaml", "wam7-classic.yaml"])
 @pytest.mark.parametrize("name", ["wam7-excitation.yaml", "wam7-excitation-balanced.yaml"])
-def test_the_shipped_trajectories_may_run(place: Place, config: str, name: str) -> None:
+def test_the_shipped_trajectories_may_run(place: DesignTask, config: str, name: str) -> None:
     assert check_trajectory(load_arm_file(config), place.robot, read_trajectory(name)) == []
 
 
 def test_the_balanced_trajectory_keeps_its_promise_and_sees_more(
-    place: Place, shipped: Trajectory
+    place: DesignTask, shipped: Trajectory
 ) -> None:
     columns = problem_of(place, DesignSettings()).columns
     conditions, errors = [], []
@@ -53,7 +53,7 @@ def test_the_balanced_trajectory_keeps_its_promise_and_sees_more(
     assert np.exp(np.log(ratio).mean()) < 0.7
 
 
-def test_other_joints_are_refused(place: Place, shipped: Trajectory) -> None:
+def test_other_joints_are_refused(place: DesignTask, shipped: Trajectory) -> None:
     series = replace(shipped.series, joint_names=("a", "b"))
     sentence = check_trajectory(place.arm, place.robot, replace(shipped, series=series))
     assert sentence == [
@@ -62,7 +62,7 @@ def test_other_joints_are_refused(place: Place, shipped: Trajectory) -> None:
     ]
 
 
-def test_position_names_joint_value_and_bound(place: Place, shipped: Trajectory) -> None:
+def test_position_names_joint_value_and_bound(place: DesignTask, shipped: Trajectory) -> None:
     found = check_trajectory(
         place.arm, place.robot, resting(shipped, [0.0, 0.0, 0.0, 1.5, 0.0, 0.0, 3.25])
     )
@@ -71,7 +71,7 @@ def test_position_names_joint_value_and_bound(place: Place, shipped: Trajectory)
     ]
 
 
-def test_bodies_too_near_are_named(place: Place, shipped: Trajectory) -> None:
+def test_bodies_too_near_are_named(place: DesignTask, shipped: Trajectory) -> None:
     found = check_trajectory(
         place.arm, place.robot, resting(shipped, [0.0, 1.95, 0.0, 0.3, 0.0, 0.0, 0.0])
     )
@@ -95,7 +95,7 @@ def test_bodies_too_near_are_named(place: Place, shipped: Trajectory) -> None:
     ],
 )
 def test_every_limit_is_checked(
-    place: Place, shipped: Trajectory, limit: str, value: object, start: str
+    place: DesignTask, shipped: Trajectory, limit: str, value: object, start: str
 ) -> None:
     arm = with_limits(place.arm, **{limit: value})
     assert check_trajectory(arm, place.robot, shipped)[0].startswith(start)

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from wamctl.arm.sections import Positive, PositiveVector, Section, Vector
+from wamctl.arm.configuration.sections import Positive, PositiveVector, Section, Vector
 
 PuckNode = Annotated[int, Field(ge=1, le=31)]
 PuckFirmware = Annotated[int, Field(ge=32)]

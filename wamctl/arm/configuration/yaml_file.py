@@ -12,14 +12,13 @@ from wamctl.arm.errors import ConfigurationError
 M = TypeVar("M", bound=BaseModel)
 
 
+_PACKAGE = Path(__file__).parents[2]
+
+
 def shipped_file(name: str) -> Path:
     """Path of a file in `configs/`, from the source tree or from the installed wheel."""
-    inside_wheel = Path(__file__).parent.parent / "configs" / name
-    return (
-        inside_wheel
-        if inside_wheel.exists()
-        else Path(__file__).parent.parent.parent / "configs" / name
-    )
+    inside_wheel = _PACKAGE / "configs" / name
+    return inside_wheel if inside_wheel.exists() else _PACKAGE.parent / "configs" / name
 
 
 def find_file(path: str | Path) -> Path:

@@ -6,22 +6,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.dynamics.regressor import Motion
-from ident.dynamics.regressor_adjoint import pull_back
-from ident.excitation import constraints as limited
-from ident.excitation.closed_loop_trial import Rehearsal
-from ident.excitation.constraints import Constraints, Slopes
-from ident.excitation.criterion import (
+from ident.dynamics.regressor_adjoint import regressor_vjp
+from ident.excitation.problem import constraints as limited
+from ident.excitation.problem.closed_loop_trial import ClosedLoopTrial
+from ident.excitation.problem.constraints import Constraints, Slopes
+from ident.excitation.problem.criterion import (
     Objective,
     aimed,
     gram,
-    pull_gram,
+    gram_vjp,
     sharp_value,
     value_and_slope,
     value_and_slopes,
 )
-from ident.excitation.noise_model import Noise
-from ident.excitation.regressor_columns import Columns, exact_rows, smooth_rows
-from ident.excitation.trajectory_grid import Grid
+from ident.excitation.problem.noise_model import Noise
+from ident.excitation.problem.regressor_columns import Columns, exact_rows, smooth_rows
+from ident.excitation.problem.trajectory_grid import Grid
 
 Array = NDArray[np.floating]
 
@@ -44,7 +44,7 @@ class Problem:
     constraints: Constraints
     grid: Grid
     noise: Noise
-    rehearsal: Rehearsal | None = None
+    rehearsal: ClosedLoopTrial | None = None
 
 
 @dataclass(frozen=True)
@@ -111,20 +111,20 @@ def _objective(
         value, slope = value_and_slope(objective, found, power)
         return (
             value,
-            pull_gram(columns, rows, slope),
+            gram_vjp(columns, rows, slope),
             (np.zeros_like(motion.qd), np.zeros_like(motion.qd)),
         )
     variance = noise.variance(motion)
     noisy = gram(columns, np.sqrt(variance)[:, :, None] * rows)
     value, slope, noisy_slope = value_and_slopes(objective, found, noisy, power)
-    pulled = pull_gram(columns, rows, noisy_slope)
-    bar = pull_gram(columns, rows, slope) + variance[:, :, None] * pulled
+    pulled = gram_vjp(columns, rows, noisy_slope)
+    bar = gram_vjp(columns, rows, slope) + variance[:, :, None] * pulled
     by_variance = np.sum(rows * pulled, axis=2) / 2.0
     qd, qdd = (np.ascontiguousarray((by_variance * by).T) for by in noise.slopes(motion))
     return value, bar, (qd, qdd)
 
 
-def aimed_at(problem: Problem, coefficients: Array, smoothness: Smoothness) -> Problem:
+def smoothed_problem(problem: Problem, coefficients: Array, smoothness: Smoothness) -> Problem:
     """The problem whose smooth objective has its bound where the sharp one has it, near a motion.
 
     Args:
@@ -179,7 +179,7 @@ def _pull(problem: Problem, motion: Motion, softness_rad_s: float, slopes: Slope
             slopes.qd[:, joint] += bar * (1.0 - slip**2) / softness_rad_s
         elif kind == "ia":
             slopes.qdd[:, joint] += bar
-    pull_back(
+    regressor_vjp(
         columns.frames,
         motion.q,
         motion.qd,

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from ident.excitation.evaluate import Candidate, candidate
-from ident.excitation.problem import Problem, constraint_values, objective_value
-from ident.excitation.scale_into_limits import fit
-from ident.excitation.search import Effort, random_start
-from ident.excitation.trajectory_grid import Grid
+from ident.excitation.optimisation.evaluate import Candidate, candidate
+from ident.excitation.optimisation.scale_into_limits import fit
+from ident.excitation.optimisation.search import Effort, random_start
+from ident.excitation.problem.design_problem import Problem, constraint_values, objective_value
+from ident.excitation.problem.trajectory_grid import Grid
 
 Array = NDArray[np.floating]
 

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import Chain, chain_of
 from ident.dynamics.regressor import Motion
-from ident.excitation import clearance as geometry
-from ident.excitation.clearance import Points, Shapes, points_of, shapes_of
-from ident.excitation.regressor_columns import Columns
+from ident.excitation.problem import clearance as geometry
+from ident.excitation.problem.clearance import Points, Shapes, points_of, shapes_of
+from ident.excitation.problem.regressor_columns import Columns
 from wamctl.arm.collision import collision_shapes
 from wamctl.arm.config import ArmFile, LimitsSection
 from wamctl.arm.robot import Robot

@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.excitation.regressor_columns import Columns
+from ident.excitation.problem.regressor_columns import Columns
 
 Array = NDArray[np.floating]
 
@@ -53,7 +53,7 @@ def gram(columns: Columns, rows: Array) -> Array:
     return found / (rows.shape[0] * rows.shape[1])
 
 
-def pull_gram(columns: Columns, rows: Array, slope: Array) -> Array:
+def gram_vjp(columns: Columns, rows: Array, slope: Array) -> Array:
     """Gradient by the rows, shape (n, S, b), of anything whose slope by `gram` is (b, b)."""
     bar = np.zeros_like(rows)
     scaled = slope * (2.0 / (rows.shape[0] * rows.shape[1]))

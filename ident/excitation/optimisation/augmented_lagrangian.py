@@ -7,15 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from ident.excitation.deadline import Deadline
-from ident.excitation.problem import (
+from ident.excitation.optimisation.deadline import Deadline
+from ident.excitation.problem.design_problem import (
     Penalty,
     Problem,
     Smoothness,
-    aimed_at,
     constraint_values,
     lagrangian,
     multipliers,
+    smoothed_problem,
 )
 
 Array = NDArray[np.floating]
@@ -41,7 +41,7 @@ class Stage:
     iterations: int
 
 
-FROM_AFAR = (
+COARSE_STAGES = (
     Stage(Smoothness(8.0, 0.1), 100.0, 100),
     Stage(Smoothness(32.0, 0.1), 300.0, 100),
     Stage(Smoothness(64.0, 0.05), 1000.0, 100),
@@ -50,14 +50,14 @@ FROM_AFAR = (
 )
 """For a start that nobody has chosen: smooth first, so that it does not stick at once."""
 
-FROM_NEARBY = (
+FINE_STAGES = (
     Stage(Smoothness(32.0, 0.05), 300.0, 80),
     Stage(Smoothness(64.0, 0.02), 1000.0, 80),
     Stage(Smoothness(64.0, 0.02), 1000.0, 80),
 )
 """For a start that was a good design before part of it was changed."""
 
-TO_THE_POINT = (
+FINAL_STAGES = (
     Stage(Smoothness(200.0, 0.02), 1000.0, 200),
     Stage(Smoothness(200.0, 0.02), 3000.0, 200),
 )
@@ -85,7 +85,7 @@ def descend(
         found = constraint_values(problem, x.reshape(shape) * _SCALE, soft)
         prices = np.zeros_like(found) if prices is None else prices
         penalty = Penalty(prices, stage.stiffness)
-        aim = aimed_at(problem, x.reshape(shape) * _SCALE, stage.smoothness)
+        aim = smoothed_problem(problem, x.reshape(shape) * _SCALE, stage.smoothness)
         x = _minimise(aim, x, shape, stage, penalty, deadline)
         found = constraint_values(problem, x.reshape(shape) * _SCALE, soft)
         prices = multipliers(problem, found, penalty)

@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.excitation.closed_loop_trial import Rehearsal
-from ident.excitation.criterion import sharp_condition, sharp_errors
-from ident.excitation.deadline import Deadline
-from ident.excitation.problem import Problem
-from ident.excitation.regressor_columns import exact_rows
-from ident.excitation.scale_into_limits import fit
+from ident.excitation.optimisation.deadline import Deadline
+from ident.excitation.optimisation.scale_into_limits import fit
+from ident.excitation.problem.closed_loop_trial import ClosedLoopTrial
+from ident.excitation.problem.criterion import sharp_condition, sharp_errors
+from ident.excitation.problem.design_problem import Problem
+from ident.excitation.problem.regressor_columns import exact_rows
 from wamctl.arm.errors import DataError
 
 Array = NDArray[np.floating]
@@ -91,7 +91,7 @@ class Judge:
             return [found.behind()]
 
     def _rehearsed(
-        self, rehearsal: Rehearsal, found: Candidate, kept: Sequence[Candidate]
+        self, rehearsal: ClosedLoopTrial, found: Candidate, kept: Sequence[Candidate]
     ) -> list[Candidate]:
         """The motion as the tries show it; nothing as soon as all kept ones are clearly better."""
         worst = kept[-1] if len(kept) >= POOL else None

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.excitation.problem import Problem, constraint_values
-from ident.excitation.trajectory_grid import Grid
+from ident.excitation.problem.design_problem import Problem, constraint_values
+from ident.excitation.problem.trajectory_grid import Grid
 
 Array = NDArray[np.floating]
 
@@ -26,7 +26,7 @@ def fit(problem: Problem, coefficients: Array) -> Array | None:
         problem: constraints and a dense grid.
         coefficients: shape (2 L + 1, n).
     """
-    fitted = fit_joints(problem, problem.grid, coefficients)
+    fitted = scale_joints_into_limits(problem, problem.grid, coefficients)
     if _within(problem, fitted):
         return fitted
     low, high = 0.0, 1.0
@@ -38,7 +38,7 @@ def fit(problem: Problem, coefficients: Array) -> Array | None:
     return scaled(fitted, max(low, _HAIR))
 
 
-def fit_joints(problem: Problem, samples: Grid, coefficients: Array) -> Array:
+def scale_joints_into_limits(problem: Problem, samples: Grid, coefficients: Array) -> Array:
     """Each joint by itself within range, velocity, acceleration and jerk on a grid."""
     middle = problem.constraints.bounds.middle
     half, *rates = problem.constraints.bounds.kinematic * (1.0 - _HAIR)

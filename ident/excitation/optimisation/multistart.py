@@ -12,11 +12,10 @@ from multiprocessing.queues import Queue
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.excitation.cobyla import search_by_cobyla
-from ident.excitation.evaluate import Candidate
-from ident.excitation.problem import Problem
-from ident.excitation.search import Effort, search
-from ident.excitation.trajectory_grid import Grid
+from ident.excitation.optimisation.evaluate import Candidate
+from ident.excitation.optimisation.search import Effort, search
+from ident.excitation.problem.design_problem import Problem
+from ident.excitation.problem.trajectory_grid import Grid
 from wamctl.arm.compilation import compilation_announced
 
 Array = NDArray[np.floating]
@@ -35,7 +34,6 @@ class Task:
         effort: when to stop.
         seed: of all random choices; each island takes its own from it.
         start: a design to improve, shape (2 L + 1, n), or None.
-        method: `descent`, or `cobyla` as in the paper.
     """
 
     problem: Problem
@@ -43,7 +41,6 @@ class Task:
     effort: Effort
     seed: int
     start: Array | None
-    method: str
 
 
 def best_design(task: Task, processes: int, report: Report) -> Candidate | None:
@@ -58,30 +55,30 @@ def best_design(task: Task, processes: int, report: Report) -> Candidate | None:
     """
     context = multiprocessing.get_context("spawn")
     found: Queue[Candidate | None] = context.Queue()
-    islands = [
-        context.Process(target=_island, args=(task, number, found), daemon=True)
+    workers = [
+        context.Process(target=_worker, args=(task, number, found), daemon=True)
         for number in range(processes)
     ]
-    for island in islands:
-        island.start()
+    for worker in workers:
+        worker.start()
     try:
-        return _collect(found, islands, report)
+        return _collect(found, workers, report)
     finally:
-        for island in islands:
-            island.terminate()
-            island.join()
+        for worker in workers:
+            worker.terminate()
+            worker.join()
 
 
 def _collect(
-    found: "Queue[Candidate | None]", islands: list[SpawnProcess], report: Report
+    found: "Queue[Candidate | None]", workers: list[SpawnProcess], report: Report
 ) -> Candidate | None:
-    best, running = None, len(islands)
+    best, running = None, len(workers)
     try:
         while running:
             try:
                 candidate = found.get(timeout=_GLANCE_S)
             except queue.Empty:
-                if any(island.exitcode for island in islands):
+                if any(worker.exitcode for worker in workers):
                     raise RuntimeError("a search process died; see its message above") from None
                 report(None)
                 continue
@@ -95,11 +92,10 @@ def _collect(
     return best
 
 
-def _island(task: Task, number: int, found: "Queue[Candidate | None]") -> None:
+def _worker(task: Task, number: int, found: "Queue[Candidate | None]") -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     seed = int(np.random.SeedSequence([task.seed, number]).generate_state(1)[0])
-    method = search_by_cobyla if task.method == "cobyla" else search
     with compilation_announced("the search") if number == 0 else nullcontext():
-        for candidate in method(task.problem, task.dense, task.effort, seed, task.start):
+        for candidate in search(task.problem, task.dense, task.effort, seed, task.start):
             found.put(candidate)
     found.put(None)

@@ -6,12 +6,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.excitation.deadline import Deadline
-from ident.excitation.evaluate import POOL, Candidate, Judge
-from ident.excitation.optimise import FROM_AFAR, FROM_NEARBY, TO_THE_POINT, descend
-from ident.excitation.problem import Problem
-from ident.excitation.scale_into_limits import fit_joints
-from ident.excitation.trajectory_grid import Grid
+from ident.excitation.optimisation.augmented_lagrangian import (
+    COARSE_STAGES,
+    FINAL_STAGES,
+    FINE_STAGES,
+    descend,
+)
+from ident.excitation.optimisation.deadline import Deadline
+from ident.excitation.optimisation.evaluate import POOL, Candidate, Judge
+from ident.excitation.optimisation.scale_into_limits import scale_joints_into_limits
+from ident.excitation.problem.design_problem import Problem
+from ident.excitation.problem.trajectory_grid import Grid
 
 Array = NDArray[np.floating]
 
@@ -62,7 +67,7 @@ def search(
         seed: of the random starts and changes.
         start: a design to improve, shape (2 L + 1, n), instead of starting afresh.
     """
-    herd = _Herd(problem, dense, effort, np.random.default_rng(seed))
+    herd = _Population(problem, dense, effort, np.random.default_rng(seed))
     best = np.inf
     for found in herd.polished(start) if problem.rehearsal is None else herd.rehearsed(start):
         if found.value < best:
@@ -70,7 +75,7 @@ def search(
             yield found
 
 
-class _Herd:
+class _Population:
     """Motions that descend from each other."""
 
     def __init__(
@@ -84,7 +89,7 @@ class _Herd:
         end = self._effort.deadline
         kept = yield from self._family(start, end.sooner(_POLISH_SHARE), self._effort.patience)
         if kept:
-            last = descend(self._problem, kept[0].coefficients, TO_THE_POINT, end)
+            last = descend(self._problem, kept[0].coefficients, FINAL_STAGES, end)
             yield from self._judge(self._problem, end).of(last, kept)
 
     def rehearsed(self, start: Array | None) -> Iterator[Candidate]:
@@ -95,7 +100,7 @@ class _Herd:
             more = yield from self._family(start, soon, _STALE)
             best = _keep(best + more)
         end, patience = self._effort.deadline, self._effort.patience
-        yield from self._bred(self._problem, best, iter(()), end, patience)
+        yield from self._improve(self._problem, best, iter(()), end, patience)
 
     def _family(self, start: Array | None, deadline: Deadline, patience: int) -> _Kept:
         """Random starts, or one that is given, and changes of them; gives the best few.
@@ -112,10 +117,10 @@ class _Herd:
             aim = replace(self._problem, objective=objective, rehearsal=None)
             kept = self._judged(aim, given, deadline)
             all_along = self._effort.patience
-            kept = yield from self._bred(aim, kept, firsts, deadline, all_along, np.log(most))
+            kept = yield from self._improve(aim, kept, firsts, deadline, all_along, np.log(most))
             given, firsts = [k.coefficients for k in kept], iter(())
         kept = self._judged(self._problem, given, deadline)
-        return (yield from self._bred(self._problem, kept, firsts, deadline, patience))
+        return (yield from self._improve(self._problem, kept, firsts, deadline, patience))
 
     def _judged(
         self, aim: Problem, motions: Sequence[Array], deadline: Deadline
@@ -125,7 +130,7 @@ class _Herd:
             kept = _keep(kept + judge.of(coefficients, kept))
         return kept
 
-    def _bred(
+    def _improve(
         self,
         aim: Problem,
         kept: list[Candidate],
@@ -151,9 +156,9 @@ class _Herd:
             best = kept[0].value if kept else np.inf
             if best <= enough:
                 break
-            first, stages = next(firsts, None), FROM_AFAR
+            first, stages = next(firsts, None), COARSE_STAGES
             if first is None and kept:
-                first, stages = _changed(self._problem, kept, self._rng), FROM_NEARBY
+                first, stages = _changed(self._problem, kept, self._rng), FINE_STAGES
             elif first is None:
                 first = random_start(self._problem, self._rng)
             self._descents += 1
@@ -176,7 +181,7 @@ def random_start(problem: Problem, rng: np.random.Generator) -> Array:
     shape = (problem.grid.position.shape[1], len(middle))
     wild = _WILD_RAD_S * rng.normal(size=shape)
     wild[-1] = middle + half * rng.uniform(2 * _CENTRAL - 1, 1 - 2 * _CENTRAL, shape[1])
-    return fit_joints(problem, problem.grid, wild)
+    return scale_joints_into_limits(problem, problem.grid, wild)
 
 
 def _keep(candidates: list[Candidate]) -> list[Candidate]:
@@ -196,7 +201,7 @@ def _changed(problem: Problem, kept: list[Candidate], rng: np.random.Generator) 
     change = _CHANGES[rng.integers(len(_CHANGES))]
     other = kept[rng.integers(len(kept))].coefficients
     change(changed, other, joint, rng)
-    return fit_joints(problem, problem.grid, changed)
+    return scale_joints_into_limits(problem, problem.grid, changed)
 
 
 def _shake(x: Array, other: Array, joint: int, rng: np.random.Generator) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.estimation.regression_data import gather
-from ident.excitation.trajectory_grid import series_of
+from ident.excitation.problem.trajectory_grid import series_of
 from ident.identification.standard_errors import standard_errors
 from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset, dataset
@@ -33,7 +33,7 @@ _FRICTION, _LINKS = 0.15, 0.05
 
 
 @dataclass(frozen=True)
-class Rehearsal:
+class ClosedLoopTrial:
     """The arm to try a motion on.
 
     Attributes:

@@ -1,0 +1,1 @@
+"""Solving it: an augmented Lagrangian from many starts, on every core."""

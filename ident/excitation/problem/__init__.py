@@ -1,0 +1,1 @@
+"""The optimisation problem of a design: objective, constraints, and their gradients."""
