@@ -30,7 +30,7 @@ class Node(Protocol):
         ...
 
     def tick(self, time_ns: int) -> list[Frame]:
-        """What the node does by itself at a time."""
+        """Frames that are due by a time without any input."""
         ...
 
 
@@ -76,7 +76,7 @@ class SyncSchedule:
 
 @dataclass(frozen=True)
 class Devices:
-    """What is on the bus.
+    """All devices on the bus.
 
     Attributes:
         encoders: what the motors' devices read.

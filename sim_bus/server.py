@@ -17,7 +17,7 @@ _NEVER_NS = 1 << 62
 
 
 class Arm(Protocol):
-    """What is served; times are arguments [ns]."""
+    """An arm that can be served; times are arguments [ns]."""
 
     def boot(self, time_ns: int) -> list[Frame]:
         """Power-on."""
@@ -32,7 +32,7 @@ class Arm(Protocol):
         ...
 
     def tick(self, time_ns: int) -> list[Frame]:
-        """What happens by itself up to a time."""
+        """Frames that are due by a time without any input."""
         ...
 
     def run_physics(self, time_ns: int) -> None:

@@ -88,7 +88,7 @@ class SimulatedArm:
         return self._sent({node: node.receive(time_ns, frame) for node in listeners})
 
     def tick(self, time_ns: int) -> list[Frame]:
-        """What the nodes do by themselves up to a time."""
+        """Frames that are due by a time without any input."""
         if self.next_ns > time_ns:
             return []
         self._come_to(time_ns)

@@ -9,7 +9,7 @@ from sim_bus.can_bus.frame_length import GAP_BITS, BitTiming, frame_ns, warm_up
 _SECOND_NS = 1_000_000_000
 
 _Offer = tuple[int, int, int, Frame, object]
-"""What it is sorted by, a number that no other has, its length [ns], the frame, its sender."""
+"""Sort key, a unique number, the frame's length [ns], the frame, its sender."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Arrival:
 
 
 class Load:
-    """How busy a bus was.
+    """Load of a bus.
 
     Attributes:
         frames: how many have been sent.

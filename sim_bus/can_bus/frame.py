@@ -60,7 +60,7 @@ def unstamp(packet: bytes) -> tuple[bytes, int | None]:
 
 
 class Bundle(NamedTuple):
-    """What a program gets in one packet.
+    """Content of one packet to a program.
 
     Attributes:
         settled: how many of its own frames are settled (see `SocketHub`).

@@ -33,7 +33,7 @@ class Hub(Protocol):
     gathers: bool
 
     def sources(self) -> Sequence[Source]:
-        """What to `select` for reading."""
+        """Descriptors to `select` for reading."""
         ...
 
     def receive(self, readable: Sequence[Source]) -> list[Received]:

@@ -103,7 +103,7 @@ class SimulatedBus(can.BusABC):
                 raise self._closed() from error
 
     def _waits(self, timeout: float | None) -> bool:
-        """Whether a packet comes in time."""
+        """True once a packet can be read; false after the time limit."""
         if timeout == 0:
             return False
         if not self._lockstep or self._settled == self._sent:

@@ -122,7 +122,7 @@ class SocketHub:
 
 @dataclass
 class _Outbox:
-    """What a client is to be sent."""
+    """Frames that wait to be sent to a client."""
 
     frames: list[Frame] = field(default_factory=list)
     passed_ns: list[int] = field(default_factory=list)

@@ -23,10 +23,10 @@ def readable(sources: Sequence[Source], timeout_s: float | None) -> list[Source]
 
 
 def soon_readable(sources: Sequence[Source], timeout_s: float | None) -> list[Source]:
-    """The same, for what may come at any moment.
+    """As `readable`, for input that may come at any moment.
 
-    Looking out for it for about as long as a wake-up takes is cheaper than to sleep at once. For
-    longer it would not be: on a busy machine, who burns his share of the core gets it later.
+    Polling for about as long as a wake-up takes is cheaper than sleeping at once. Polling longer is
+    not: on a busy machine a process that burns its share of the core is scheduled later.
     """
     patient_until = time.monotonic_ns() + _LOOK_OUT_NS
     while time.monotonic_ns() < patient_until:

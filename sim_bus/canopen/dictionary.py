@@ -83,7 +83,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Description:
-    """What an EDS file says.
+    """Content of an EDS file.
 
     Attributes:
         entries: all entries by index and sub-index.
@@ -94,7 +94,7 @@ class Description:
     dummies: dict[int, int]
 
     def of_node(self, node_id: int) -> "Description":
-        """The same for one node id, which some defaults count from."""
+        """Defaults for one node id, since some of them depend on it."""
         own = {
             key: replace(e, default=e.default + node_id)
             for key, e in self.entries.items()
@@ -172,7 +172,7 @@ class ObjectDictionary:
         self._fixed[key] = self.values[key] = value
 
     def getter(self, key: Key) -> Getter:
-        """How to get a number's present value: stored, or worked out by the drive."""
+        """Getter of an object's present value, stored or computed by the drive."""
         return self._live.get(key) or partial(self.values.__getitem__, key)
 
     def entry(self, key: Key) -> Entry:

@@ -23,7 +23,7 @@ _REMOTE = int(Statusword.REMOTE)
 
 @dataclass(frozen=True)
 class DriveSettings:
-    """What distinguishes one drive from another of its type.
+    """Settings that differ between drives of one type.
 
     Attributes:
         node_id: 1 to 127.
@@ -98,7 +98,7 @@ class CanopenDrive:
         return self._sent()
 
     def tick(self, time_ns: int) -> list[Frame]:
-        """What the drive does by itself: heartbeat, event timers, watch on SYNC."""
+        """Frames that are due without any input: heartbeat, event timers, SYNC watchdog."""
         self._now = time_ns
         if time_ns >= self._heartbeat_ns:
             self._emit(0x700 + self.node_id, bytes([self.nmt]))

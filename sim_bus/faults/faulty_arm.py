@@ -24,7 +24,7 @@ from sim_bus.puck.safety_node import SafetyNode
 from sim_bus.simulated_arm import SimulatedArm
 
 HOST_IS_BUS_OFF = Frame(ERROR | 0x40, bytes(8))
-"""What the kernel tells a program whose controller has left the bus."""
+"""Error frame by which the kernel reports that the host's controller is bus-off."""
 
 
 class FaultyArm:
@@ -82,12 +82,12 @@ class FaultyArm:
         return self._to_host.overtaken(frame, opens) + self._leave(time_ns, answers)
 
     def overhear(self, time_ns: int, frame: Frame) -> list[Frame]:
-        """What follows from a frame of one of the nodes, once it has passed."""
+        """The answers to a frame of one of the nodes, once it has passed."""
         behind = self._to_host.overtaken(frame, opens=False)
         return behind + self._leave(time_ns, self._arm.overhear(time_ns, frame))
 
     def tick(self, time_ns: int) -> list[Frame]:
-        """What happens by itself up to a time."""
+        """Frames that are due by a time without any input."""
         frames = self._go_on(time_ns) + self._arm.tick(time_ns)
         frames += self._heard(time_ns, self._to_drives.due(time_ns))
         return self._to_host.due(time_ns) + self._leave(time_ns, frames)

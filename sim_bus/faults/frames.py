@@ -43,7 +43,7 @@ class FrameFaults:
         self._present.append(_Present(fault, fault.number))
 
     def passed(self, time_ns: int, frame: Frame) -> list[Frame]:
-        """What comes of a frame that sets out now."""
+        """The frames that arrive in place of one that is sent now."""
         for present in self._present:
             if present.fault.id == frame.can_id:
                 present.left -= 1

@@ -1,4 +1,4 @@
-"""What every hidden effect is: parameters from a file, and what they do to the physics."""
+"""Base of the hidden effects: parameters from a file, and a change of the physics."""
 
 from dataclasses import replace
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""What the physics of one arm is made of, beside its robot model."""
+"""Parts of one arm's physics beside its robot model."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -40,7 +40,7 @@ class StepState:
 
 
 Act = Callable[[StepState], None]
-"""What an effect does in every inner step."""
+"""A hidden effect's action in every inner step."""
 
 EncoderModel = Callable[[Array, StepState], Array]
 """Joint positions as the motors' encoders show them, from the true ones [rad], shape (n,)."""

@@ -1,4 +1,4 @@
-"""What the simulated arm really is: the CAD model, disturbed but still possible, and friction."""
+"""True parameters of the simulated arm: CAD inertias, disturbed but physical, and friction."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -60,7 +60,7 @@ class DecodedFrame:
 
     @property
     def value(self) -> int | None:
-        """What a SET carries, sign-extended; None unless it is well formed."""
+        """Value of a SET, sign-extended; None unless it is well formed."""
         if not self.is_set or len(self.data) not in (4, 6) or self.data[1]:
             return None
         return int.from_bytes(self.data[2:], "little", signed=True)

@@ -27,7 +27,7 @@ _LARGEST_TORQUE = 8191
 
 @dataclass(frozen=True)
 class PuckFacts:
-    """What is built into a Puck.
+    """Built-in properties of a Puck.
 
     Attributes:
         node: node id.

@@ -1,4 +1,4 @@
-"""What the simulated Pucks' firmware calls its properties, version by version.
+"""Property numbers of the simulated Pucks' firmware, by version.
 
 Only properties that the simulation gives a value; after the lists in libbarrett's
 `property_list.cpp`. A change says `NAME=id`, or `NAME=` where a version takes a property away.
@@ -41,7 +41,7 @@ MONITOR = {
         ("VERS", "ROLE", "SN", "ID", "ERROR", "STAT", "ADDR", "VALUE", "LOCK", "SAVE", "LOAD")
     )
 }
-"""What a Puck answers while its monitor runs."""
+"""Properties that a Puck answers while its monitor runs."""
 
 _WIDE = frozenset({"P", "MECH", "CTS", "PEN"})
 

@@ -54,7 +54,7 @@ class Lamp(IntEnum):
 
 @dataclass(frozen=True)
 class SafetyFacts:
-    """What the module knows of its arm.
+    """Configuration of the module for its arm.
 
     Attributes:
         node: node id.

@@ -71,7 +71,7 @@ class SafetyNode:
         return self._after(time_ns, self.module.receive(decoded, time_ns))
 
     def tick(self, time_ns: int) -> list[Frame]:
-        """What module and operator do by themselves."""
+        """Frames of module and operator that are due without any input."""
         self.next_ns = NEVER_NS
         frames = self.module.tick(time_ns)
         if self._wants_to_activate(time_ns):
