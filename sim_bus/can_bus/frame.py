@@ -36,7 +36,7 @@ class Frame(NamedTuple):
 
 
 def carried_length(length: int, fd: bool) -> int:
-    """Bytes that a frame carries for so many bytes of data; long CAN FD frames come in steps."""
+    """Bytes that a frame carries for a length of data; long CAN FD frames come in steps."""
     return next(n for n in FD_LENGTHS if n >= length) if fd else length
 
 

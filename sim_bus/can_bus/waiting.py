@@ -18,7 +18,7 @@ class Source(Protocol):
 
 
 def readable(sources: Sequence[Source], timeout_s: float | None) -> list[Source]:
-    """Those of the sources that can be read, after waiting at most so long [s]."""
+    """The sources that can be read, after waiting for at most `timeout_s` [s]."""
     return select.select(sources, [], [], timeout_s)[0]
 
 

@@ -20,7 +20,7 @@ class Timed(Section):
         description="what the beginning counts from: power-on, the first SYNC, all drives enabled",
     )
     cycles: Annotated[int, Field(ge=0)] | None = Field(
-        default=None, description="begins so many cycles later"
+        default=None, description="number of cycles after which it begins"
     )
     seconds: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = Field(
         default=None, description="begins so much later [s]"
@@ -37,10 +37,10 @@ class Lasting(Timed):
     """A fault with an end."""
 
     for_cycles: Annotated[int, Field(ge=1)] | None = Field(
-        default=None, description="lasts so many cycles; neither given: it stays"
+        default=None, description="number of cycles that it lasts; neither given: it stays"
     )
     for_seconds: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = Field(
-        default=None, description="lasts so long [s]"
+        default=None, description="time that it lasts [s]"
     )
 
     @model_validator(mode="after")
@@ -158,7 +158,7 @@ class FrameFault(Timed):
     """Something happens to the next frames of one identifier."""
 
     id: Annotated[int, Field(ge=0, le=0x7FF, description="identifier of the frames")]
-    number: Annotated[int, Field(ge=1)] = Field(default=1, description="so many frames")
+    number: Annotated[int, Field(ge=1)] = Field(default=1, description="number of frames")
 
 
 class LostFrames(FrameFault):
@@ -191,7 +191,7 @@ class CorruptedFrames(FrameFault):
 
     fault: Literal["corrupted_frames"]
     length: Annotated[int, Field(ge=0, le=8)] | None = Field(
-        default=None, description="cut or filled to so many bytes; not given: one wrong bit"
+        default=None, description="length that it is cut or filled to; not given: one wrong bit"
     )
 
 

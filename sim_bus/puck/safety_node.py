@@ -9,7 +9,7 @@ from sim_bus.puck.safety_module import Lamp, Press, SafetyModule
 
 NEVER_NS = 1 << 62
 ACTIVATES_AFTER_NS = 500_000_000
-"""The operator presses Shift-Activate when a program has sent torques for so long."""
+"""The operator presses Shift-Activate once a program has sent torques for this long [ns]."""
 _BREAK_NS = 200_000_000  # a pause of this length ends a program's run
 _TICK_NS = 5_000_000
 _TORQUE_IDENTIFIERS = (0x401, 0x402)
