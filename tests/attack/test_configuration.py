@@ -9,7 +9,7 @@ import yaml
 from wamctl.arm.config import find_file, load_arm_file, read_yaml
 from wamctl.arm.errors import ConfigurationError
 from wamctl.arm.robot import load_robot
-from wamctl.arm.urdf_numbers import number_faults
+from wamctl.arm.urdf.numbers import number_faults
 from wamctl.experiment.preflight import load_arm, prepare
 
 SHIPPED = yaml.safe_load(find_file("wam7.yaml").read_text())

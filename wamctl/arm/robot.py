@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from wamctl.arm.errors import ConfigurationError
 from wamctl.arm.inertial import INERTIAL_NAMES, PINOCCHIO_INDEX, change_of_frame, parameter_name
-from wamctl.arm.mimic import in_the_way, named, pairs_of
-from wamctl.arm.urdf_numbers import number_faults
+from wamctl.arm.urdf.mimic import in_the_way, named, pairs_of
+from wamctl.arm.urdf.numbers import number_faults
 
 Array = NDArray[np.floating]
 

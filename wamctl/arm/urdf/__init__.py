@@ -1,0 +1,1 @@
+"""Checks of a URDF before Pinocchio reads it."""
