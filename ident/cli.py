@@ -18,6 +18,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "gap": ("ident.commands.gap:gap", "Find what the model misses, by name."),
     "simulate": ("ident.commands.simulate:simulate", "Simulate an identified arm in closed loop."),
     "import": ("ident.commands.import_table:import_table", "Turn a foreign table into a log."),
+    "report": ("ident.commands.report:report", "Put the results of two runs beside each other."),
     "export": ("ident.commands.export:export", "Write the identified arm for other programs."),
 }
 """Name of a sub-command: module and function, and what it does in a few words."""

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ident.report.figures import Trend, sweep
-from ident.report.page import Block, Column, Gallery, Points, Table, Text
+from ident.report.charts import Curve, Panel, line_chart
+from ident.report.page import Block, Column, Figure, Points, Table, Text
 from ident.report.style import BLUE, GREY, ORANGE, Sign
 from ident.report.words import (
     DASH,
@@ -24,33 +24,35 @@ def culling_blocks(content: Content) -> list[Block]:
     """What leaving out slow samples does, with its controls (Fig. 2)."""
     culling = content["culling"]
     x = np.array(culling["thresholds_rad_s"])
-    at = (content["velocity_threshold"], "threshold of the fit")
+    at = content["velocity_threshold"]
     signs = {
-        "slow": ("slow samples left out", Sign(BLUE, "circle")),
-        "random": ("as many at random", Sign(GREY, "square", dash="5 3")),
-        "other": ("as many at other speeds", Sign(ORANGE, "diamond", dash="1.5 3")),
+        "slow": ("slow samples left out", Sign(BLUE)),
+        "random": ("as many at random", Sign(GREY, dash=(5, 3))),
+        "other": ("as many at other speeds", Sign(ORANGE, dash=(1.5, 3))),
     }
-    drawings = [
-        sweep(
-            title,
-            ("velocity threshold [rad/s]", label),
-            x,
-            [Trend(w, s, np.array(culling[k][key], dtype=float)) for k, (w, s) in signs.items()],
-            at,
-        )
-        for title, label, key in (
-            ("Error", "mean squared residual [N²·m²]", "mse"),
-            ("Conditioning", "condition number of W [1]", "condition_number"),
-        )
-    ]
+    measures = {"mse": "mean squared residual [N²·m²]", "condition_number": "condition number [1]"}
+    charts, columns = [], [Column("threshold [rad/s]")]
+    rows = [[setting(float(v))] for v in x]
+    for key, label in measures.items():
+        curves = []
+        for kind, (words, sign) in signs.items():
+            y = np.array(culling[kind][key], dtype=float)
+            curves.append(Curve(words, sign, y, points=True))
+            columns.append(Column(f"{label}, {words}"))
+            rows = [[*row, number(float(v))] for row, v in zip(rows, y, strict=True)]
+        over = ("velocity threshold [rad/s]", x)
+        charts.append(line_chart(label.partition(" [")[0], over, [Panel(label, curves)], at=at))
     caption = (
-        "Static friction is not in the model and shows near zero velocity only. Leaving slow"
-        " samples out should lower the error, and leaving as many out at random or at other speeds"
-        " should not; the condition number should hardly rise (the paper's Fig. 2)."
+        "Static friction is not in the model and shows only near zero velocity, so the fit leaves"
+        " out (culls) samples of joints that are slower than a threshold. Leaving slow samples out"
+        " should lower the error, and leaving as many out at random or at other speeds should not;"
+        " the condition number should hardly rise (the paper's Fig. 2). Vertical line: the"
+        " threshold of this fit."
     )
     choice = setting(culling["automatic_choice_rad_s"])
+    table = Table("Error and conditioning over the threshold.", columns, rows)
     return [
-        Gallery(drawings, caption, list(signs.values())),
+        Figure("Which samples to leave out", caption, charts, table),
         Text(f"The automatic rule would take {choice}\u202frad/s."),
     ]
 

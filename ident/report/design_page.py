@@ -7,21 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.report.figures import within_limits
-from ident.report.page import Block, Column, Gallery, Page, Section, Table, Verdict
+from ident.report.charts import Curve, Panel, kept_samples, line_chart, row_chart
+from ident.report.page import Block, Column, Figure, Page, Section, Step, Table, Verdict
 from ident.report.provenance_section import provenance_section
-from ident.report.row_figures import Dots, dots
-from ident.report.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    LIMIT,
-    ORANGE,
-    PLANNED,
-    PURPLE,
-    Sign,
-)
+from ident.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, Sign
 from ident.report.words import number, percent, setting, unit_text, whole
 from wamctl.arm.trajectory import Trajectory
 from wamctl.arm.trajectory_check import Quantity
@@ -37,6 +26,7 @@ _SIGNS = (
     Sign(PURPLE, "down"),
 )
 _NEAREST = 8
+_DESIGN = ("ident", "design", "--config", "ARM.yaml", "--start", "TRAJECTORY.yaml")
 
 
 @dataclass(frozen=True)
@@ -95,6 +85,14 @@ def design_page(report: DesignReport) -> Page:
         verdict=_verdict(report),
         figures=_figures(report),
         sections=[s for s in sections if s.blocks],
+        steps=[
+            Step("See the arm move along it:", [*_DESIGN, "--view"]),
+            Step(
+                "Run it; the arm moves only after you confirm with its name:",
+                ["wamctl", "excite", "--config", "ARM.yaml", "--trajectory", "TRAJECTORY.yaml"],
+            ),
+            Step("Then identify the arm:", ["ident", "run", "LOG.mcap"]),
+        ],
     )
 
 
@@ -145,14 +143,22 @@ def _figures(report: DesignReport) -> list[tuple[str, str]]:
     ]
 
 
-def _over_time(quantity: Quantity, t: Array, caption: str) -> Gallery:
+def _over_time(quantity: Quantity, t: Array, caption: str) -> Figure:
     label = f"{quantity.name} [{unit_text(quantity.unit)}]"
-    bounds = np.stack([quantity.lower, quantity.upper])
-    drawings = [
-        within_limits(subject, label, t, quantity.values[:, k], bounds[:, k])
-        for k, subject in enumerate(quantity.subjects)
-    ]
-    return Gallery(drawings, caption, [("planned", PLANNED), ("limit of the design", LIMIT)])
+    charts, rows = [], []
+    for k, subject in enumerate(quantity.subjects):
+        values = quantity.values[:, k]
+        limits = [float(b[k]) for b in (quantity.lower, quantity.upper) if np.isfinite(b[k])]
+        kept = kept_samples(values)
+        panel = Panel(label, [Curve("planned", Sign(BLUE), values[kept])], 150, limits)
+        charts.append(line_chart(subject, ("time [s]", t[kept]), [panel], joint=subject))
+        ends = (values.min(), values.max(), quantity.lower[k], quantity.upper[k])
+        rows.append([subject, *(number(float(x)) for x in ends)])
+    heads = [Column(h) for h in ("least", "most", "lower limit", "upper limit")]
+    heads.insert(0, Column("joint, motor, or point", "words"))
+    title = f"{quantity.name.capitalize()} over one period"
+    caption = f"{caption} Dashed: the limits of the design."
+    return Figure(title, caption, charts, Table(f"{label} over one period.", heads, rows))
 
 
 def _motion(report: DesignReport) -> list[Block]:
@@ -176,24 +182,20 @@ def _speed(report: DesignReport) -> list[Block]:
 
 def _shares(report: DesignReport) -> list[Block]:
     found = report.per_joint()
-    rows = [str(k) for k in range(1, len(report.trajectory.series.joint_names) + 1)]
+    rows = [f"joint or motor {k + 1}" for k in range(len(report.trajectory.series.joint_names))]
     shares = {q.name: used_share(q) for q in found}
-    content = Dots(
-        "Share of each limit that the motion uses",
-        "share of the limit [%]",
-        [f"joint or motor {row}" for row in rows],
-        {name: s.tolist() for name, s in shares.items()},
-        dict(zip(shares, _SIGNS, strict=False)),
-        {name: name for name in shares},
-        logarithmic=False,
-    )
+    title = "Share of each limit that the motion uses"
+    values = {
+        name: (sign, s.tolist()) for (name, s), sign in zip(shares.items(), _SIGNS, strict=False)
+    }
+    chart = row_chart(title, "share of the limit [%]", rows, values, wide=True)
     columns = [Column("joint or motor", "words"), *(Column(f"{name} [%]") for name in shares)]
     cells = [[row, *(number(float(s[k])) for s in shares.values())] for k, row in enumerate(rows)]
     caption = (
         "Largest use of each limit over one period, from the middle of its range (0 %) to its end"
         " (100 %). Torque and its slew belong to motors, all else to joints."
     )
-    return [Gallery([dots(content)], caption), Table("The same in numbers.", columns, cells)]
+    return [Figure(title, caption, [chart], Table(f"{title}.", columns, cells))]
 
 
 def _distance(report: DesignReport) -> list[Block]:
@@ -202,8 +204,11 @@ def _distance(report: DesignReport) -> list[Block]:
         return []
     nearest = np.argsort(quantity.values.min(axis=0))[:_NEAREST]
     least = quantity.values.min(axis=1)
-    bounds = np.array([quantity.lower.max(), np.inf])
-    drawing = within_limits("the nearest two bodies", "distance [m]", report.t, least, bounds)
+    kept = kept_samples(least)
+    curve = Curve("planned", Sign(BLUE), least[kept])
+    panel = Panel("distance [m]", [curve], 150, [float(quantity.lower.max())])
+    title = "Distance of the nearest two bodies"
+    chart = line_chart(title, ("time [s]", report.t[kept]), [panel])
     columns = [Column("bodies", "words"), Column("least distance [m]"), Column("at least [m]")]
     rows = [
         [
@@ -213,9 +218,8 @@ def _distance(report: DesignReport) -> list[Block]:
         ]
         for k in nearest
     ]
-    signs = [("planned", PLANNED), ("limit of the design", LIMIT)]
-    caption = "Distance of whichever two bodies are nearest, over one period."
-    return [
-        Gallery([drawing], caption, signs),
-        Table(f"The nearest pairs of the {len(quantity.subjects)} followed.", columns, rows),
-    ]
+    caption = (
+        "Whichever two bodies are nearest, over one period. Dashed: the least that is allowed."
+    )
+    table = Table(f"The nearest pairs of the {len(quantity.subjects)} followed.", columns, rows)
+    return [Figure(title, caption, [chart], table)]

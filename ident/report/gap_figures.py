@@ -1,43 +1,104 @@
-"""Figures of a gap: maps over position and velocity, torque and motion over time."""
+"""Figures of a gap: each effect as a curve, what is left, torque and motion over time."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.gap.data.noise_regions import Region
+from ident.gap.regression.current_model import HELD_OUT, all_hypotheses
 from ident.gap.results.forward_simulation import Forward
 from ident.gap.results.held_out_error import BeforeAfter
 from ident.gap.results.outcome import Search
-from ident.report.figures import Series, torque_over_time
-from ident.report.gap_page import RegionMap
-from ident.report.page import Block, Gallery
-from ident.report.style import MEASURED, PREDICTED, RESIDUAL
-from ident.report.svg import Drawing
+from ident.report.charts import Chart, Curve, Panel, kept_samples, line_chart, map_chart, spans_of
+from ident.report.effect_curve import OWN_TORQUE, EffectCurve, effect_curve, motion_of
+from ident.report.page import Block, Column, Figure, Table
+from ident.report.style import BLUE, MEASURED, ORANGE, WITH, WITHOUT, Sign
+from ident.report.words import number
 
 Array = NDArray[np.floating]
 
 _CELLS = (24, 16)
-_MOST_MAPS = 3
 _MOST_JOINTS = 4
 
 
-def maps(found: Search, both: BeforeAfter, joints: Sequence[int]) -> list[RegionMap]:
-    """Rms residual over position and velocity of some joints, before and after."""
-    rows = found.rows
-    q = np.concatenate([rows.windows.mean(s.q) for s in rows.segments])
-    qd = np.concatenate([rows.windows.mean(s.qd) for s in rows.segments])
-    drawn = []
-    for j in joints[:_MOST_MAPS]:
+def effect_figures(found: Search, both: BeforeAfter, labels: Sequence[str]) -> list[Figure]:
+    """One for each effect that was taken in: its torque over the quantity that it depends on."""
+    figures = []
+    for i, effect in enumerate(found.verdict.found):
+        curves = {labels[j]: effect_curve(found, both, i, j) for j in effect.seat[:_MOST_JOINTS]}
+        figures.append(_effect(curves))
+    return figures
+
+
+def _effect(curves: Mapping[str, EffectCurve]) -> Figure:
+    charts, rows = [], []
+    said = " and ".join(dict.fromkeys(c.variable for c in curves.values()))
+    for label, c in curves.items():
+        torque = [
+            Curve("two thirds of the samples", Sign(ORANGE, "band"), np.stack([c.low, c.high])),
+            Curve("the effect", Sign(BLUE), c.effect),
+            Curve("measured", Sign(ORANGE, "circle"), c.measured),
+        ]
+        left = [Curve("without the effect", WITHOUT, c.before), Curve("with it", WITH, c.after)]
+        panels = [Panel("torque [N·m]", torque), Panel("rms residual [N·m]", left, height=125)]
+        charts.append(line_chart(label, (c.variable, c.x), panels, joint=label))
+        cells = zip(c.x, c.effect, c.measured, c.before, c.after, strict=True)
+        rows += [[label, *(number(float(v)) for v in cell)] for cell in cells]
+    over = "No single quantity draws this effect as a curve, so its torque is drawn over itself"
+    if said != OWN_TORQUE:
+        over = f"Torque of the effect over {said.partition(' [')[0]}"
+    where = " ".join(dict.fromkeys(c.where for c in curves.values() if c.where))
+    caption = (
+        f"{over}, beside the measured torque minus everything else in the model, while the joint"
+        " slides (averages). Lower panel: the residual at the same"
+        f" place, without the effect and with it. {where}"
+    )
+    heads = (said, "the effect [N·m]", "measured [N·m]", "rms without [N·m]", "rms with [N·m]")
+    columns = [Column("joint", "words"), *map(Column, heads)]
+    table = Table("The effect, point by point.", columns, rows)
+    return Figure("The effect as a curve", caption, charts, table)
+
+
+def reversals(both: BeforeAfter) -> Array:
+    """Rms residual on held-out data while a joint stands still or turns round [N m], (2, n)."""
+    kept = both.table.fold == HELD_OUT
+    rms = np.full((2, len(both.after)), np.nan)
+    for i, side in enumerate((both.before, both.after)):
+        for j, r in enumerate(side):
+            turning = r.values[kept & (r.region == Region.REVERSAL)] if len(r.values) else r.values
+            rms[i, j] = np.sqrt(np.mean(turning**2)) if len(turning) else np.nan
+    return rms
+
+
+def sizes_of(found: Search) -> dict[str, tuple[str, str]]:
+    """Name and unit of the coefficient that is an effect's size, by effect."""
+    first = {h.effect: h.coefficients[0] for h in reversed(all_hypotheses(found.end.model.facts))}
+    return {name: (c.name, c.unit) for name, c in first.items()}
+
+
+def left_figure(
+    found: Search, both: BeforeAfter, joints: Sequence[int], labels: Sequence[str]
+) -> list[Block]:
+    """Rms residual over position and velocity of some joints, as it is left."""
+    q, qd = motion_of(found)[:2]
+    charts, rows = [], []
+    for j in joints[:_MOST_JOINTS]:
         edges = tuple(
             np.linspace(x[:, j].min(), x[:, j].max(), count + 1)
             for x, count in zip((q, qd), _CELLS, strict=True)
         )
-        sides = [
-            _rms(q[:, j], qd[:, j], (edges[0], edges[1]), side[j].values)
-            for side in (both.before, both.after)
-        ]
-        drawn.append(RegionMap(j, edges[0], edges[1], sides[0], sides[1]))
-    return drawn
+        cells = _rms(q[:, j], qd[:, j], (edges[0], edges[1]), both.after[j].values)
+        most = float(np.nanmax(cells))
+        axes = ("position [rad]", "velocity [rad/s]")
+        charts.append(map_chart(labels[j], axes, (edges[0], edges[1]), cells, most))
+        rows.append([labels[j], number(float(np.nanmedian(cells))), number(most)])
+    if not charts:
+        return []
+    columns = [Column("joint", "words"), Column("median [N·m]"), Column("largest [N·m]")]
+    caption = "Rms residual over position and velocity: darker is larger, white has no data."
+    table = Table("Rms residual of the cells.", columns, rows)
+    return [Figure("What is left", caption, charts, table)]
 
 
 def _rms(x: Array, y: Array, edges: tuple[Array, Array], values: Array) -> Array:
@@ -46,7 +107,7 @@ def _rms(x: Array, y: Array, edges: tuple[Array, Array], values: Array) -> Array
     return np.sqrt(np.where(count > 0, squares / np.maximum(count, 1), np.nan))
 
 
-def torque_blocks(
+def torque_figure(
     found: Search, both: BeforeAfter, joints: Sequence[int], labels: Sequence[str]
 ) -> list[Block]:
     """Torque of the first recording's joints over time, without and with the effects."""
@@ -54,31 +115,22 @@ def torque_blocks(
     log = np.array([s.log for s in found.rows.segments])[table.segment]
     order = np.flatnonzero(log == 0)
     order = order[np.argsort(table.t[order], kind="stable")]
-    drawings: list[Drawing] = []
+    runs = []
     for j in joints[:_MOST_JOINTS]:
         torque = table.columns[j][order, -1]
-        for words, side in (("before", both.before), ("after", both.after)):
-            predicted = torque - side[j].values[order]
-            rms = float(np.sqrt(np.mean(side[j].values[order] ** 2)))
-            series = Series(
-                f"{labels[j]}, {words}",
-                "N·m",
-                table.t[order],
-                torque,
-                predicted,
-                np.ones(len(order), dtype=bool),
-                f"rms residual {rms:.3g}\u202fN·m",
-            )
-            drawings.append(torque_over_time(series))
-    signs = [("measured", MEASURED), ("predicted", PREDICTED), ("residual", RESIDUAL)]
+        sides = [torque - side[j].values[order] for side in (both.before, both.after)]
+        turning = both.after[j].region[order] == Region.REVERSAL
+        runs.append((labels[j], table.t[order], [torque, *sides], turning))
     caption = (
-        "Torque of the first recording, measured and predicted, without the effect (left) and with"
-        " it (right). Below each plot, what is left, on a scale of its own."
+        "First recording: measured torque and the model's, and below the residual on the same"
+        " scale for both models. Grey: the joint stands still or turns round, where the residual"
+        " may leave the panel; zoom in to see it there."
     )
-    return [Gallery(drawings, caption, signs)] if drawings else []
+    named = bool(found.end.accepted)
+    return _over_time("Torque of the joints", caption, ("torque", "N·m", "residual"), runs, named)
 
 
-def motion_blocks(
+def motion_figure(
     before: Sequence[Forward],
     after: Sequence[Forward],
     joints: Sequence[int],
@@ -87,26 +139,55 @@ def motion_blocks(
     """Motion of the first recording's joints, measured, and simulated without and with effects."""
     if not before or not after:
         return []
-    drawings: list[Drawing] = []
-    every = max(1, len(before[0].t) // 4000)
-    for j in joints[:_MOST_JOINTS]:
-        for words, run in (("before", before[0]), ("after", after[0])):
-            measured, simulated = run.measured[::every, j], run.simulated[::every, j]
-            rms = float(np.sqrt(np.mean((measured - simulated) ** 2)))
-            series = Series(
-                f"{labels[j]}, {words}",
-                "rad",
-                run.t[::every],
-                measured,
-                simulated,
-                np.ones(len(measured), dtype=bool),
-                f"rms error {1e3 * rms:.3g}\u202fmrad",
-                "position",
-            )
-            drawings.append(torque_over_time(series))
-    signs = [("measured", MEASURED), ("simulated", PREDICTED), ("difference", RESIDUAL)]
+    old, new = before[0], after[0]
+    runs = [
+        (labels[j], old.t, [r[:, j] for r in (old.measured, old.simulated, new.simulated)], None)
+        for j in joints[:_MOST_JOINTS]
+    ]
     caption = (
-        "Motion of the first recording, measured and simulated in closed loop, without the effect"
-        " (left) and with it (right). Below each plot, their difference, on a scale of its own."
+        "First recording: measured motion, and the closed loop of controller and model simulated"
+        " along the wanted motion. Below, the error on the same scale for both models."
     )
-    return [Gallery(drawings, caption, signs)]
+    named = new is not old
+    return _over_time("Motion of the joints", caption, ("position", "rad", "error"), runs, named)
+
+
+_Run = tuple[str, Array, list[Array], NDArray[np.bool_] | None]
+
+
+def _over_time(
+    title: str, caption: str, words: tuple[str, str, str], runs: Sequence[_Run], named: bool
+) -> list[Block]:
+    """Measured and modelled curves, and their difference; two models if something was named."""
+    quantity, unit, difference = words
+    heads = ["joint", f"rms {difference} without [{unit}]", f"rms {difference} with [{unit}]"]
+    charts: list[Chart] = []
+    rows = []
+    names = ("without the effects", "with them") if named else ("model",)
+    for label, t, (measured, *models), turning in runs:
+        models = models[: len(names)]
+        kept = kept_samples(measured, *(measured - m for m in models))
+        signs = (WITHOUT, WITH) if named else (WITH,)
+        curves = list(zip(names, signs, models, strict=True))
+        upper = [Curve(n, s, m[kept]) for n, s, m in curves]
+        lower = [Curve(n, s, minus=(0, k)) for k, (n, s, _) in enumerate(curves, 1)]
+        shaded = [] if turning is None else spans_of(t, turning)
+        most = None
+        if turning is not None and not turning.all():
+            most = max(float(np.abs(measured - m)[~turning].max()) for m in models)
+        panels = [
+            Panel(f"{quantity} [{unit}]", [Curve("measured", MEASURED, measured[kept]), *upper]),
+            Panel(f"{difference} [{unit}]", lower, height=110, reach=most),
+        ]
+        x = ("time [s]", t[kept])
+        charts.append(line_chart(label, x, panels, shaded=shaded, joint=label))
+        rows.append(
+            [label, *(number(float(np.sqrt(np.mean((measured - m) ** 2)))) for m in models)]
+        )
+    columns = [
+        Column(h, "numbers" if i else "words") for i, h in enumerate(heads[: len(names) + 1])
+    ]
+    table = Table(
+        "Over the whole first recording, standstill and reversals included.", columns, rows
+    )
+    return [Figure(title, caption, charts, table)] if charts else []

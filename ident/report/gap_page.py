@@ -1,17 +1,15 @@
 """The page of `ident gap`: what is missing, where it shows, and what is left after it was added."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ident.report.figures import region_map
+from ident.report.charts import row_chart
+from ident.report.gap_report import GapReport
+from ident.report.gap_words import evidence_text, steps_text, verdict_sentences
 from ident.report.page import (
     Block,
     Column,
-    Gallery,
+    Figure,
     Page,
     Points,
     Section,
@@ -21,15 +19,10 @@ from ident.report.page import (
     Verdict,
 )
 from ident.report.provenance_section import provenance_section
-from ident.report.row_figures import bars, dumbbell
-from ident.report.svg import Drawing
+from ident.report.style import AFTER, BEFORE, BLUE, FLOOR, Sign
 from ident.report.words import (
     DASH,
-    closed_text,
     effect_text,
-    joint_labels,
-    joints_text,
-    kinds_text,
     known,
     listed,
     number,
@@ -39,7 +32,6 @@ from ident.report.words import (
     unit_text,
 )
 
-Array = NDArray[np.floating]
 Content = Mapping[str, Any]
 
 _WORDS: dict[str, tuple[Status, str]] = {
@@ -55,227 +47,125 @@ _STEPS = {
     "coulomb": "Coulomb friction",
     "viscous": "viscous friction",
 }
-_MOST_IN_A_SENTENCE = 3
-
-
-@dataclass(frozen=True)
-class RegionMap:
-    """Rms residual of one joint over position and velocity.
-
-    Attributes:
-        joint: from 0.
-        q, qd: edges of the cells [rad], [rad/s], shapes (X + 1,) and (Y + 1,).
-        before, after: [N m], shape (X, Y); not-a-number where there are no data.
-    """
-
-    joint: int
-    q: Array
-    qd: Array
-    before: Array
-    after: Array
-
-
-@dataclass(frozen=True)
-class GapReport:
-    """What the page is made of.
-
-    Attributes:
-        content: of `gap.json`.
-        arm: its name.
-        joints: names.
-        titles: of the effects in plain words, by id.
-        maps: where the residual is.
-        torque: blocks of torque over time, before and after.
-        motion: blocks of measured and simulated motion.
-        explained: of each effect by id: its signature, and the motion that tells it from others.
-    """
-
-    content: Content
-    arm: str
-    joints: Sequence[str]
-    titles: Mapping[str, str]
-    maps: Sequence[RegionMap] = ()
-    torque: Sequence[Block] = ()
-    motion: Sequence[Block] = ()
-    explained: Mapping[str, tuple[str, str]] = field(default_factory=dict)
-
-    @property
-    def labels(self) -> list[str]:
-        """The joints in print."""
-        return joint_labels(self.joints)
-
-    def title(self, effect: str) -> str:
-        """An effect in plain words."""
-        return self.titles.get(effect, effect.replace("_", " "))
-
-    def of(self, joints: Sequence[int]) -> str:
-        """Joints, from 1, in a sentence."""
-        if not joints:
-            return "the whole arm"
-        return joints_text([self.labels[j - 1] for j in joints])
+_RESIDUAL = (
+    "The residual is the measured torque minus the model's, averaged over windows of a fraction of"
+    " a second, on the part of the recordings that no fit has seen. A joint slides where it moves"
+    " faster than the speed at which friction changes its direction; elsewhere it stands still or"
+    " turns round, and friction may hold it with any torque up to its own. The two are told apart"
+    " here, and the held-out error counts sliding only."
+)
 
 
 def gap_page(report: GapReport) -> Page:
     """The page of a search for missing effects."""
     content = report.content
+    seen = Section("What could have been seen", _seen(report))
     sections = [
+        *([] if report.named else [seen]),
         Section("What is missing", _effects(report)),
         Section("Where it shows", _where(report)),
-        Section("Before and after, on held-out data", _held_out(report)),
+        Section("Residual on held-out data", _held_out(report)),
         Section("Torque over time", report.torque),
         Section("Simulation against measurement", [*_forward(report), *report.motion]),
-        Section("Structure without a name", _unexplained(report)),
+        Section("Structure without a name", [*_unexplained(report), *report.left]),
         Section("Other explanations, and how to tell", _rivals(report)),
-        Section("What could not be seen", _unseen(report)),
+        *([seen] if report.named else []),
         provenance_section(content),
     ]
+    status, word = _WORDS[content["verdict"]]
+    first, *more = verdict_sentences(report)
     return Page(
         command="ident gap",
         title=f"{report.arm}: what the model misses",
-        verdict=_verdict(report),
-        figures=_figures(content),
+        verdict=Verdict(status, word, first, more),
+        figures=_figures(report),
         sections=[s for s in sections if s.blocks],
+        steps=steps_text(report),
     )
 
 
-def _verdict(report: GapReport) -> Verdict:
-    status, word = _WORDS[report.content["verdict"]]
-    first, *more = verdict_sentences(report)
-    return Verdict(status, word, first, more)
-
-
-def verdict_sentences(report: GapReport) -> list[str]:
-    """The answer, and what to know beside it."""
-    content = report.content
-    effects = kinds_text(content["effects"], report.title, report.of)
-    partly = content["verdict"] == "unknown" and bool(effects)
-    sentence = {
-        "no_gap": "The model explains these recordings down to their noise.",
-        "named": f"The model misses {_counted(effects)}.",
-        "ambiguous": f"The model misses something that looks like {_counted(effects)},"
-        " but these data cannot tell it from other effects.",
-        "unknown": "The model misses something that no effect of the catalogue explains.",
-        "data_fault": "These recordings cannot be trusted, so that no effect is named"
-        + (f": {listed(effects)}." if effects else "."),
-    }[content["verdict"]]
-    more = [f"Part of it looks like {_counted(effects)}."] if partly else []
-    if len(effects) > _MOST_IN_A_SENTENCE and content["verdict"] != "data_fault":
-        more.append(f"In full: {'; '.join(effects)}.")
-    if partly or content["verdict"] in ("named", "ambiguous"):
-        more.append(closed_text(content["held_out"], report.of))
-    more += [_what_is_left(report, u) for u in content.get("unexplained", [])]
-    if content["verdict"] == "ambiguous":
-        more += [_experiment(report, e) for e in content["effects"] if e["separating_experiment"]]
-    return [sentence, *(m for m in more if m)]
-
-
-def _counted(effects: Sequence[str]) -> str:
-    if len(effects) <= _MOST_IN_A_SENTENCE:
-        return listed(effects)
-    return f"{len(effects)} effects, {effects[0]} first"
-
-
-def _what_is_left(report: GapReport, entry: Content) -> str:
-    nearest = [report.title(n["name"]) for n in entry["nearest"]]
-    words = f" The nearest of the catalogue: {listed(nearest)}." if nearest else ""
-    return (
-        f"What is left at {report.of([entry['joint']])} depends on {entry['depends_on']}"
-        f" ({share(entry['share_of_residual'], 2)} of its residual).{words}"
-    )
-
-
-def _experiment(report: GapReport, effect: Content) -> str:
-    rivals = [f"{report.title(r['name'])} at {report.of(r['joints'])}" for r in effect["rivals"]]
-    motion = report.explained.get(effect["name"], ("", ""))[1]
-    return (
-        f"It may also be {listed(rivals)}."
-        + (f" To tell them apart, {motion}:" if motion else " To tell them apart:")
-        + f" ident design --for {effect['separating_experiment']}."
-    )
-
-
-def _figures(content: Content) -> list[tuple[str, str]]:
-    held_out = content["held_out"]
-    names = {
-        "before": "held-out error before",
-        "after": "held-out error after",
-        "noise_floor": "noise floor",
-    }
+def _figures(report: GapReport) -> list[tuple[str, str]]:
+    held_out = report.content["held_out"]
+    sides = _sides(report)
     tiles = [
-        (percent(held_out[k]["relative_error_percent"]), text)
-        for k, text in names.items()
-        if k in held_out
+        (percent(held_out[k]["relative_error_percent"]), f"held-out error {words}".strip())
+        for k, words in sides.items()
+        if known(held_out.get(k, {}).get("relative_error_percent"))
     ]
-    return [*tiles, (share(held_out["closed_fraction"], 2), "of the gap closed")]
+    closed = [(share(held_out["closed_fraction"], 2), "of the gap closed")]
+    return [*tiles, *(closed if report.named else [])]
+
+
+def _sides(report: GapReport) -> dict[str, str]:
+    """Parts of `held_out` that differ from each other, and their words."""
+    if not report.named:
+        return {"before": "", "noise_floor": "of the noise alone"}
+    return {"before": "without it", "after": "with it", "noise_floor": "of the noise alone"}
 
 
 def _effects(report: GapReport) -> list[Block]:
     blocks: list[Block] = []
+    curves = iter(report.curves)
     for effect in report.content["effects"]:
         what = f"{report.title(effect['name'])}, {report.of(effect['joints'])}"
         blocks.append(Text(f"{what[0].upper()}{what[1:]}: {effect['equation']}"))
         signature = report.explained.get(effect["name"], ("", ""))[0]
         if signature:
             blocks.append(Text(f"How it shows: {signature}."))
+        evidence = evidence_text(report, effect)
+        if evidence:
+            blocks.append(Text(evidence))
+        curve = next(curves, None)
         rows = [
-            [name, plus_minus(p["value"], p["sd"]), unit_text(p["unit"])]
+            [name.replace("_", " "), plus_minus(p["value"], p["sd"]), unit_text(p["unit"])]
             for name, p in effect["parameters"].items()
         ]
-        columns = [Column("parameter", "words"), Column("value ± sd"), Column("unit", "words")]
-        if rows:
-            blocks.append(Table("Its parameters.", columns, rows))
-        facts = effect["evidence"]
-        if facts:
-            rows = [[k.replace("_", " "), _fact(v)] for k, v in facts.items()]
-            columns = [Column("evidence", "words"), Column("value")]
-            blocks.append(Table("What speaks for it.", columns, rows))
+        columns = [Column("parameter", "words"), Column("value"), Column("unit", "words")]
+        blocks += [Table("Its parameters, ± standard deviation.", columns, rows)] if rows else []
+        blocks += [curve] if curve is not None else []
     return blocks
-
-
-def _fact(value: Any) -> str:
-    return number(value) if value is None or isinstance(value, int | float) else str(value)
 
 
 def _where(report: GapReport) -> list[Block]:
     where = report.content["where"]
-    blocks: list[Block] = []
-    if where:
-        rows = [f"{report.labels[w['joint'] - 1]}, {w['region']}" for w in where]
-        shares = [100 * w["share_of_gap"] if known(w["share_of_gap"]) else np.nan for w in where]
-        title, quantity = "Share of the gap by joint and region", "share of the gap [%]"
-        caption = f"{title}, in units of the noise there."
-        blocks.append(Gallery([bars(title, quantity, rows, shares)], caption))
-    if report.maps:
-        most = max([float(np.nanmax(m.before, initial=0.0)) for m in report.maps]) or 1.0
-        drawings: list[Drawing] = []
-        for m in report.maps:
-            label = report.labels[m.joint]
-            axes = ("position [rad]", "velocity [rad/s]")
-            drawings.append(region_map(f"{label}, before", axes, (m.q, m.qd), m.before, most))
-            drawings.append(region_map(f"{label}, after", axes, (m.q, m.qd), m.after, most))
-        caption = (
-            "Rms residual over position and velocity, before and after the effect was added: darker"
-            f" is larger, up to {number(most)}\u202fN·m; white has no data."
-        )
-        blocks.append(Gallery(drawings, caption))
-    return blocks
+    if not where:
+        return []
+    regions = [w["region"].replace("|qd| < ", "below ").replace("|qd| > ", "above ") for w in where]
+    names = [report.labels[w["joint"] - 1] for w in where]
+    rows = [f"{name}, {region}" for name, region in zip(names, regions, strict=True)]
+    shares = [100 * w["share_of_gap"] if known(w["share_of_gap"]) else None for w in where]
+    quantity = "share of the gap [%]"
+    chart = row_chart(quantity, quantity, rows, {"share": (Sign(BLUE, "bar"), shares)}, wide=True)
+    columns = [Column("joint", "words"), Column("speed", "words"), Column(quantity)]
+    cells = [list(row) for row in zip(names, regions, map(number, shares), strict=True)]
+    caption = "By joint and speed of the joint, in units of the noise there."
+    return [
+        Figure("Share of the gap", caption, [chart], Table("Share of the gap.", columns, cells))
+    ]
 
 
 def _held_out(report: GapReport) -> list[Block]:
-    held_out = report.content["held_out"]
-    sides = ("before", "after", "noise_floor")
-    blocks = _compared(
-        report.labels,
-        {side: held_out.get(side, {}).get("rms_by_joint") for side in sides},
-        ("Rms residual torque", "rms residual [N·m]"),
-    )
-    if blocks:
-        words = (
-            "While the joints move: where one turns round, dry friction is whatever holds it, which"
-            " no motion tells. What an effect brings there shows in the simulation below."
-        )
-        blocks.insert(0, Text(words))
-    return [*blocks, *_steps(report)]
+    held_out, words = report.content["held_out"], _sides(report)
+    signs = {"before": BEFORE, "after": AFTER, "noise_floor": FLOOR}
+    sizes = {k: held_out.get(k, {}).get("rms_by_joint") for k in words}
+    found = {k: v for k, v in sizes.items() if v and any(map(known, v))}
+    if "before" not in found:
+        return _steps(report)
+    names = {"before": "without it", "after": "with it", "noise_floor": "noise floor"}
+    names |= {} if report.named else {"before": "model"}
+    moving, labels = report.moving, [report.labels[j] for j in report.moving]
+    values = {names[k]: (signs[k], [v[j] for j in moving]) for k, v in found.items()}
+    title, unit = "Rms residual of each joint while it slides", "rms residual [N·m]"
+    chart = row_chart(title, unit, labels, values, joined="after" in found, wide=True)
+    columns = [Column("joint", "words"), *(Column(f"sliding: {n} [N·m]") for n in values)]
+    rows = [[label, *(number(v[i]) for _, v in values.values())] for i, label in enumerate(labels)]
+    turning = () if report.turning is None else report.turning[: 2 if report.named else 1]
+    for name, side in zip(list(values)[:2], turning, strict=False):
+        columns.append(Column(f"turning round: {name} [N·m]"))
+        rows = [[*row, number(float(side[j]))] for row, j in zip(rows, moving, strict=True)]
+    caption = "The noise floor is what differs from one repetition of the motion to the next."
+    table = Table("Rms residual on held-out data.", columns, rows)
+    return [Text(_RESIDUAL), Figure(title, caption, [chart], table), *_steps(report)]
 
 
 def _steps(report: GapReport) -> list[Block]:
@@ -286,57 +176,42 @@ def _steps(report: GapReport) -> list[Block]:
     rows = [name if i == 0 else f"+ {name}" for i, name in enumerate(names)]
     title, quantity = "Held-out error, step by step", "held-out error [%]"
     caption = (
-        f"{title}: from the rigid body alone to the model with all effects, each fitted by least"
-        " squares."
+        "From the rigid body alone to the model with all effects, each fitted by least squares and"
+        " tested on held-out data while the joints slide."
     )
     sizes = [s["relative_error_percent"] for s in steps]
-    return [Gallery([bars(title, quantity, rows, sizes)], caption)]
+    chart = row_chart(title, quantity, rows, {"error": (Sign(BLUE, "bar"), sizes)}, wide=True)
+    columns = [Column("model", "words"), Column(quantity)]
+    cells = [[row, number(s)] for row, s in zip(rows, sizes, strict=True)]
+    return [Figure(title, caption, [chart], Table(f"{title}.", columns, cells))]
 
 
 def _forward(report: GapReport) -> list[Block]:
     forward = report.content.get("forward_simulation") or {}
-    blocks = _compared(
-        report.labels,
-        {side: forward.get(side, {}).get("rms_q_by_joint") for side in ("before", "after")},
-        ("Error of the simulated motion", "rms position error [rad]"),
-    )
-    if blocks:
-        words = (
-            "The closed loop of controller and model, simulated along the wanted motion, and"
-            " compared with the measured one."
-        )
-        blocks.insert(0, Text(words))
-    return blocks
-
-
-def _compared(
-    labels: Sequence[str],
-    sides: Mapping[str, Sequence[float | None] | None],
-    words: tuple[str, str],
-) -> list[Block]:
-    """A figure and a table of a number per joint; nothing where there is none before.
-
-    Args:
-        labels: of the joints.
-        sides: `before`, `after`, and perhaps `noise_floor`; None where unknown.
-        words: what the number is, and its axis.
-    """
-    nothing = [None] * len(labels)
-    columns = {k: np.array(v or nothing, dtype=float) for k, v in sides.items()}
-    if not np.isfinite(columns["before"]).any():
+    sides = {"before": ("without it", BEFORE), "after": ("with it", AFTER)}
+    if not report.named:
+        sides = {"before": ("model", BEFORE)}
+    labels = [report.labels[j] for j in report.moving]
+    nothing = [None] * len(report.joints)
+    found = {k: forward.get(k, {}).get("rms_q_by_joint") or nothing for k in sides}
+    sizes = {
+        words: (sign, [found[k][j] for j in report.moving]) for k, (words, sign) in sides.items()
+    }
+    if not any(known(v) for _, column in sizes.values() for v in column):
         return []
-    pairs = np.stack([columns["before"], columns["after"]], axis=1)
-    floor = columns.get("noise_floor", np.full(len(labels), np.nan))
-    heads = [Column("joint", "words"), *(Column(k.replace("_", " ")) for k in columns)]
+    title, quantity = "Error of the simulated motion", "rms position error [rad]"
+    joined = len(sizes) > 1
+    chart = row_chart(title, quantity, labels, sizes, joined=joined, wide=True)
+    columns = [Column("joint", "words"), *(Column(f"{words} [rad]") for words in sizes)]
     rows = [
-        [label, *(number(float(c[j])) for c in columns.values())] for j, label in enumerate(labels)
+        [label, *(number(column[i]) for _, column in sizes.values())]
+        for i, label in enumerate(labels)
     ]
-    title, quantity = words
-    caption = f"{title} of each joint, before and after the effect was added."
-    return [
-        Gallery([dumbbell(title, quantity, labels, pairs, floor)], caption),
-        Table(f"The same in numbers: {quantity}.", heads, rows),
-    ]
+    caption = (
+        "The closed loop of controller and model, simulated along the wanted motion and compared"
+        " with the measured one."
+    )
+    return [Figure(title, caption, [chart], Table(f"{quantity}.", columns, rows))]
 
 
 def _unexplained(report: GapReport) -> list[Block]:
@@ -358,35 +233,41 @@ def _unexplained(report: GapReport) -> list[Block]:
 
 def _rivals(report: GapReport) -> list[Block]:
     rows = [
-        [report.title(r["name"]), report.of(r["joints"]), _fact(r["evidence"])]
+        [report.title(r["name"]), report.of(r["joints"]), number(r["evidence"])]
         for e in report.content["effects"]
         for r in e["rivals"]
     ]
     if not rows:
         return []
-    columns = [Column("effect", "words"), Column("where", "words"), Column("evidence")]
+    columns = [Column("effect", "words"), Column("where", "words")]
+    columns.append(Column("evidence [nats per sample]"))
     return [
         Table("Effects that explain the same part of the gap, the nearest first.", columns, rows)
     ]
 
 
-def _unseen(report: GapReport) -> list[Block]:
+def _seen(report: GapReport) -> list[Block]:
     content = report.content
     blocks: list[Block] = []
-    if content["not_observable"]:
-        sentences = [
-            f"{report.title(n['name'])} at {report.of(n['joints'])}"
-            for n in content["not_observable"]
-        ]
-        blocks += [Text("This motion does not show:"), Points(sentences)]
     sizes = content["minimum_detectable"]
     if sizes:
-        n = len(report.labels)
+        joints = [j + 1 for j in report.moving]
+        columns = [Column("effect", "words"), Column("size in", "words")]
+        columns += [Column(report.labels[j]) for j in report.moving]
         rows = []
         for name, by_joint in sizes.items():
-            cells = [number(by_joint.get(str(j + 1), by_joint.get(j + 1))) for j in range(n)]
-            rows.append([report.title(name), *cells])
-        columns = [Column("effect", "words"), *(Column(label) for label in report.labels)]
-        caption = f"Smallest size that would have been seen, in SI units; {DASH} where never."
+            coefficient, unit = report.sizes.get(name, ("", ""))
+            size = f"{coefficient.replace('_', ' ')} [{unit_text(unit)}]" if unit else DASH
+            found = [by_joint.get(str(j), by_joint.get(j)) for j in joints]
+            rows.append([report.title(name), size, *(number(x, 2) for x in found)])
+        caption = f"The smallest size that would have been named, by joint; {DASH}: none would."
         blocks.append(Table(caption, columns, rows))
-    return blocks
+    held = {j + 1 for j in range(len(report.joints))} - {j + 1 for j in report.moving}
+    if held:
+        blocks.append(Text(f"Held still, so they show nothing: {report.of(sorted(held))}."))
+    hidden = []
+    for entry in content["not_observable"]:
+        joints = [j for j in entry["joints"] if j not in held]
+        if joints or not entry["joints"]:
+            hidden.append(f"{report.title(entry['name'])} at {report.of(joints)}")
+    return [*blocks, Text("This motion does not show:"), Points(hidden)] if hidden else blocks

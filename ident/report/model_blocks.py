@@ -1,9 +1,15 @@
-"""Blocks of the run page on the model: Table I, feasibility, and what is not known."""
+"""Blocks of the run page on the model: friction, Table I, feasibility, and what is not known."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ident.report.page import Block, Column, Points, Table, Text
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.report.charts import Curve, Panel, line_chart, map_chart
+from ident.report.page import Block, Column, Figure, Points, Table, Text
+from ident.report.run_curves import FrictionCurve
+from ident.report.style import BLUE, ORANGE, Sign
 from ident.report.words import (
     DASH,
     decimals_of,
@@ -21,6 +27,7 @@ from ident.report.words import (
 Content = Mapping[str, Any]
 
 _SEVERAL = 12
+_STRONGEST = 20  # correlations in the table
 
 
 def parameter_blocks(content: Content) -> list[Block]:
@@ -43,10 +50,62 @@ def parameter_blocks(content: Content) -> list[Block]:
         if p["name"] in invisible:
             pale.add(i)
     caption = (
-        "Table I for this arm. Only these combinations of the links' parameters have an effect on"
-        " torque. Grey: OLS cannot tell the value from zero (90 % interval)."
+        "The base parameters (the paper's Table I): only these combinations of the links' masses,"
+        " centres of mass, and inertias affect the torque. CAD: value by the arm's own file. OLS:"
+        " ordinary least squares. Grey: OLS cannot tell the value from zero (90 % interval)."
     )
     return [Table(caption, columns, rows, pale=frozenset(pale))]
+
+
+def friction_blocks(curves: Sequence[FrictionCurve], labels: Sequence[str]) -> list[Block]:
+    """Friction of each joint over its speed, with its band."""
+    if not curves:
+        return [Text("The model has no friction, or the joints moved too little to draw it.")]
+    signs = Sign(BLUE, "band"), Sign(BLUE), Sign(ORANGE, "circle")
+    charts, rows = [], []
+    for c in curves:
+        band = np.stack([c.model - c.half_width, c.model + c.half_width])
+        shown = [
+            Curve("90 % interval", signs[0], band),
+            Curve("model", signs[1], c.model),
+            Curve("measured", signs[2], c.measured),
+        ]
+        name = labels[c.joint]
+        panel = Panel("friction torque [N·m]", shown)
+        charts.append(line_chart(name, ("speed [rad/s]", c.speed), [panel], joint=name))
+        cells = zip(c.speed, c.model, c.half_width, c.measured, strict=True)
+        rows += [[name, *(number(float(x)) for x in cell)] for cell in cells if cell[0]]
+    heads = ("speed [rad/s]", "model [N·m]", "± (90 %) [N·m]", "measured [N·m]")
+    caption = (
+        "Viscous and Coulomb friction of the model with the 90 % interval of its parameters, beside"
+        " the measured torque minus everything else in the model, averaged over equally many"
+        " samples. Points that bend away from the line hint at an effect that the model lacks."
+    )
+    table = Table("Friction over speed.", [Column("joint", "words"), *map(Column, heads)], rows)
+    return [Figure("Friction of each joint", caption, charts, table)]
+
+
+def correlation_blocks(content: Content, correlated: NDArray[np.floating] | None) -> list[Block]:
+    """Which parameters stand in for each other."""
+    names = [p["name"] for p in content["base_parameters"]]
+    if correlated is None or len(names) < 2:
+        return []
+    edges = np.arange(len(names) + 1) - 0.5
+    below = np.where(np.tri(len(names), k=-1, dtype=bool), correlated, np.nan)
+    chart = map_chart(
+        "Correlation of the base parameters", ("", ""), (edges, edges), below.T, 1.0, names
+    )
+    i, j = np.nonzero(np.isfinite(below))
+    order = np.argsort(-np.abs(below[i, j]))[:_STRONGEST]
+    rows = [[names[i[k]], names[j[k]], number(float(below[i[k], j[k]]), 2)] for k in order]
+    columns = [Column("parameter", "words"), Column("parameter", "words"), Column("correlation")]
+    caption = (
+        "Blue: an error that makes one parameter too large makes the other too large as well."
+        " Orange: the other too small. Strong colours far from the diagonal are parameters that"
+        " this motion can hardly tell apart."
+    )
+    table = Table("The strongest correlations (OLS).", columns, rows)
+    return [Figure("Correlation of the base parameters", caption, [chart], table)]
 
 
 def feasibility_blocks(content: Content) -> list[Block]:
@@ -126,7 +185,7 @@ def limit_blocks(content: Content) -> list[Block]:
     sentences += [_trial(t) for t in content["terms_tried"]]
     held = [n for n, m in zip(content["joints"], content["moving"], strict=True) if not m]
     if held:
-        sentences.append(f"Held still, so that nothing is known of them: {listed(held)}.")
+        sentences.append(f"Held still, so nothing is known about them: {listed(held)}.")
     return [Points(sentences)] if sentences else [Text("Nothing: every parameter shows.")]
 
 

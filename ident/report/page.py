@@ -1,16 +1,17 @@
 """A page: verdict first, then sections of sentences, figures, and tables; one file, no network."""
 
+import json
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from itertools import count
+from importlib.resources import files
 from typing import ClassVar, Literal
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from ident.report.style import Sign
-from ident.report.svg import Drawing
+from ident.report.charts import Chart
 
 Status = Literal["good", "warning", "bad", "open"]
 
@@ -29,22 +30,6 @@ class Points:
 
     kind: ClassVar[str] = "points"
     items: Sequence[str]
-
-
-@dataclass(frozen=True)
-class Gallery:
-    """Figures of one kind with one caption; small ones stand side by side.
-
-    Attributes:
-        drawings: the figures.
-        caption: what they show and how to read them.
-        signs: words and signs that all of them share.
-    """
-
-    kind: ClassVar[str] = "gallery"
-    drawings: Sequence[Drawing]
-    caption: str
-    signs: Sequence[tuple[str, Sign]] = ()
 
 
 @dataclass(frozen=True)
@@ -76,6 +61,29 @@ class Table:
 
 
 @dataclass(frozen=True)
+class Figure:
+    """Charts of one kind with one caption, and the same in numbers, folded away.
+
+    Attributes:
+        title: headline.
+        caption: what the charts show and how to read them.
+        charts: small ones stand side by side.
+        table: the numbers behind them.
+    """
+
+    kind: ClassVar[str] = "figure"
+    title: str
+    caption: str
+    charts: Sequence[Chart]
+    table: Table
+
+    @property
+    def joints(self) -> bool:
+        """Whether there are joints to choose from."""
+        return len({c.joint for c in self.charts if c.joint}) > 1
+
+
+@dataclass(frozen=True)
 class Beside:
     """Small tables that share the width of the page."""
 
@@ -83,15 +91,16 @@ class Beside:
     tables: Sequence[Table]
 
 
-Block = Text | Points | Gallery | Table | Beside
+Block = Text | Points | Figure | Table | Beside
 
 
 @dataclass(frozen=True)
 class Section:
-    """A heading and what stands under it."""
+    """A heading and what stands under it, perhaps folded away."""
 
     heading: str
     blocks: Sequence[Block]
+    folded: bool = False
 
     @property
     def anchor(self) -> str:
@@ -117,6 +126,19 @@ class Verdict:
 
 
 @dataclass(frozen=True)
+class Step:
+    """Something to do next: why, and the words of the command; none where it is no command."""
+
+    why: str
+    words: Sequence[str] = ()
+
+    @property
+    def command(self) -> str:
+        """As a shell takes it."""
+        return shlex.join(self.words)
+
+
+@dataclass(frozen=True)
 class Page:
     """All that a report says.
 
@@ -126,6 +148,7 @@ class Page:
         verdict: the answer.
         figures: number, its name; a few that sum up the rest.
         sections: in the order of reading.
+        steps: what to do next.
     """
 
     command: str
@@ -133,6 +156,7 @@ class Page:
     verdict: Verdict
     figures: Sequence[tuple[str, str]]
     sections: Sequence[Section]
+    steps: Sequence[Step] = ()
 
 
 @cache
@@ -146,11 +170,23 @@ def _environment() -> Environment:
     )
 
 
+@cache
+def asset(name: str) -> Markup:
+    """A file of `assets`, as it stands."""
+    return Markup(files("ident.report").joinpath("assets", name).read_text(encoding="utf-8"))
+
+
 def render(page: Page) -> str:
     """The page as HTML."""
-    names = count(1)
+    charts: list[Chart] = []
 
-    def svg(drawing: Drawing) -> Markup:
-        return Markup(drawing.svg(f"drawing-{next(names)}"))
+    def place(chart: Chart) -> int:
+        charts.append(chart)
+        return len(charts) - 1
 
-    return _environment().get_template("page.html").render(page=page, svg=svg)
+    def data() -> Markup:
+        text = json.dumps([c.spec for c in charts], separators=(",", ":"), allow_nan=False)
+        return Markup(text.replace("<", "\\u003c"))
+
+    template = _environment().get_template("page.html")
+    return template.render(page=page, place=place, data=data, asset=asset)

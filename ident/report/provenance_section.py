@@ -33,7 +33,7 @@ def provenance_section(content: Content) -> Section:
         if facts:
             rows = [[key, _text(value)] for key, value in facts.items()]
             tables.append(Table(caption, [Column("what", "words"), Column("value", "words")], rows))
-    return Section("Where this comes from", [*blocks, Beside(tables)])
+    return Section("Versions, settings, and times", [*blocks, Beside(tables)], folded=True)
 
 
 def _text(value: Any) -> str:

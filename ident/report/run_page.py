@@ -1,19 +1,31 @@
-"""The page of `ident run`: verdict, errors, torque, Table I, feasibility, and what is not known."""
+"""The page of `ident run`: whether to trust the model, its errors, friction, and parameters."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.identification.identify import Identification
 from ident.report.data_blocks import culling_blocks, motion_blocks
-from ident.report.model_blocks import feasibility_blocks, limit_blocks, parameter_blocks
-from ident.report.page import Block, Column, Page, Section, Table, Text, Verdict
+from ident.report.model_blocks import (
+    correlation_blocks,
+    feasibility_blocks,
+    friction_blocks,
+    limit_blocks,
+    parameter_blocks,
+)
+from ident.report.page import Block, Column, Page, Section, Status, Step, Table, Text, Verdict
 from ident.report.provenance_section import provenance_section
-from ident.report.torque import error_figure, error_table, torque_blocks
-from ident.report.traces import Trace
+from ident.report.run_curves import FrictionCurve, correlation, friction_curves
+from ident.report.torque import error_figure, torque_blocks
+from ident.report.traces import Trace, held_out_traces
 from ident.report.words import (
     DASH,
     estimator_text,
     joint_labels,
+    joints_text,
     known,
     listed,
     number,
@@ -26,6 +38,12 @@ from ident.report.words import (
 
 Content = Mapping[str, Any]
 
+_TRUST: dict[str, tuple[Status, str]] = {
+    "trustworthy": ("good", "trustworthy"),
+    "doubtful": ("warning", "doubtful"),
+    "refused": ("bad", "not to be trusted"),
+}
+
 
 @dataclass(frozen=True)
 class RunReport:
@@ -34,10 +52,14 @@ class RunReport:
     Attributes:
         content: of `run.json`.
         traces: the recordings, predicted without having been seen.
+        friction: of each joint, over speed.
+        correlated: correlation of the base parameters, shape (b, b); None where unknown.
     """
 
     content: Content
     traces: tuple[Trace, ...]
+    friction: tuple[FrictionCurve, ...] = ()
+    correlated: NDArray[np.floating] | None = None
 
     @property
     def chosen(self) -> str:
@@ -55,6 +77,18 @@ class RunReport:
         return joint_labels(self.content["joints"])
 
 
+def run_report(content: Content, found: Identification) -> RunReport:
+    """What the page of an identification is made of.
+
+    Args:
+        content: of `run.json`.
+        found: the identification behind it.
+    """
+    correlated = correlation(found)
+    friction = friction_curves(found, correlated)
+    return RunReport(content, held_out_traces(found), friction, correlated)
+
+
 def run_page(report: RunReport) -> Page:
     """The page of an identification."""
     content = report.content
@@ -65,15 +99,35 @@ def run_page(report: RunReport) -> Page:
         figures=_figures(report),
         sections=[
             Section("How well it predicts", _prediction(report)),
-            Section("Torque that the fit has not seen", _torque(report)),
-            Section("Base parameters", parameter_blocks(report.content)),
-            Section("Can such an arm exist?", feasibility_blocks(report.content)),
-            Section("What the data do not tell", limit_blocks(content)),
+            Section("Measured and predicted torque", _torque(report)),
+            Section("Friction over speed", friction_blocks(report.friction, report.labels)),
+            Section("Base parameters", parameter_blocks(content)),
+            Section("Can such an arm exist?", feasibility_blocks(content)),
+            Section(
+                "What the data do not tell",
+                [*limit_blocks(content), *correlation_blocks(content, report.correlated)],
+            ),
             Section("Slow samples", culling_blocks(content)),
             Section("Motion and conditioning", motion_blocks(content)),
             provenance_section(content),
         ],
+        steps=_steps(content),
     )
+
+
+def _steps(content: Content) -> list[Step]:
+    logs = list(content["provenance"]["logs"]) or ["LOG.mcap"]
+    return [
+        Step(
+            "Test the model on a recording that it was not fitted on:",
+            ["ident", "validate", "OTHER.mcap", "--model", "model.yaml"],
+        ),
+        Step("Ask which physical effect the model still lacks:", ["ident", "gap", *logs]),
+        Step(
+            "Use the arm in other programs:",
+            ["ident", "export", "model.yaml", "--to", "urdf", "--out", "arm.urdf"],
+        ),
+    ]
 
 
 def _verdict(report: RunReport) -> Verdict:
@@ -93,13 +147,11 @@ def _verdict(report: RunReport) -> Verdict:
         f"{kind} that predicts torque it was not fitted on with an error of {error}\u202f%"
         f" ({', '.join(others)})."
     )
-    more = [_worst_joint(report), _ordinary(estimators), _uncertain(content)]
-    return Verdict(
-        "good" if possible else "bad",
-        "feasible" if possible else "not feasible",
-        sentence,
-        [sentence for sentence in more if sentence],
-    )
+    remarks = [r["sentence"] for r in content.get("remarks", [])]
+    more = [*remarks, _worst_joint(report), _ordinary(estimators), _uncertain(content)]
+    word = "physically possible" if possible else "physically impossible"
+    status, word = _TRUST.get(content.get("verdict", ""), ("good" if possible else "bad", word))
+    return Verdict(status, word, sentence, [sentence for sentence in more if sentence])
 
 
 def _worst_joint(report: RunReport) -> str:
@@ -109,8 +161,8 @@ def _worst_joint(report: RunReport) -> str:
         return ""
     worst, best = max(found), min(found)
     return (
-        f"Joint by joint the error lies between {percent(best[0], 2)} ({best[1]}) and"
-        f" {percent(worst[0], 2)} ({worst[1]})."
+        f"Joint by joint, the error lies between {percent(best[0], 2)} at {joints_text([best[1]])}"
+        f" and {percent(worst[0], 2)} at {joints_text([worst[1]])}."
     )
 
 
@@ -119,7 +171,7 @@ def _ordinary(estimators: Content) -> str:
         return ""
     ols = estimators["ols"]
     if ols["feasible"]:
-        return "Ordinary least squares is possible here as well."
+        return "Ordinary least squares gives a physically possible arm here as well."
     reasons = []
     positive = ols["mass_matrix_positive_fraction"]
     if known(positive) and positive < 1:
@@ -149,7 +201,7 @@ def _figures(report: RunReport) -> list[tuple[str, str]]:
         (number(content["condition_number"]), "condition number of W"),
         (whole(content["rank"]), "base parameters"),
         (whole(content["samples"]), f"samples at {setting(content['sample_rate_hz'])}\u202fHz"),
-        (share(content["culled_fraction"]), "of rows culled as too slow"),
+        (share(content["culled_fraction"]), "of rows left out (culled): joint too slow"),
         (f"{setting(content['cutoff_hz'])}\u202fHz", "low-pass cut-off"),
     ]
 
@@ -158,11 +210,14 @@ def _prediction(report: RunReport) -> list[Block]:
     title = "Error on data that was not fitted, by joint and estimator"
     return [
         Text(
-            "Every recording is cut into short stretches. Each is predicted by a model that was"
-            " fitted on others only: these are errors on motion of this kind, not seen before."
+            "Every recording is cut into short stretches. Each one is predicted by a model that was"
+            " fitted without it, so these are errors on unseen motion of the same kind. CAD: the"
+            " masses and inertias of the arm's own file, before any fit. OLS: ordinary least"
+            " squares. Feasible: least squares among the arms that can physically exist."
         ),
-        error_figure(report.labels, report.held_out, title),
-        error_table(report.labels, report.held_out, report.chosen, report.content["torque_units"]),
+        error_figure(
+            report.labels, report.held_out, report.chosen, report.content["torque_units"], title
+        ),
         _fit_table(report.content["estimators"], report.chosen),
     ]
 
@@ -192,7 +247,7 @@ def _fit_table(estimators: Content, chosen: str) -> Table:
         for name, e in estimators.items()
     ]
     place = list(estimators).index(chosen)
-    caption = "Error over all joints (± standard error); bold: the estimator that made the model."
+    caption = "Error over all joints (± standard error). Bold: the estimator that made the model."
     return Table(caption, columns, rows, strong=frozenset({place}))
 
 
@@ -202,5 +257,5 @@ def _torque(report: RunReport) -> list[Block]:
         report.labels,
         report.content["torque_units"],
         [report.held_out[report.chosen]],
-        "measured torque, and what a fit that has not seen the stretch predicts.",
+        "Measured torque, and the prediction of a fit that has not seen that stretch.",
     )

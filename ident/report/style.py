@@ -1,31 +1,28 @@
-"""Colours, signs, and sizes of all figures; the colours are Okabe and Ito's, for every eye."""
+"""Colours and signs of all figures; the colours are Okabe and Ito's, for every eye."""
 
 from dataclasses import dataclass
 
 INK = "#1b1b1b"
 GREY = "#6b6b6b"
-RULE = "#dcdcdc"
 BLACK, ORANGE, SKY, GREEN = "#000000", "#e69f00", "#56b4e9", "#009e73"
 BLUE, VERMILION, PURPLE = "#0072b2", "#d55e00", "#cc79a7"
-
-WIDE = 960.0
-"""Width of a figure that takes the whole page [px]."""
-
-HALF = 470.0
-"""Width of one of two figures side by side [px]."""
-
-TEXT = 12.0
-"""Size of the words in figures [px]."""
 
 
 @dataclass(frozen=True)
 class Sign:
-    """How one kind of thing looks in every figure: never by colour alone."""
+    """How one kind of thing looks in every figure: never by colour alone.
+
+    Attributes:
+        colour: as CSS writes it.
+        shape: `line`, `band`, `bar`, or the marker of a point.
+        width: of a line [px].
+        dash: lengths of strokes and gaps [px].
+    """
 
     colour: str
-    shape: str
+    shape: str = "line"
     width: float = 1.6
-    dash: str = ""
+    dash: tuple[float, ...] = ()
 
 
 ESTIMATOR_SIGNS = {
@@ -40,11 +37,11 @@ ESTIMATOR_SIGNS = {
     "feasible_entropic": Sign(GREEN, "ring"),
 }
 
-MEASURED = Sign(SKY, "line", 3.6)
+MEASURED = Sign(SKY, width=3.6)
+PREDICTED = Sign(INK, width=1.1)
+RESIDUAL = Sign(VERMILION, width=1.0)
 BEFORE = Sign(ORANGE, "square")
 AFTER = Sign(BLUE, "circle")
-FLOOR = Sign(INK, "line", 2.0)
-PREDICTED = Sign(INK, "line", 1.1)
-PLANNED = Sign(BLUE, "line", 1.6)
-LIMIT = Sign(VERMILION, "line", 1.4, "6 3")
-RESIDUAL = Sign(VERMILION, "line", 1.0)
+FLOOR = Sign(INK, width=2.0)
+WITHOUT = Sign(ORANGE, width=1.2)
+WITH = Sign(BLUE, width=1.2, dash=(5, 2))

@@ -4,9 +4,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ident.report.figures import Series, torque_over_time
-from ident.report.page import Block, Column, Gallery, Table, Text
-from ident.report.row_figures import Dots, dots
+import numpy as np
+
+from ident.report.charts import Chart, Curve, Panel, kept_samples, line_chart, row_chart, spans_of
+from ident.report.page import Block, Column, Figure, Table, Text
 from ident.report.style import ESTIMATOR_SIGNS, MEASURED, PREDICTED, RESIDUAL, Sign
 from ident.report.traces import Trace
 from ident.report.words import (
@@ -24,39 +25,39 @@ MOST_RECORDINGS = 4
 _UNKNOWN = Sign("#000000", "ring")
 
 
-def sign_of(estimator: str) -> Sign:
-    """How an estimator looks in figures."""
-    return ESTIMATOR_SIGNS.get(estimator, _UNKNOWN)
-
-
-def error_figure(labels: Sequence[str], errors: Mapping[str, Any], title: str) -> Gallery:
+def error_figure(
+    labels: Sequence[str],
+    errors: Mapping[str, Any],
+    chosen: str,
+    units: Sequence[str],
+    title: str,
+) -> Figure:
     """Relative error of each estimator, joint by joint.
 
     Args:
         labels: of the joints.
         errors: by estimator, as the result files hold them.
+        chosen: the estimator that made the model.
+        units: of the joints' torque or force.
         title: what is shown.
     """
     values = {
-        name: [e["relative_error_percent"], *e["relative_error_percent_by_joint"]]
+        estimator_text(name): (
+            ESTIMATOR_SIGNS.get(name, _UNKNOWN),
+            [e["relative_error_percent"], *e["relative_error_percent_by_joint"]],
+        )
         for name, e in errors.items()
     }
-    content = Dots(
-        title,
-        "relative torque error [%]",
-        ["all joints", *labels],
-        values,
-        {name: sign_of(name) for name in values},
-        {name: estimator_text(name) for name in values},
-    )
     caption = (
-        f"{title}: size of what is left of the torque, beside the size of the torque itself."
-        " Further left is better; each step of the grid is a factor, not a sum."
+        "Size of the torque that the model leaves unexplained, relative to the torque itself."
+        " Further left is better; equal steps along the axis are equal factors."
     )
-    return Gallery([dots(content)], caption)
+    rows = ["all joints", *labels]
+    chart = row_chart(title, "relative torque error [%]", rows, values, factors=True, wide=True)
+    return Figure(title, caption, [chart], _error_table(labels, errors, chosen, units))
 
 
-def error_table(
+def _error_table(
     labels: Sequence[str], errors: Mapping[str, Any], chosen: str, units: Sequence[str]
 ) -> Table:
     """The same in numbers, with the chosen model's residual in units of torque."""
@@ -68,7 +69,7 @@ def error_table(
     for j, label in enumerate(labels):
         shares = [number(e["relative_error_percent_by_joint"][j]) for e in errors.values()]
         rows.append([label, *shares, with_unit(errors[chosen]["rms_by_joint"][j], units[j])])
-    return Table("The same in numbers.", columns, rows, strong=frozenset({0}))
+    return Table("Relative torque error.", columns, rows, strong=frozenset({0}))
 
 
 def torque_blocks(
@@ -89,33 +90,53 @@ def torque_blocks(
     """
     blocks: list[Block] = []
     for i, trace in enumerate(traces[:MOST_RECORDINGS]):
-        error = errors[min(i, len(errors) - 1)] if len(errors) in (1, len(traces)) else None
-        shared = len(errors) == 1 and len(traces) > 1
-        notes = [_note(None if shared else error, j, units[j]) for j in range(len(labels))]
-        drawings = [
-            torque_over_time(_series(trace, j, labels[j], unit_text(units[j]), notes[j]))
-            for j in range(len(labels))
-            if trace.counted[:, j].any()
-        ]
+        alone = len(errors) == len(traces)
+        error = errors[i] if alone else None
+        shown = [j for j in range(len(labels)) if trace.counted[:, j].any()]
         caption = (
-            f"{Path(trace.name).name}: {what} Below each plot, what is left, on a scale of its own;"
-            " slow samples that were culled leave gaps there."
+            f"{what} The lower panel shows the residual, measured minus predicted, on a scale of"
+            " its own. Grey: slow samples, around reversals of the joint, which the fit and the"
+            " errors leave out."
         )
-        signs = [("measured", MEASURED), ("predicted", PREDICTED), ("residual", RESIDUAL)]
-        blocks.append(Gallery(drawings, caption, signs))
+        heads = ("rms residual", "relative error", "largest residual, slow samples included")
+        columns = [Column("joint", "words"), *map(Column, heads)]
+        rows = [_row(trace, error, j, labels[j], units[j]) for j in shown]
+        table = Table("Residual torque of each joint.", columns, rows)
+        charts = [_chart(trace, j, labels[j], unit_text(units[j])) for j in shown]
+        blocks.append(Figure(Path(trace.name).name, caption, charts, table))
     if len(traces) > MOST_RECORDINGS:
         rest = len(traces) - MOST_RECORDINGS
         blocks.append(Text(f"{rest} more recordings are in the tables only."))
     return blocks
 
 
-def _note(errors: Mapping[str, Any] | None, joint: int, unit: str) -> str:
-    if errors is None or not known(errors["rms_by_joint"][joint]):
-        return ""
-    rms = with_unit(errors["rms_by_joint"][joint], unit, 2)
-    return f"rms residual {rms} ({percent(errors['relative_error_percent_by_joint'][joint], 2)})"
+def _row(
+    trace: Trace, errors: Mapping[str, Any] | None, joint: int, label: str, unit: str
+) -> list[str]:
+    left = trace.measured[:, joint] - trace.predicted[:, joint]
+    rms = float(np.sqrt(np.mean(left[trace.counted[:, joint]] ** 2)))
+    percentage = None
+    if errors is not None and known(errors["rms_by_joint"][joint]):
+        rms, percentage = (
+            errors[k][joint] for k in ("rms_by_joint", "relative_error_percent_by_joint")
+        )
+    largest = with_unit(float(np.nanmax(np.abs(left))), unit)
+    return [label, with_unit(rms, unit), percent(percentage), largest]
 
 
-def _series(trace: Trace, joint: int, label: str, unit: str, note: str) -> Series:
+def _chart(trace: Trace, joint: int, label: str, unit: str) -> Chart:
     measured, predicted = trace.measured[:, joint], trace.predicted[:, joint]
-    return Series(label, unit, trace.t, measured, predicted, trace.counted[:, joint], note)
+    kept = kept_samples(measured, measured - predicted)
+    panels = [
+        Panel(
+            f"torque [{unit}]",
+            [
+                Curve("measured", MEASURED, measured[kept]),
+                Curve("predicted", PREDICTED, predicted[kept]),
+            ],
+        ),
+        Panel(f"residual [{unit}]", [Curve("residual", RESIDUAL, minus=(0, 1))], height=90),
+    ]
+    slow = spans_of(trace.t, ~trace.counted[:, joint])
+    x = ("time [s]", trace.t[kept])
+    return line_chart(label, x, panels, shaded=slow, joint=label)

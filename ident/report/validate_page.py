@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ident.report.page import Block, Column, Page, Section, Table, Text, Verdict
+from ident.report.page import Block, Column, Page, Section, Step, Table, Text, Verdict
 from ident.report.provenance_section import provenance_section
-from ident.report.torque import error_figure, error_table, torque_blocks
+from ident.report.torque import error_figure, torque_blocks
 from ident.report.traces import Trace
 from ident.report.words import (
     DASH,
@@ -51,10 +51,23 @@ def validate_page(report: ValidationReport) -> Page:
         sections=[
             Section("Recording by recording", [_summary(content)]),
             Section("Joint by joint", _by_joint(content)),
-            Section("Torque over time", _torque(report)),
+            Section("Measured and predicted torque", _torque(report)),
             provenance_section(content),
         ],
+        steps=_steps(content),
     )
+
+
+def _steps(content: Content) -> list[Step]:
+    logs = list(content["provenance"]["logs"]) or ["LOG.mcap"]
+    return [
+        Step(
+            "If the error is larger than on the recordings of the fit, ask which effect is missing"
+            " or has changed since:",
+            ["ident", "gap", *logs, "--model", content["model"]],
+        ),
+        Step("Or fit a model to these recordings:", ["ident", "run", *logs]),
+    ]
 
 
 def _verdict(content: Content) -> Verdict:
@@ -132,8 +145,7 @@ def _by_joint(content: Content) -> list[Block]:
         errors = {
             name: e for name, e in log["estimators"].items() if known(e["relative_error_percent"])
         }
-        blocks.append(error_figure(labels, errors, title))
-        blocks.append(error_table(labels, errors, chosen, content["torque_units"]))
+        blocks.append(error_figure(labels, errors, chosen, content["torque_units"], title))
     return blocks or [Text("No recording.")]
 
 
@@ -144,5 +156,5 @@ def _torque(report: ValidationReport) -> list[Block]:
         joint_labels(content["joints"]),
         content["torque_units"],
         [log["estimators"][content["estimator"]] for log in content["logs"]],
-        "measured torque, and what the model predicts.",
+        "Measured torque, and the prediction of the model.",
     )

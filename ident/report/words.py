@@ -97,7 +97,7 @@ def plus_minus(value: float | None, sd: float | None, unit: str = "") -> str:
     """A value with its standard deviation, both to two digits of the latter."""
     if not known(value):
         return DASH
-    if not known(sd):
+    if not known(sd) or sd == 0:
         return with_unit(value, unit) if unit else number(value)
     places = decimals_of(sd)
     text = f"{fixed(value, places)} ± {fixed(sd, places)}"
@@ -128,8 +128,11 @@ def joint_labels(names: Sequence[str]) -> list[str]:
 
 
 def joints_text(labels: Sequence[str]) -> str:
-    """Joints by their labels in a sentence: `joints 2 lift and 3`; the word stands there once."""
-    names = [label.removeprefix("joint").strip() or label for label in labels]
+    """Joints by their labels in a sentence: `joints 2 (lift) and 3`."""
+    names = []
+    for label in labels:
+        place, _, name = label.removeprefix("joint").strip().partition(" ")
+        names.append(f"{place} ({name})" if name else place or label)
     return f"joint{'s' * (len(names) > 1)} {listed(names)}"
 
 
@@ -205,6 +208,6 @@ def closed_text(held_out: Mapping[str, Any], of: Callable[[Sequence[int]], str])
         where = f" of {of([best + 1])}"
         texts = [with_unit(x, "N m") for x in pairs[best]]
     return (
-        f"With it the error{where} on recordings that were not used falls from {texts[0]} to"
-        f" {texts[1]}: {share(held_out['closed_fraction'], 2)} of what could be closed."
+        f"Adding it closes {share(held_out['closed_fraction'], 2)} of the gap: on held-out data,"
+        f" the error{where} falls from {texts[0]} to {texts[1]}."
     )

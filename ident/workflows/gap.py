@@ -24,8 +24,17 @@ from ident.gap.selection.estimates import FinalEstimates, final_estimates
 from ident.model.identified_model import Model
 from ident.model.model_writing import write_model
 from ident.recordings.loading import Reading
-from ident.report.gap_figures import maps, motion_blocks, torque_blocks
-from ident.report.gap_page import GapReport, gap_page, verdict_sentences
+from ident.report.gap_figures import (
+    effect_figures,
+    left_figure,
+    motion_figure,
+    reversals,
+    sizes_of,
+    torque_figure,
+)
+from ident.report.gap_page import gap_page
+from ident.report.gap_report import GapReport
+from ident.report.gap_words import verdict_sentences
 from ident.report.page import render
 from ident.report.words import joint_labels
 from ident.workflows.gap_json import (
@@ -205,13 +214,17 @@ def _report(outcome: _Outcome, content: dict[str, Any]) -> GapReport:
     joints = list(dict.fromkeys(w["joint"] - 1 for w in content["where"]))
     joints = joints[:_MOST_JOINTS] or np.flatnonzero(found.source.moving).tolist()
     effects = catalogue() | EVENTS
+    nameless = [u["joint"] - 1 for u in content["unexplained"]]
     return GapReport(
         content,
         found.source.arm.name,
         names,
         {name: e.title for name, e in effects.items()},
-        maps(found, both, joints),
-        torque_blocks(found, both, joints, labels),
-        motion_blocks(outcome.before, outcome.after, joints, labels),
         {name: (e.signature, e.experiment) for name, e in effects.items()},
+        sizes_of(found),
+        effect_figures(found, both, labels),
+        reversals(both),
+        left_figure(found, both, nameless, labels),
+        torque_figure(found, both, joints, labels),
+        motion_figure(outcome.before, outcome.after, joints, labels),
     )

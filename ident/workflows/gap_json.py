@@ -54,6 +54,8 @@ def _found(found: Search, item: AcceptedEffect, values: Mapping[str, Value]) -> 
         "gain_nats_per_sample": item.score.gain,
         "asked_nats_per_sample": found.threshold.of(h.effect),
         "smallest_held_out_gain": min(item.held_out, default=None),
+        "held_out_parts": len(item.held_out),
+        "confirmed_parts": sum(gain > 0.0 for gain in item.held_out),
         "effect_free_runs": found.threshold.draws,
     }
     if item.next_best is not None:

@@ -16,8 +16,7 @@ from ident.recordings.dataset import Dataset
 from ident.recordings.loading import Reading, read_logs
 from ident.regression.progress import Tell, silent
 from ident.report.page import render
-from ident.report.run_page import RunReport, run_page
-from ident.report.traces import held_out_traces
+from ident.report.run_page import run_page, run_report
 from ident.workflows.provenance import provenance
 from ident.workflows.run_json import as_json, run_content, whole_folder
 from wamctl.arm.errors import DataError
@@ -39,7 +38,7 @@ class Run:
 
     def page(self) -> str:
         """The report, one HTML page."""
-        return render(run_page(RunReport(self.content, held_out_traces(self.found))))
+        return render(run_page(run_report(self.content, self.found)))
 
     def write(self, out: Path, page: str | None = None) -> str:
         """Write `run.json`, `model.yaml` and `report.html`; gives the content of `run.json`.

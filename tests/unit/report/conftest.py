@@ -5,9 +5,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ident.report.charts import Curve, Panel, line_chart
 from ident.report.design_page import DesignReport
-from ident.report.gap_page import GapReport, RegionMap
+from ident.report.gap_report import GapReport
+from ident.report.page import Column, Figure, Table
+from ident.report.run_curves import FrictionCurve
 from ident.report.run_page import RunReport
+from ident.report.style import WITH
 from ident.report.traces import Trace
 from wamctl.arm.trajectory import FourierSeries, Trajectory, sample
 from wamctl.arm.trajectory_check import Quantity
@@ -134,7 +138,11 @@ def trace() -> Trace:
 
 @pytest.fixture(scope="session")
 def run_report(run_content: dict[str, Any], trace: Trace) -> RunReport:
-    return RunReport(run_content, (trace,))
+    speed = np.linspace(-1.0, 1.0, 9)
+    model = 0.5 * np.sign(speed) + 0.1 * speed
+    friction = FrictionCurve(0, speed, model + 0.01, model, np.full(9, 0.02))
+    correlated = np.array([[1.0, -0.7], [-0.7, 1.0]])
+    return RunReport(run_content, (trace,), (friction,), correlated)
 
 
 @pytest.fixture(scope="session")
@@ -162,7 +170,15 @@ def gap_content(run_content: dict[str, Any]) -> dict[str, Any]:
                 "joints": [1, 2],
                 "parameters": {"coulomb": {"value": 0.0412, "sd": 0.0031, "unit": "N m"}},
                 "equation": "tau += J^T (Fm sgn(J qd))",
-                "evidence": {"gain": 0.123, "held_out": "better on both logs"},
+                "evidence": {
+                    "gain_nats_per_sample": 0.373,
+                    "asked_nats_per_sample": 0.214,
+                    "held_out_parts": 3,
+                    "confirmed_parts": 3,
+                    "effect_free_runs": 4,
+                    "next_best": "gravity_tilt at [1]",
+                    "next_best_gain": 0.12,
+                },
                 "rivals": [{"name": "stribeck", "joints": [2], "evidence": 0.09}],
                 "separating_experiment": "coupled_friction:1",
             }
@@ -190,14 +206,20 @@ def gap_content(run_content: dict[str, Any]) -> dict[str, Any]:
 
 @pytest.fixture(scope="session")
 def gap_report(gap_content: dict[str, Any], run_content: dict[str, Any]) -> GapReport:
-    edges = np.linspace(-1.0, 1.0, 13), np.linspace(-2.0, 2.0, 9)
-    before = np.abs(np.outer(np.linspace(-1, 1, 12), np.linspace(-1, 1, 8)))
-    before[:2, :2] = np.nan
-    maps = (RegionMap(1, *edges, before, 0.2 * before),)
-    titles = {"coupled_friction": "friction on the motors of a shared drive"}
-    explained = {"coupled_friction": ("turns with the motor", "move joints 1 and 2 together")}
-    joints = run_content["joints"]
-    return GapReport(gap_content, "bench", joints, titles, maps, explained=explained)
+    x = np.linspace(-1.0, 1.0, 12)
+    panel = Panel("torque [N·m]", [Curve("the effect", WITH, x**3)])
+    chart = line_chart("2 lift", ("speed [rad/s]", x), [panel], joint="2 lift")
+    table = Table("Point by point.", [Column("joint", "words"), Column("x")], [["2 lift", "0.5"]])
+    return GapReport(
+        gap_content,
+        "bench",
+        run_content["joints"],
+        {"coupled_friction": "friction on the motors of a shared drive"},
+        {"coupled_friction": ("turns with the motor", "move joints 1 and 2 together")},
+        {"stribeck": ("extra_friction", "N m")},
+        [Figure("The effect as a curve", "Over speed.", [chart], table)],
+        np.array([[0.5, 0.4, np.nan], [0.25, 0.15, np.nan]]),
+    )
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,117 @@
+"""The sentences of a gap: the verdict, the evidence, and what to do next."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ident.report.gap_report import GapReport
+from ident.report.page import Step
+from ident.report.words import closed_text, kinds_text, known, listed, number, share
+
+Content = Mapping[str, Any]
+
+_MOST_IN_A_SENTENCE = 3
+
+
+def verdict_sentences(report: GapReport) -> list[str]:
+    """The answer, and what to know beside it."""
+    content = report.content
+    effects = kinds_text(content["effects"], report.title, report.of)
+    partly = content["verdict"] == "unknown" and bool(effects)
+    sentence = {
+        "no_gap": "The model explains these recordings down to their noise.",
+        "named": f"The model misses {_counted(effects)}.",
+        "ambiguous": f"The model misses something that looks like {_counted(effects)},"
+        " but these data cannot tell it from other effects.",
+        "unknown": "The model misses something that no effect of the catalogue explains.",
+        "data_fault": "These recordings cannot be trusted, so no effect is named"
+        + (f": {listed(effects)}." if effects else "."),
+    }[content["verdict"]]
+    more = [f"Part of it looks like {_counted(effects)}."] if partly else []
+    if len(effects) > _MOST_IN_A_SENTENCE and content["verdict"] != "data_fault":
+        more.append(f"In full: {'; '.join(effects)}.")
+    if partly or content["verdict"] in ("named", "ambiguous"):
+        more.append(closed_text(content["held_out"], report.of))
+    more += [_what_is_left(report, u) for u in content.get("unexplained", [])]
+    if content["verdict"] == "ambiguous":
+        more += [_experiment(report, e) for e in content["effects"] if e["separating_experiment"]]
+    return [sentence, *(m for m in more if m)]
+
+
+def _counted(effects: Sequence[str]) -> str:
+    if len(effects) <= _MOST_IN_A_SENTENCE:
+        return listed(effects)
+    return f"{len(effects)} effects, {effects[0]} first"
+
+
+def _what_is_left(report: GapReport, entry: Content) -> str:
+    nearest = [report.title(n["name"]) for n in entry["nearest"]]
+    words = f" The nearest of the catalogue: {listed(nearest)}." if nearest else ""
+    return (
+        f"What is left at {report.of([entry['joint']])} depends on {entry['depends_on']}"
+        f" ({share(entry['share_of_residual'], 2)} of its residual).{words}"
+    )
+
+
+def _experiment(report: GapReport, effect: Content) -> str:
+    rivals = [f"{report.title(r['name'])} at {report.of(r['joints'])}" for r in effect["rivals"]]
+    motion = report.explained.get(effect["name"], ("", ""))[1]
+    return (
+        f"It may also be {listed(rivals)}."
+        + (f" To tell them apart, {motion}:" if motion else " To tell them apart:")
+        + f" ident design --for {effect['separating_experiment']}."
+    )
+
+
+def evidence_text(report: GapReport, effect: Content) -> str:
+    """What speaks for an effect, in a sentence; nothing where the file says nothing of it."""
+    facts = effect["evidence"]
+    if not known(facts.get("gain_nats_per_sample")):
+        count = facts.get("count")
+        return f"Found {count} times." if count else ""
+    asked, gain = (number(facts[f"{k}_nats_per_sample"], 2) for k in ("asked", "gain"))
+    parts = [f"Evidence: it needed {asked}, and has {gain} (log-likelihood gained per sample)"]
+    if facts.get("held_out_parts"):
+        parts.append(
+            f"confirmed on {facts['confirmed_parts']} of {facts['held_out_parts']} parts of the"
+            " recordings, each predicted by a fit to the others"
+        )
+    if facts.get("effect_free_runs"):
+        runs = facts["effect_free_runs"]
+        parts.append(f"none of {runs} effect-free simulations of this arm looks like it")
+    name, _, joints = facts.get("next_best", "").partition(" at ")
+    places = [int(j) for j in joints.strip("[]").split(",") if j.strip()]
+    if name and not any(r["name"] == name and r["joints"] == places for r in effect["rivals"]):
+        rival = f"{report.title(name)} at {report.of(places)}"
+        parts.append(
+            f"the next best explanation, {rival}, has {number(facts['next_best_gain'], 2)}"
+        )
+    return "; ".join(parts) + "."
+
+
+def steps_text(report: GapReport) -> list[Step]:
+    """What to do next."""
+    content = report.content
+    logs = list(content["provenance"]["logs"]) or ["LOG.mcap"]
+    design = ["ident", "design", "--config", "ARM.yaml", "--for"]
+    check = ["ident", "validate", "OTHER.mcap", "--model", "model.yaml"]
+    wanted = [e["separating_experiment"] for e in content["effects"] if e["separating_experiment"]]
+    steps = [
+        Step("Record the motion that tells the explanations apart, and search again:", [*design, w])
+        for w in dict.fromkeys(wanted)
+    ]
+    if content["verdict"] == "data_fault":
+        return [
+            Step("Mend the recording, or record again, and search again:", ["ident", "gap", *logs])
+        ]
+    if report.named:
+        fit = ["ident", "run", *logs, "--effects", "model.yaml"]
+        steps.append(Step("Fit a model beside the effects that were named:", fit))
+        simulate = ["ident", "simulate", "--model", "model.yaml", "--out", "simulated.mcap"]
+        steps.append(Step("Simulate the arm with them:", simulate))
+    steps.append(Step("Test the model on a recording that was not used here:", check))
+    if not content["effects"]:
+        hidden = [n["name"] for n in content["not_observable"]][:1] or ["stribeck"]
+        steps.append(
+            Step("Record a motion that shows what this one could not:", [*design, *hidden])
+        )
+    return steps
