@@ -20,7 +20,11 @@ PROJECT = Path(__file__).parents[2]
 def snippets() -> dict[str, str]:
     """By README all its Python, in order."""
     listed = subprocess.run(
-        ["git", "ls-files", "*README.md"], cwd=PROJECT, capture_output=True, text=True, check=True
+        ["git", "ls-files", "*README.md", "docs/*.md"],
+        cwd=PROJECT,
+        capture_output=True,
+        text=True,
+        check=True,
     )
     texts = {name: (PROJECT / name).read_text("utf-8") for name in listed.stdout.split()}
     blocks = {n: re.findall(r"^```python\n(.*?)^```", t, re.M | re.S) for n, t in texts.items()}

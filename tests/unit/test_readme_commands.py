@@ -31,7 +31,11 @@ COMMAND = re.compile(rf"(?:^ *|`)((?:wamctl|ident|sim-bus) [a-z]+ [^`\n]*{OPTION
 def shown() -> list[tuple[str, str]]:
     """README and command, of blocks and of words in text."""
     listed = subprocess.run(
-        ["git", "ls-files", "*README.md"], cwd=PROJECT, capture_output=True, text=True, check=True
+        ["git", "ls-files", "*README.md", "docs/*.md"],
+        cwd=PROJECT,
+        capture_output=True,
+        text=True,
+        check=True,
     )
     names = listed.stdout.split()
     return [(n, c) for n in names for c in COMMAND.findall((PROJECT / n).read_text("utf-8"))]
