@@ -13,6 +13,7 @@ from ident.estimation.bounds import bounds
 from ident.estimation.feasible_set import Constraint, LinkSize, feasible_set, link_sizes
 from ident.estimation.instrumental_variables import Moments, moments
 from ident.estimation.problem import Problem, prior_parameters
+from ident.estimation.reversal_shapes import WideProducts, at_once, chosen_reversals
 from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset
 from ident.regression.filters import Processing, processing
@@ -20,6 +21,8 @@ from ident.regression.processes import in_processes
 from ident.regression.reduction import (
     BLOCKS,
     Reduction,
+    Reversals,
+    Unmixed,
     least_squares,
     merged,
     reduction,
@@ -71,6 +74,8 @@ class RegressionData:
         prior: delta of the CAD model, shape (p,).
         sizes: each link's size.
         constraints: the set D.
+        reversals: how friction turns round, and how much the rows near a reversal count in a fit.
+        products: of which that was chosen; None where it was given, or is no choice.
     """
 
     arm: Arm
@@ -79,6 +84,8 @@ class RegressionData:
     prior: Array
     sizes: dict[int, LinkSize]
     constraints: list[Constraint]
+    reversals: Reversals
+    products: WideProducts | None = None
 
     @cached_property
     def triangles(self) -> Array:
@@ -86,9 +93,14 @@ class RegressionData:
         return np.stack([log.reduction.R for log in self.logs])
 
     @cached_property
+    def fitted_triangles(self) -> Array:
+        """The same with the rows weighted as a fit has them."""
+        return np.stack([log.reduction.R_fit for log in self.logs])
+
+    @cached_property
     def by_joint(self) -> Array:
-        """Of all logs and joints, shape (logs, n, b + 1, b + 1)."""
-        stretches = np.swapaxes(self.triangles, 1, 2)
+        """Of a fit's rows, of all logs and joints, shape (logs, n, b + 1, b + 1)."""
+        stretches = np.swapaxes(self.fitted_triangles, 1, 2)
         return np.array([[merged(joint) for joint in log] for log in stretches])
 
     @cached_property
@@ -120,6 +132,16 @@ class RegressionData:
         return replace(self, logs=tuple(log.only(stretches) for log in self.logs))
 
 
+@dataclass(frozen=True)
+class _Gathered:
+    """A recording before it is known how friction turns round."""
+
+    data: Dataset
+    process: Processing
+    rows: Unmixed
+    moments: Moments | None
+
+
 def held_out(fold: int) -> NDArray[np.bool_]:
     """The stretches that a fold holds out, shape (BLOCKS,): every third pair of neighbours."""
     return (np.arange(BLOCKS) // 2) % FOLDS == fold
@@ -129,13 +151,17 @@ def _deaf(share: float) -> None:
     """Hears nothing."""
 
 
-def gather(data: Sequence[Dataset], arm: Arm, hear: Hear = _deaf) -> RegressionData:
+def gather(
+    data: Sequence[Dataset], arm: Arm, hear: Hear = _deaf, shapes: Array | None = None
+) -> RegressionData:
     """Recordings filtered, turned into rows, and reduced.
 
     Args:
         data: the recordings, joints in the robot's order.
         arm: the robot and its settings.
         hear: called with the share that is done, again and again.
+        shapes: parts of the curves along which each joint's friction turns round, where they are
+            known already, shape (n, T).
 
     Raises:
         DataError: recordings from which nothing can be learned.
@@ -143,12 +169,35 @@ def gather(data: Sequence[Dataset], arm: Arm, hear: Hear = _deaf) -> RegressionD
     base = base_map(arm.robot, arm.terms, [posture(d) for d in data])
     if not base.kept:
         raise DataError(f"{data[0].name}: no parameter of the model has an effect on this motion.")
-    logs = _logs(data, arm, base, hear)
+    found = _logs(data, arm, base, hear)
+    reversals, products = _reversals(found, base, shapes)
+    logs = tuple(Log(x.data, x.process, x.rows.along(reversals), x.moments) for x in found)
     prior = prior_parameters(arm.robot, base)
     sizes = link_sizes(prior, base.parameters)
     constraints = feasible_set(base.parameters, sizes, arm.settings.feasible_set)
     constraints += bounds(arm.settings, base.parameters, prior)
-    return RegressionData(arm, base, logs, prior, sizes, constraints)
+    return RegressionData(arm, base, logs, prior, sizes, constraints, reversals, products)
+
+
+def _reversals(
+    found: Sequence[_Gathered], base: BaseMap, shapes: Array | None
+) -> tuple[Reversals, WideProducts | None]:
+    """How friction turns round, and the products of which it was chosen."""
+    n = len(found[0].data.moving)
+    places = np.full(n, -1)
+    for place, parameter in enumerate(base.kept_parameters):
+        if parameter.kind == "fc":
+            places[parameter.index - 1] = place
+    if not any(x.process.smoothed_reversals for x in found):
+        return at_once(places), None
+    if shapes is not None:
+        return replace(at_once(places), shapes=shapes), None
+    products = WideProducts(
+        np.sum([x.rows.products() for x in found], axis=0),
+        np.sum([x.rows.count.sum(axis=0) for x in found], axis=0),
+        places,
+    )
+    return chosen_reversals(products), products
 
 
 def posture(data: Dataset) -> Posture:
@@ -159,28 +208,28 @@ def posture(data: Dataset) -> Posture:
     return Posture(data.place, np.where(data.moving, np.pi, 0.0))
 
 
-def _logs(data: Sequence[Dataset], arm: Arm, base: BaseMap, hear: Hear) -> tuple[Log, ...]:
+def _logs(data: Sequence[Dataset], arm: Arm, base: BaseMap, hear: Hear) -> list[_Gathered]:
     """All recordings reduced, in several processes where that pays."""
     workers = min(len(data), os.cpu_count() or 1)
     if workers == 1 or sum(d.samples for d in data) < _WORTH_PROCESSES:
-        return tuple(
+        return [
             _log(d, arm, base, lambda share, i=i: hear((i + share) / len(data)))
             for i, d in enumerate(data)
-        )
+        ]
     logs = []
     for log in in_processes(partial(_log, arm=arm, base=base, hear=_deaf), data, workers):
         logs.append(log)
         hear(len(logs) / len(data))
-    return tuple(logs)
+    return logs
 
 
-def _log(data: Dataset, arm: Arm, base: BaseMap, hear: Hear) -> Log:
+def _log(data: Dataset, arm: Arm, base: BaseMap, hear: Hear) -> _Gathered:
     process = processing(arm, data)
     regressor = Regressor(arm.robot, arm.terms, base, data.moving)
     stream = _heard(rows_of(data, process, regressor), data.span_s, hear)
     reduced = reduction(stream, data.span_s, process.threshold_rad_s, data.moving)
     products = moments(data, process, regressor) if "iv" in arm.settings.estimators else None
-    return Log(data, process, reduced, products)
+    return _Gathered(data, process, reduced, products)
 
 
 def _heard(stream: Iterator[Rows], span_s: tuple[float, float], hear: Hear) -> Iterator[Rows]:

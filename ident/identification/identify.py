@@ -81,7 +81,7 @@ def identify(data: Sequence[Dataset], arm: Arm, tell: Tell = silent) -> Identifi
     reducing = partial(tell, f"filtering and reducing {sum(d.samples for d in data)} samples")
     reducing()
     evidence = gather(data, arm, reducing)
-    culling = sweep([log.reduction.excerpt for log in evidence.logs])
+    culling = sweep([log.reduction.excerpt_at_once for log in evidence.logs])
     if arm.settings.velocity_threshold_rad_s == "auto":
         culled = arm.with_settings(velocity_threshold_rad_s=culling.choice)
         evidence = gather(data, culled, partial(tell, "leaving out slow samples"))

@@ -1,38 +1,77 @@
-"""Standard errors that hold for filtered, autocorrelated rows: by leaving out stretches of time.
+"""Standard errors that hold for filtered, autocorrelated rows of a model that is nearly right.
 
-Rows after a low-pass repeat each other, so that mse (W^T W)^-1 promises far too much. Here each
-stretch, much longer than the filter's memory, is left out in turn; the spread of the solutions is
-the error, whatever the correlation inside a stretch and between joints (delete-a-group jackknife).
+Rows after a low-pass repeat each other, so that mse (W^T W)^-1 promises far too much; and what the
+model gets wrong comes again with each period of the motion. So a recording is cut into stretches,
+much longer than the filter's memory; stretches in which the motion repeats count as one, and the
+variance is the cluster-robust one with the correction for leverage of Bell and McCaffrey (2002).
+What the choice of friction's curves at reversals leaves open is added: the spread of the parameters
+over fewer kinds of curves.
 """
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 from ident.estimation.regression_data import RegressionData
+from ident.estimation.reversal_shapes import least_squares_with, other_solutions
+from ident.identification.repeated_motion import repeated_stretches
 
 Array = NDArray[np.floating]
 
-QUANTILE_90 = 1.69
-"""Half width of a 90 % interval in standard errors: Student's t with 35 degrees of freedom."""
+QUANTILE_90 = 1.645
+"""Half width of a 90 % interval in standard errors, which allow for the number of stretches."""
+
+_MOST_LEVERAGE = 0.999
+_RIDGE = 1e-12
 
 
 def standard_errors(evidence: RegressionData, weights: Array | None = None) -> Array:
     """Standard error of each base parameter of the least-squares solution, shape (b,).
 
     Args:
-        evidence: the reduced recordings; all stretches of all logs are left out in turn.
+        evidence: the reduced recordings.
         weights: of each log's and joint's rows, shape (logs, n); None: all alike.
     """
-    triangles = evidence.triangles
+    triangles = evidence.fitted_triangles
     if weights is not None:
         triangles = triangles * weights[:, None, :, None, None]
     rows = triangles.reshape(-1, *triangles.shape[-3:])
-    used = np.any(rows != 0, axis=(1, 2, 3))
-    grams = np.einsum("snij,snik->sjk", rows[used], rows[used])
-    scale = np.sqrt(np.einsum("sjj->j", grams)[:-1])
+    grams = np.einsum("snij,snik->sjk", rows, rows)
+    motion = repeated_stretches([log.reduction for log in evidence.logs])
+    variance = motion.inflation * _cluster_robust(_summed(grams, motion.groups.ravel()))
+    return np.sqrt(variance + _of_curves(evidence))
+
+
+def _summed(grams: Array, group: NDArray[np.int64]) -> Array:
+    """Inner products of each group that has rows."""
+    found = np.zeros((group.max() + 1, *grams.shape[1:]))
+    np.add.at(found, group, grams)
+    return found[found.any(axis=(1, 2))]
+
+
+def _cluster_robust(grams: Array) -> Array:
+    """Variances that make 90 % intervals of the normal quantile hold, shape (b,).
+
+    Args:
+        grams: inner products of [W | tau] of independent groups of rows, shape (G, b + 1, b + 1).
+    """
+    scale = np.sqrt(np.einsum("gjj->j", grams)[:-1])
     A = grams[:, :-1, :-1] / np.outer(scale, scale)
     y = grams[:, :-1, -1] / scale
-    stretches = len(A)
-    without = np.linalg.solve(A.sum(axis=0) - A, (y.sum(axis=0) - y)[..., None])[..., 0]
-    spread = without - without.mean(axis=0)
-    return np.sqrt((stretches - 1) / stretches * np.sum(spread**2, axis=0)) / scale
+    lengths, axes = np.linalg.eigh(A.sum(axis=0))
+    root = (axes / np.sqrt(np.maximum(lengths, _RIDGE * lengths[-1]))) @ axes.T
+    scores = (y - A @ (root @ root @ y.sum(axis=0))) @ root
+    leverage, directions = np.linalg.eigh(root @ A @ root)
+    parts = np.einsum("gji,gj->gi", directions, scores)
+    parts /= np.sqrt(1 - np.clip(leverage, 0.0, _MOST_LEVERAGE))
+    moves = np.einsum("gij,gj->gi", directions, parts) @ root
+    small_sample = stats.t(max(len(grams) - 1, 1)).ppf(0.95) / QUANTILE_90
+    return small_sample**2 * np.sum(moves**2, axis=0) / scale**2
+
+
+def _of_curves(evidence: RegressionData) -> Array:
+    """Mean square of what the parameters move by with other curves at reversals, shape (b,)."""
+    if evidence.products is None:
+        return np.zeros(len(evidence.base.kept))
+    beta = least_squares_with(evidence.products, evidence.reversals)
+    return np.mean([(x - beta) ** 2 for x in other_solutions(evidence.products)], axis=0)

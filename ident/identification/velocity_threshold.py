@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.regression.reduction import Subsample
+from ident.regression.subsample import Subsample
 
 Array = NDArray[np.floating]
 

@@ -34,6 +34,7 @@ class Processing:
         row_every: one regression row is kept of so many samples; a multiple of `body_every`.
         threshold_rad_s: slower samples are culled [rad/s]; zero while it is to be chosen.
         delay_s: the torque of the log acts so much later than its stamp [s].
+        smoothed_reversals: whether dry friction turns round along curves that the data choose.
         reason: where the cut-off comes from.
     """
 
@@ -44,6 +45,7 @@ class Processing:
     row_every: int
     threshold_rad_s: float
     delay_s: float
+    smoothed_reversals: bool
     reason: str
 
     @property
@@ -93,6 +95,7 @@ def processing(arm: Arm, data: Dataset) -> Processing:
         row_every=max(body_every, row_every - row_every % body_every),
         threshold_rad_s=0.0 if threshold == "auto" else threshold,
         delay_s=settings.delay_s or 0.0,
+        smoothed_reversals=parallel and settings.reversals == "auto" and arm.terms.coulomb,
         reason=reason,
     )
 

@@ -15,6 +15,7 @@ from ident.dynamics.regressor import SHARP, Motion, sharp_columns, smooth_column
 from ident.recordings.dataset import Dataset, Segment, Span
 from ident.recordings.errors import TooShortError
 from ident.regression.filters import Processing
+from ident.regression.reversal_columns import curve_columns, regions_of
 from ident.signals.zero_phase import Lowpass, Spectrum, delayed, extended, fast_length, spectrum
 from wamctl.arm.robot import Robot
 
@@ -36,6 +37,10 @@ class Rows:
         W_raw: regressor along the motion smoothed at the same cut-off (the paper's way), not
             filtered itself, shape (R, m, b).
         tau_raw: torque as recorded [N m], shape (R, m).
+        curves, curves_raw: Coulomb friction's column along each curve that it may follow at
+            reversals, of the joint's own row, filtered like W and not filtered, shape (R, m, T);
+            T is zero where it changes sign at once.
+        region: of each row, by the distance from a reversal, shape (R, m).
         regressor_s: time that forming the regressor took [s].
     """
 
@@ -46,6 +51,9 @@ class Rows:
     tau_rate: Array
     W_raw: Array
     tau_raw: Array
+    curves: Array
+    curves_raw: Array
+    region: NDArray[np.int64]
     regressor_s: float = 0.0
 
 
@@ -207,6 +215,8 @@ def rows_of_window(
             _filtered(sharp, rate_hz, lowpass, every),
         )
         tau_rows = torque.signal(lowpass, every=every)
+    curves = curve_columns(positions, process, regressor.moving)
+    region = regions_of(sign_speed[:, regressor.moving], rate_hz, process)
     rows = Rows(
         t=window.t + (np.arange(len(tau_rows)) - window.before // every) * every / rate_hz,
         speed=sign_speed[::every][:, regressor.moving],
@@ -215,6 +225,9 @@ def rows_of_window(
         tau_rate=torque.signal(lowpass, 1, every),
         W_raw=np.concatenate(coarse, axis=2)[..., regressor.order],
         tau_raw=tau[::every],
+        curves=_filtered(curves, rate_hz, lowpass, every),
+        curves_raw=curves[::every],
+        region=region[::every],
         regressor_s=regressor_s,
     )
     first = window.before // every

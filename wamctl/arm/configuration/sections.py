@@ -97,6 +97,12 @@ class IdentificationSection(Section):
     velocity_threshold_rad_s: NonNegative | Literal["auto"] = Field(
         default=0.01, description="slower samples are culled (paper, V-C) [rad/s]"
     )
+    reversals: Literal["auto", "culled"] = Field(
+        default="auto",
+        description="how dry friction turns round; auto: along curves that the data choose, and"
+        " samples near a reversal count as much as they fit; culled: at once, and only culling"
+        " helps (paper, V-C), as always with filter_torque: false",
+    )
     delay_s: Finite | None = Field(
         default=None,
         description="the torque of the log acts later than its stamp by this [s]; unset: only"
