@@ -188,7 +188,7 @@ def _reversals(
     for place, parameter in enumerate(base.kept_parameters):
         if parameter.kind == "fc":
             places[parameter.index - 1] = place
-    if not any(x.process.smoothed_reversals for x in found):
+    if not found[0].process.curves:
         return at_once(places), None
     if shapes is not None:
         return replace(at_once(places), shapes=shapes), None

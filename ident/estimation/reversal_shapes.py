@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.effects.reversal_friction import BASIS, USUAL, best_mixture, parts_of
+from ident.effects.reversal_friction import best_mixture, parts_of
+from ident.regression.filters import CURVES
 from ident.regression.reduction import Reversals
 from ident.regression.reversal_columns import REGIONS
 
@@ -24,9 +25,10 @@ _ABSORBED = 1e-6  # of a curve's own square: what is left is rounding
 _RIDGE = 1e-12
 _ROUNDING = 1e-4  # of the torque's rms: no smaller residual is believed
 _ENOUGH = 1 / 8  # of a joint's rows: fewer do not say how well the model can fit
-_ALL = np.ones(len(BASIS), dtype=bool)
-_NO_TAILS = np.array([not curve.tailed for curve in BASIS])
-_NO_DISTANCE = np.array([curve.cutoff is not None for curve in BASIS])
+_USUAL = np.array([float(c.cutoff == 1 and c.scale == 0.0065) for c in CURVES])
+_ALL = np.ones(len(CURVES), dtype=bool)
+_NO_TAILS = np.array([not curve.tailed for curve in CURVES])
+_NO_DISTANCE = np.array([curve.cutoff is not None for curve in CURVES])
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,7 @@ class WideProducts:
     @property
     def base(self) -> int:
         """Number of base parameters b."""
-        return self.of.shape[-1] - len(BASIS) - 1
+        return self.of.shape[-1] - len(CURVES) - 1
 
     @property
     def curved(self) -> list[int]:
@@ -69,7 +71,7 @@ def chosen_reversals(products: WideProducts, allowed: NDArray[np.bool_] = _ALL) 
         allowed: which curves may be used, shape (T,).
     """
     n = len(products.places)
-    now = Reversals(products.places, np.tile(USUAL, (n, 1)), np.ones((n, REGIONS)))
+    now = Reversals(products.places, np.tile(_USUAL, (n, 1)), np.ones((n, REGIONS)))
     for _ in range(_ROUNDS):
         shapes = _best_shapes(products, now, allowed)
         after = replace(now, shapes=shapes)

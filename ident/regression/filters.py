@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.effects.reversal_friction import BASIS, SmoothedSign
 from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset
 from ident.signals.zero_phase import Lowpass
@@ -20,6 +21,10 @@ _DIFFERENTIATION = (4.0, 25.0)
 _ENERGY = 0.99
 _MOST_SAMPLES = 1 << 16
 
+CURVES = tuple(curve for curve in BASIS if curve.cutoff in (None, 1))
+"""Curves of distance, and those of one of the velocities: after the rows' low-pass, which leaves
+out what is as fast as the difference between them, the others explain nothing more."""
+
 
 @dataclass(frozen=True)
 class Processing:
@@ -34,7 +39,7 @@ class Processing:
         row_every: one regression row is kept of so many samples; a multiple of `body_every`.
         threshold_rad_s: slower samples are culled [rad/s]; zero while it is to be chosen.
         delay_s: the torque of the log acts so much later than its stamp [s].
-        smoothed_reversals: whether dry friction turns round along curves that the data choose.
+        curves: along which dry friction may turn round; none where it does so at once.
         reason: where the cut-off comes from.
     """
 
@@ -45,7 +50,7 @@ class Processing:
     row_every: int
     threshold_rad_s: float
     delay_s: float
-    smoothed_reversals: bool
+    curves: tuple[SmoothedSign, ...]
     reason: str
 
     @property
@@ -95,7 +100,7 @@ def processing(arm: Arm, data: Dataset) -> Processing:
         row_every=max(body_every, row_every - row_every % body_every),
         threshold_rad_s=0.0 if threshold == "auto" else threshold,
         delay_s=settings.delay_s or 0.0,
-        smoothed_reversals=parallel and settings.reversals == "auto" and arm.terms.coulomb,
+        curves=CURVES if parallel and settings.reversals == "auto" and arm.terms.coulomb else (),
         reason=reason,
     )
 

@@ -7,7 +7,6 @@ rows are told apart by their distance in time from the nearest slow sample.
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.effects.reversal_friction import BASIS
 from ident.effects.smoothed_segment import DIRECTION_HZ, MOTION_HZ
 from ident.regression.filters import Processing
 from ident.signals.zero_phase import Lowpass, Spectrum
@@ -32,15 +31,16 @@ def curve_columns(positions: Spectrum, process: Processing, moving: NDArray[np.b
         process: the filters.
         moving: which of the joints move, m of them, shape (n,).
     """
-    if not process.smoothed_reversals:
+    if not process.curves:
         return np.zeros((positions.length, int(moving.sum()), 0))
     q = positions.signal(_lowpass(MOTION_HZ, positions.rate_hz))[:, moving]
-    speeds = np.stack(
-        [positions.signal(_lowpass(hz, positions.rate_hz), 1)[:, moving] for hz in DIRECTION_HZ]
-    )
-    columns = np.empty((*q.shape, len(BASIS)))
+    speeds = np.zeros((len(DIRECTION_HZ), *q.shape))
+    for i in {curve.cutoff for curve in process.curves} - {None}:
+        lowpass = _lowpass(DIRECTION_HZ[i], positions.rate_hz)
+        speeds[i] = positions.signal(lowpass, 1)[:, moving]
+    columns = np.empty((*q.shape, len(process.curves)))
     for j in range(q.shape[1]):
-        for i, curve in enumerate(BASIS):
+        for i, curve in enumerate(process.curves):
             columns[:, j, i] = curve(q[:, j], speeds[:, :, j])
     return columns
 
@@ -57,7 +57,7 @@ def regions_of(speed: Array, rate_hz: float, process: Processing) -> NDArray[np.
         rate_hz: of the samples.
         process: the filters.
     """
-    if not process.smoothed_reversals or process.columns is None:
+    if not process.curves or process.columns is None:
         return np.zeros(speed.shape, dtype=np.int64)
     slow = np.abs(speed) < process.threshold_rad_s
     slow[:-1] |= speed[:-1] * speed[1:] <= 0.0

@@ -225,7 +225,7 @@ def rows_of_window(
         tau_rate=torque.signal(lowpass, 1, every),
         W_raw=np.concatenate(coarse, axis=2)[..., regressor.order],
         tau_raw=tau[::every],
-        curves=_filtered(curves, rate_hz, lowpass, every),
+        curves=_filtered_by_joint(curves, rate_hz, lowpass, every),
         curves_raw=curves[::every],
         region=region[::every],
         regressor_s=regressor_s,
@@ -259,3 +259,9 @@ def _filtered(columns: Array, rate_hz: float, lowpass: Lowpass, every: int) -> A
     result = np.zeros((len(columns) // every, *columns.shape[1:]))
     result[:, used] = spectrum(columns[:, used], rate_hz).signal(lowpass, every=every)
     return result
+
+
+def _filtered_by_joint(columns: Array, rate_hz: float, lowpass: Lowpass, every: int) -> Array:
+    """The same, joint by joint: all curves together would leave the processor's cache."""
+    parts = [_filtered(columns[:, j], rate_hz, lowpass, every) for j in range(columns.shape[1])]
+    return np.stack(parts, axis=1)
