@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ident.dynamics.base_parameters import BaseMap
 from ident.estimation.feasible_set import Constraint, LinkSize
-from ident.regression.reduction import least_squares, squared_error
+from ident.regression.triangles import least_squares, squared_error
 from wamctl.arm.errors import DataError
 from wamctl.arm.robot import Robot, cad_parameters
 

@@ -13,22 +13,14 @@ from ident.estimation.bounds import bounds
 from ident.estimation.feasible_set import Constraint, LinkSize, feasible_set, link_sizes
 from ident.estimation.instrumental_variables import Moments, moments
 from ident.estimation.problem import Problem, prior_parameters
-from ident.estimation.reversal_shapes import WideProducts, at_once, chosen_reversals
+from ident.estimation.reversal_shapes import KnownShapes, WideProducts, at_once, chosen_reversals
 from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset
 from ident.regression.filters import Processing, processing
 from ident.regression.processes import in_processes
-from ident.regression.reduction import (
-    BLOCKS,
-    Reduction,
-    Reversals,
-    Unmixed,
-    least_squares,
-    merged,
-    reduction,
-    squared_error,
-)
+from ident.regression.reduction import BLOCKS, Reduction, Reversals, Unmixed, reduction
 from ident.regression.rows import Regressor, Rows, rows_of
+from ident.regression.triangles import least_squares, merged, squared_error
 from wamctl.arm.errors import DataError
 
 Array = NDArray[np.floating]
@@ -152,7 +144,7 @@ def _deaf(share: float) -> None:
 
 
 def gather(
-    data: Sequence[Dataset], arm: Arm, hear: Hear = _deaf, shapes: Array | None = None
+    data: Sequence[Dataset], arm: Arm, hear: Hear = _deaf, known: KnownShapes | None = None
 ) -> RegressionData:
     """Recordings filtered, turned into rows, and reduced.
 
@@ -160,8 +152,7 @@ def gather(
         data: the recordings, joints in the robot's order.
         arm: the robot and its settings.
         hear: called with the share that is done, again and again.
-        shapes: parts of the curves along which each joint's friction turns round, where they are
-            known already, shape (n, T).
+        known: how friction turns round, where a model says so; None: the data choose.
 
     Raises:
         DataError: recordings from which nothing can be learned.
@@ -169,8 +160,8 @@ def gather(
     base = base_map(arm.robot, arm.terms, [posture(d) for d in data])
     if not base.kept:
         raise DataError(f"{data[0].name}: no parameter of the model has an effect on this motion.")
-    found = _logs(data, arm, base, hear)
-    reversals, products = _reversals(found, base, shapes)
+    found = _logs(data, partial(_log, arm=arm, base=base, known=known), hear)
+    reversals, products = _reversals(found, base, known)
     logs = tuple(Log(x.data, x.process, x.rows.along(reversals), x.moments) for x in found)
     prior = prior_parameters(arm.robot, base)
     sizes = link_sizes(prior, base.parameters)
@@ -180,7 +171,7 @@ def gather(
 
 
 def _reversals(
-    found: Sequence[_Gathered], base: BaseMap, shapes: Array | None
+    found: Sequence[_Gathered], base: BaseMap, known: KnownShapes | None
 ) -> tuple[Reversals, WideProducts | None]:
     """How friction turns round, and the products of which it was chosen."""
     n = len(found[0].data.moving)
@@ -190,8 +181,8 @@ def _reversals(
             places[parameter.index - 1] = place
     if not found[0].process.curves:
         return at_once(places), None
-    if shapes is not None:
-        return replace(at_once(places), shapes=shapes), None
+    if known is not None:
+        return replace(at_once(places), shapes=known.shapes), None
     products = WideProducts(
         np.sum([x.rows.products() for x in found], axis=0),
         np.sum([x.rows.count.sum(axis=0) for x in found], axis=0),
@@ -208,23 +199,27 @@ def posture(data: Dataset) -> Posture:
     return Posture(data.place, np.where(data.moving, np.pi, 0.0))
 
 
-def _logs(data: Sequence[Dataset], arm: Arm, base: BaseMap, hear: Hear) -> list[_Gathered]:
+def _logs(
+    data: Sequence[Dataset], gathered: Callable[..., _Gathered], hear: Hear
+) -> list[_Gathered]:
     """All recordings reduced, in several processes where that pays."""
     workers = min(len(data), os.cpu_count() or 1)
     if workers == 1 or sum(d.samples for d in data) < _WORTH_PROCESSES:
         return [
-            _log(d, arm, base, lambda share, i=i: hear((i + share) / len(data)))
+            gathered(d, hear=lambda share, i=i: hear((i + share) / len(data)))
             for i, d in enumerate(data)
         ]
     logs = []
-    for log in in_processes(partial(_log, arm=arm, base=base, hear=_deaf), data, workers):
+    for log in in_processes(partial(gathered, hear=_deaf), data, workers):
         logs.append(log)
         hear(len(logs) / len(data))
     return logs
 
 
-def _log(data: Dataset, arm: Arm, base: BaseMap, hear: Hear) -> _Gathered:
-    process = processing(arm, data)
+def _log(
+    data: Dataset, arm: Arm, base: BaseMap, known: KnownShapes | None, hear: Hear
+) -> _Gathered:
+    process = processing(arm, data) if known is None else processing(arm, data, known.curves)
     regressor = Regressor(arm.robot, arm.terms, base, data.moving)
     stream = _heard(rows_of(data, process, regressor), data.span_s, hear)
     reduced = reduction(stream, data.span_s, process.threshold_rad_s, data.moving)

@@ -6,13 +6,15 @@ reversal. Rows that fit worse than those far from reversals count less, in propo
 variance; joints keep their weights relative to each other.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.effects.reversal_friction import best_mixture, parts_of
+from ident.effects.reversal_friction import SmoothedSign, best_mixture, parts_of
+from ident.effects.smoothed_segment import DIRECTION_HZ
+from ident.model.fit_filter import ReversalPart
 from ident.regression.filters import CURVES
 from ident.regression.reduction import Reversals
 from ident.regression.reversal_columns import REGIONS
@@ -29,6 +31,49 @@ _USUAL = np.array([float(c.cutoff == 1 and c.scale == 0.0065) for c in CURVES])
 _ALL = np.ones(len(CURVES), dtype=bool)
 _NO_TAILS = np.array([not curve.tailed for curve in CURVES])
 _NO_DISTANCE = np.array([curve.cutoff is not None for curve in CURVES])
+
+
+@dataclass(frozen=True)
+class KnownShapes:
+    """How friction turns round, as a model says.
+
+    Attributes:
+        curves: T of them.
+        shapes: parts of the curves in each joint's friction, shape (n, T).
+    """
+
+    curves: tuple[SmoothedSign, ...]
+    shapes: Array
+
+    @classmethod
+    def of_model(cls, reversals: Sequence[Sequence[ReversalPart]]) -> "KnownShapes":
+        """What a model keeps of each joint."""
+        named = [[(_curve(p), p.part) for p in joint] for joint in reversals]
+        curves = tuple(dict.fromkeys(curve for joint in named for curve, _ in joint))
+        shapes = np.zeros((len(named), len(curves)))
+        for row, joint in zip(shapes, named, strict=True):
+            for curve, part in joint:
+                row[curves.index(curve)] += part
+        return cls(curves, shapes)
+
+    def for_model(self) -> tuple[tuple[ReversalPart, ...], ...]:
+        """The same as a model keeps it."""
+        return tuple(
+            tuple(_part(c, float(x)) for c, x in zip(self.curves, row, strict=True) if x > 0.0)
+            for row in self.shapes
+        )
+
+
+def _curve(part: ReversalPart) -> SmoothedSign:
+    if part.cutoff_hz is None:
+        return SmoothedSign(part.scale, None)
+    nearest = int(np.abs(np.array(DIRECTION_HZ) - part.cutoff_hz).argmin())
+    return SmoothedSign(part.scale, nearest, part.tailed)
+
+
+def _part(curve: SmoothedSign, part: float) -> ReversalPart:
+    cutoff = None if curve.cutoff is None else DIRECTION_HZ[curve.cutoff]
+    return ReversalPart(part, curve.scale, cutoff, curve.tailed)
 
 
 @dataclass(frozen=True)

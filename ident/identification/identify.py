@@ -12,6 +12,7 @@ from ident.estimation.feasible_sdp import nearest_to_cad
 from ident.estimation.least_squares import ESTIMATORS, wanted_estimators
 from ident.estimation.problem import Estimate, with_beta
 from ident.estimation.regression_data import RegressionData, gather
+from ident.estimation.reversal_shapes import KnownShapes
 from ident.identification.cross_validation import HeldOut, check_held_out
 from ident.identification.identifiability import Identifiability, identifiability
 from ident.identification.prediction_error import Assessment, assess
@@ -24,7 +25,7 @@ from ident.model.fit_filter import Filter
 from ident.model.identified_model import BaseParameter, Model
 from ident.recordings.dataset import Dataset
 from ident.regression.progress import Tell, silent
-from ident.regression.reduction import condition_number
+from ident.regression.triangles import condition_number
 
 Array = NDArray[np.floating]
 
@@ -135,6 +136,9 @@ def model_of(found: Identification) -> Model:
             sign_cutoff_hz=process.sign.cutoff_hz,
             parallel=process.columns is not None,
             velocity_threshold_rad_s=process.threshold_rad_s,
+            reversals=KnownShapes(process.curves, evidence.reversals.shapes).for_model()
+            if process.curves
+            else (),
         ),
         noise=found.assessments[name].filtered.rms_by_joint,
         logs=tuple(log.data.name for log in evidence.logs),

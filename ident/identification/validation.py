@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from ident.effects.compensation import without_effects
 from ident.estimation.regression_data import RegressionData, gather
+from ident.estimation.reversal_shapes import KnownShapes
 from ident.identification.cross_validation import spread
 from ident.model.arm import TERM_NAMES, Arm
 from ident.model.identified_model import Model
@@ -49,6 +50,7 @@ def arm_of(model: Model) -> Arm:
         differentiation_cutoff_hz=filter_.differentiation_cutoff_hz,
         sign_cutoff_hz=filter_.sign_cutoff_hz,
         velocity_threshold_rad_s=filter_.velocity_threshold_rad_s,
+        reversals="auto" if filter_.reversals else "culled",
     )
     terms = [name for name in TERM_NAMES if getattr(model.terms, name)]
     arm = Arm(model.arm, model.robot, settings, model.terms, None, "model.yaml")
@@ -76,10 +78,13 @@ def predict(model: Model, arm: Arm, data: Dataset) -> Prediction:
             f"{data.name} moves {names}, held in the recordings that the model was fitted on:"
             " it says nothing about them."
         )
-    evidence = whole = gather([data], arm)
+    known = KnownShapes.of_model(model.filter.reversals) if model.filter.reversals else None
+    evidence = whole = gather([data], arm, known=known)
     if model.effects.records:
         bare = replace(model, effects=NoEffects())
-        whole, evidence = (gather([without_effects(m, data)], arm) for m in (bare, model))
+        whole, evidence = (
+            gather([without_effects(m, data)], arm, known=known) for m in (bare, model)
+        )
     betas: Mapping[str, Array] = {model.estimator: evidence.base.K @ model.delta}
     if evidence.base.names == tuple(b.name for b in model.base_parameters):
         betas = _all_betas(model)

@@ -16,6 +16,23 @@ _HIGHEST = 0.4  # of the sampling rate
 
 
 @dataclass(frozen=True)
+class ReversalPart:
+    """A part of a joint's Coulomb friction, and how it turns round.
+
+    Attributes:
+        part: of the joint's friction; a joint's parts sum to one.
+        scale: width of the curve over speed [rad/s], or distance after which it slips [rad].
+        cutoff_hz: of the velocity that it follows; None: it follows the distance since a reversal.
+        tailed: whether it is an arctangent of speed, not a ramp.
+    """
+
+    part: float
+    scale: float
+    cutoff_hz: float | None
+    tailed: bool
+
+
+@dataclass(frozen=True)
 class Filter:
     """How the recordings of the fit were filtered, so that others can be compared with them alike.
 
@@ -25,6 +42,7 @@ class Filter:
         sign_cutoff_hz: of the velocity whose sign friction takes.
         parallel: whether torque and regressor pass the same filter.
         velocity_threshold_rad_s: slower samples were culled.
+        reversals: how the friction of each joint turns round; empty: at once.
     """
 
     cutoff_hz: float
@@ -33,6 +51,7 @@ class Filter:
     sign_cutoff_hz: float
     parallel: bool
     velocity_threshold_rad_s: float
+    reversals: tuple[tuple[ReversalPart, ...], ...] = ()
 
 
 def smooth_motion(t: Array, q: Array, filter_: Filter) -> tuple[Array, Motion]:

@@ -8,13 +8,20 @@ from pydantic import Field
 
 from ident.dynamics.parameters import Terms, standard_parameters
 from ident.model.arm import TERM_NAMES
-from ident.model.fit_filter import Filter
+from ident.model.fit_filter import Filter, ReversalPart
 from ident.model.identified_model import BaseParameter, Model
 from ident.model.model_writing import FORMAT, VERSION
 from ident.model.named_effects import EffectRecord, ModelEffects
 from wamctl.arm.config import Section, Vector, read_yaml, validate
 from wamctl.arm.errors import DataError
 from wamctl.arm.robot import load_robot
+
+
+class _ReversalPart(Section):
+    part: float
+    scale: float
+    cutoff_hz: float | None
+    tailed: bool
 
 
 class _FilterSection(Section):
@@ -24,6 +31,7 @@ class _FilterSection(Section):
     sign_cutoff_hz: float
     parallel: bool
     velocity_threshold_rad_s: float
+    reversals: tuple[tuple[_ReversalPart, ...], ...] = Field(default=())
 
 
 class _Link(Section):
@@ -115,8 +123,16 @@ def _model(file: _ModelFile, source: str, bind: Bind) -> Model:
         delta=np.array([values[n] for n in names]),
         moving=np.array(file.moving),
         base_parameters=tuple(BaseParameter(**b.model_dump()) for b in file.base_parameters),
-        filter=Filter(**file.filter.model_dump()),
+        filter=_filter(file.filter),
         noise=np.array([np.nan if x is None else x for x in file.noise_nm]),
         logs=file.logs,
         effects=bind(file.effects),
     )
+
+
+def _filter(section: _FilterSection) -> Filter:
+    values = section.model_dump(exclude={"reversals"})
+    reversals = tuple(
+        tuple(ReversalPart(**part.model_dump()) for part in joint) for joint in section.reversals
+    )
+    return Filter(**values, reversals=reversals)

@@ -44,7 +44,8 @@ def _content(model: "Model") -> dict[str, Any]:
             {"name": b.name, "unit": b.unit, "values": b.values, "sd": b.sd}
             for b in model.base_parameters
         ],
-        "filter": vars(model.filter),
+        "filter": vars(model.filter)
+        | {"reversals": [[vars(part) for part in joint] for joint in model.filter.reversals]},
         "logs": list(model.logs),
         "effects": [e.model_dump(mode="json") for e in model.effects.records],
         "urdf": model.robot.urdf,

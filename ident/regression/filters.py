@@ -70,8 +70,14 @@ class Processing:
         return 8 * (self.columns or self.motion).time_constant_s
 
 
-def processing(arm: Arm, data: Dataset) -> Processing:
+def processing(arm: Arm, data: Dataset, curves: tuple[SmoothedSign, ...] = CURVES) -> Processing:
     """The filters for a recording.
+
+    Args:
+        arm: its settings.
+        data: the recording.
+        curves: along which dry friction may turn round, unless the settings say that it does so
+            at once.
 
     Raises:
         DataError: a cut-off that the sampling rate cannot carry.
@@ -100,7 +106,7 @@ def processing(arm: Arm, data: Dataset) -> Processing:
         row_every=max(body_every, row_every - row_every % body_every),
         threshold_rad_s=0.0 if threshold == "auto" else threshold,
         delay_s=settings.delay_s or 0.0,
-        curves=CURVES if parallel and settings.reversals == "auto" and arm.terms.coulomb else (),
+        curves=curves if parallel and settings.reversals == "auto" and arm.terms.coulomb else (),
         reason=reason,
     )
 

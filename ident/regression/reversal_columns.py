@@ -35,7 +35,7 @@ def curve_columns(positions: Spectrum, process: Processing, moving: NDArray[np.b
         return np.zeros((positions.length, int(moving.sum()), 0))
     q = positions.signal(_lowpass(MOTION_HZ, positions.rate_hz))[:, moving]
     speeds = np.zeros((len(DIRECTION_HZ), *q.shape))
-    for i in {curve.cutoff for curve in process.curves} - {None}:
+    for i in {curve.cutoff for curve in process.curves if curve.cutoff is not None}:
         lowpass = _lowpass(DIRECTION_HZ[i], positions.rate_hz)
         speeds[i] = positions.signal(lowpass, 1)[:, moving]
     columns = np.empty((*q.shape, len(process.curves)))

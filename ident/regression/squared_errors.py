@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.regression.reduction import squared_error, squared_torque
+from ident.regression.triangles import squared_error, squared_torque
 
 Array = NDArray[np.floating]
 

@@ -40,7 +40,7 @@ from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset, in_memory
 from ident.recordings.loading import Reading, read_logs
 from ident.regression.filters import processing
-from ident.regression.reduction import squared_error
+from ident.regression.triangles import squared_error
 
 OURS = "ours"
 

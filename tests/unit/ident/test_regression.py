@@ -15,8 +15,8 @@ from ident.identification.torque_delay import delay
 from ident.identification.velocity_threshold import automatic, sweep
 from ident.recordings.dataset import dataset
 from ident.recordings.errors import TooShortError
-from ident.regression.reduction import (
-    BLOCKS,
+from ident.regression.reduction import BLOCKS
+from ident.regression.triangles import (
     condition_number,
     least_squares,
     merged,
