@@ -19,7 +19,8 @@ class Friction(NamedTuple):
     Attributes:
         rows: speed of each from the generalised speeds, shape (m, size).
         kind: of reversal, shape (m,): 0 stick, 1 Dahl, 2 LuGre, 3 erf, 4 smoothstep, 5 Gudermann,
-            6 slips, 7 a curve with a long tail.
+            6 slips, 7 a curve with a long tail,
+            8 one with a short tail, 9 an arctangent.
         scale: width [rad/s] or distance [rad], shape (m,).
         level: Coulomb friction [N m], shape (m,).
         unequal: relative difference by direction, shape (m,).
@@ -77,6 +78,10 @@ def _shape(kind, u):
         return 1.5 * w - 0.5 * w**3, (1.5 - 1.5 * w * w) / 1.5
     if kind == 7:
         return 4.0 * u / (1.0 + 4.0 * abs(u)), 4.0 / (1.0 + 4.0 * abs(u)) ** 2
+    if kind == 8:
+        return u / np.sqrt(1.0 + u * u), (1.0 + u * u) ** -1.5
+    if kind == 9:
+        return 2.0 / np.pi * np.arctan(2.0 * u), 4.0 / np.pi / (1.0 + 4.0 * u * u)
     c = min(abs(u), 40.0)
     return (
         2.0 / np.pi * np.arctan(np.sinh(np.sign(u) * c * np.pi / 2.0)),

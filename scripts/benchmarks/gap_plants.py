@@ -29,7 +29,7 @@ from wamctl.arm.trajectory import Reference
 
 Array = NDArray[np.float64]
 
-STICK, DAHL, LUGRE, ERF, SMOOTHSTEP, GUDERMANN, SLIP, TAILED = range(8)
+STICK, DAHL, LUGRE, ERF, SMOOTHSTEP, GUDERMANN, SLIP, TAILED, ALGEBRAIC, ARCTANGENT = range(10)
 NONE, GAUSS, LORENTZ, HYPERBOLA, SECH, LINE = range(6)
 
 _VECTOR = types.Array(types.float64, 1, "C")

@@ -76,7 +76,7 @@ class ClosedLoopTrial:
     def _errors(self, data: Dataset) -> float:
         if not data.moving.all():
             raise DataError(f"{data.name}: not every joint moves.")
-        evidence = gather([data], self.arm)
+        evidence = gather([data], self.arm.with_settings(reversals="culled"))  # in half the time
         named = evidence.base.kept_parameters
         own = [self.weights.get(p.name, self.weights.get(str(p.kind), 1.0)) for p in named]
         return float(np.average(np.log(standard_errors(evidence)), weights=own))
