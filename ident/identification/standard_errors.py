@@ -2,9 +2,10 @@
 
 Rows after a low-pass repeat each other, so that mse (W^T W)^-1 promises far too much; and what the
 model gets wrong comes again with each period of the motion. So a recording is cut into stretches,
-much longer than the filter's memory, and the variance is the cluster-robust one with the correction
-for leverage of Bell and McCaffrey (2002): once with the stretches in which the motion repeats taken
-as one, once with all of them apart, as noise would have it. The larger one counts. What the choice of friction's curves at reversals leaves open is added: the spread of the parameters
+much longer than the filter's memory, and the variance is the cluster-robust one with the
+correction for leverage of Bell and McCaffrey (2002): once with the stretches in which the motion
+repeats taken as one, once with all of them apart, as noise would have it. The larger one counts.
+What the choice of friction's curves at reversals leaves open is added: the spread of the parameters
 over fewer kinds of curves.
 """
 

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from ident.identification.identify import Identification, identify
 from ident.identification.standard_errors import QUANTILE_90
-from ident.model.arm import Arm, arm_from_log
+from ident.model.arm import Arm, arm_from_file, arm_from_log
 from ident.recordings.dataset import Dataset, dataset
 from ident.recordings.loading import Reading, read_logs
 from ident.recordings.steady_state import only_steady_state
@@ -118,10 +118,10 @@ def foreign(seed: int, _: Path) -> Case:
     kinds = rng.choice(SHAPES, 7)
     distance = rng.uniform(1e-4, 6e-4, 7)
     scale = np.where(np.isin(kinds, BRISTLES), distance, rng.uniform(3e-3, 1.2e-2, 7))
-    nominal = arm_of(inside)
-    links = cad_parameters(nominal.robot).reshape(7, 10) * (1 + rng.uniform(-0.08, 0.08, (7, 1)))
+    robot = arm_from_file(shipped_file("wam7.yaml"), ()).robot
+    links = cad_parameters(robot).reshape(7, 10) * (1 + rng.uniform(-0.08, 0.08, (7, 1)))
     body = Body(links.ravel(), fv, fc, kinds, scale)
-    log = record(file, nominal.robot, body, Hidden(), Noise(2e-3 * fc, 0.05), motion, seed)
+    log = record(file, robot, body, Hidden(), Noise(2e-3 * fc, 0.05), motion, seed)
     series = ReferenceSeries(log.stamp_ns, motion.q, motion.qd, motion.qdd)
     log = replace(log, reference=series, attachments=inside)
     arm = arm_from_log(log, "log")
