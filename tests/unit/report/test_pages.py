@@ -332,7 +332,7 @@ def test_compared_runs_differ_where_they_do(run_content: dict[str, Any]) -> None
         "1 of 2 base parameters differ by more than 3 combined standard errors: L1yy + L2zz."
     )
     text = text_of(render(page))
-    assert f"0.1437 ± {number(1.69 * 0.0035, 2)}" in text
+    assert f"0.1437 ± {number(1.645 * 0.0035, 2)}" in text
     assert "ident gap /data/one.mcap --model old/model.yaml" in text
     same = compare_page(Comparison(("old", "new"), (run_content, run_content)))
     assert same.verdict.status == "good"
