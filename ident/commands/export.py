@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from ident.effects.bound_effects import load_model
-from ident.export.compensation import left_out_of_c, to_c
 from ident.export.mjcf import left_out_of_mjcf, to_mjcf
+from ident.export.programs import left_out_of_c, left_out_of_python, to_c, to_python
 from ident.export.urdf import left_out_of_urdf, to_urdf
 from wamctl.arm.errors import DataError
 
@@ -20,12 +20,14 @@ class Format(StrEnum):
     URDF = "urdf"
     MJCF = "mjcf"
     C = "c"
+    PYTHON = "python"
 
 
 _WRITERS = {
     Format.URDF: (to_urdf, left_out_of_urdf),
     Format.MJCF: (to_mjcf, left_out_of_mjcf),
     Format.C: (to_c, left_out_of_c),
+    Format.PYTHON: (to_python, left_out_of_python),
 }
 
 
@@ -37,7 +39,8 @@ def export(
 ) -> None:
     """Write an identified arm for other programs.
 
-    URDF and MJCF hold the whole arm; the C header computes its gravity and friction torque.
+    URDF and MJCF hold the whole arm; the C header and the Python module compute its torque, with
+    every named effect that one sample tells.
 
     Example: ident export identified/model.yaml --to mjcf --out arm.xml
     """

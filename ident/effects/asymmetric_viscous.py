@@ -40,7 +40,8 @@ class AsymmetricViscous(Effect):
 
     def simulated(self, arm: SimulatedArm, candidate: Candidate, values: Array) -> SimulatedArm:
         """A torque that grows with the size of the speed."""
-        item = Term(_asymmetry, candidate.joints[0], (values[0],))
+        j, half = candidate.joints[0], float(values[0])
+        item = Term(_asymmetry, j, (half,), ((j, f"{half!r} * fabs(qd[{j}])"),))
         return replace(arm, terms=(*arm.terms, item))
 
 

@@ -107,8 +107,11 @@ class CoupledFriction(Effect[_Motors]):
                 bristle=np.append(arm.bristle, 0.0),
             )
             if candidate.variant == "with drag":
-                settings = (values[len(rows) + m], float(b), lever[0], lever[1])
-                arm = replace(arm, terms=(*arm.terms, Term(_drag, a, settings)))
+                here, there, drag = float(lever[0]), float(lever[1]), float(values[len(rows) + m])
+                torque = f"{drag!r} * ({here!r} * qd[{a}] + {there!r} * qd[{b}])"
+                text = (a, f"{here!r} * {torque}"), (b, f"{there!r} * {torque}")
+                item = Term(_drag, a, (drag, float(b), here, there), text)
+                arm = replace(arm, terms=(*arm.terms, item))
         return arm
 
 

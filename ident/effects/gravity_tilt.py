@@ -103,7 +103,9 @@ class GravityTilt(Effect[_Tilt]):
         arm = replace(arm, chain=arm.chain._replace(gravity=gravity))
         if candidate.parameters.first_link is not None:
             cosine, sine = values[-2:] - _at_zero(arm.chain, arm.delta)
-            item = Term(_first_link, 0, (float(cosine), float(sine)))
+            parts = float(cosine), float(sine)
+            text = f"{parts[0]!r} * cos(q[0]) + {parts[1]!r} * sin(q[0])"
+            item = Term(_first_link, 0, parts, ((0, text),))
             arm = replace(arm, terms=(*arm.terms, item))
         return arm
 

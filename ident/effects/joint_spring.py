@@ -71,7 +71,9 @@ class JointSpring(Effect[_Shape]):
         self, arm: SimulatedArm, candidate: Candidate[_Shape], values: Array
     ) -> SimulatedArm:
         """A spring."""
-        item = Term(_spring, candidate.joints[0], (values[0], values[1]))
+        j, (stiffness, torque) = candidate.joints[0], (float(values[0]), float(values[1]))
+        text = f"{stiffness!r} * q[{j}] + {torque!r}"
+        item = Term(_spring, j, (stiffness, torque), ((j, text),))
         return replace(arm, terms=(*arm.terms, item))
 
 

@@ -9,6 +9,12 @@ from ident.effects.effect import Array, Effect, ExperimentMotion
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
+_TEXTS = {
+    "whole load": "fabs(load[{j}])",
+    "gravity load": "fabs(held[{j}])",
+    "driving load": "fabs(load[{j}]) * step(load[{j}] * qd[{j}])",
+    "braking load": "fabs(load[{j}]) * (1.0 - step(load[{j}] * qd[{j}]))",
+}
 _FORMS = ("whole load", "gravity load", "driving load", "braking load")
 
 
@@ -53,8 +59,10 @@ class LoadDependentFriction(Effect):
 
     def simulated(self, arm: SimulatedArm, candidate: Candidate, values: Array) -> SimulatedArm:
         """A Coulomb level that grows with the load."""
-        settings = (values[0], float(_FORMS.index(candidate.variant)))
-        return replace(arm, terms=(*arm.terms, Term(_load, candidate.joints[0], settings)))
+        j, coefficient = candidate.joints[0], float(values[0])
+        settings = (coefficient, float(_FORMS.index(candidate.variant)))
+        text = f"{coefficient!r} * {_TEXTS[candidate.variant].format(j=j)} * sgn(qd[{j}])"
+        return replace(arm, terms=(*arm.terms, Term(_load, j, settings, ((j, text),))))
 
 
 EFFECT = LoadDependentFriction()

@@ -74,8 +74,9 @@ class NonlinearViscous(Effect[_Power]):
         self, arm: SimulatedArm, candidate: Candidate[_Power], values: Array
     ) -> SimulatedArm:
         """A drag; sub-linear ones act on the Coulomb level: their slope at rest is infinite."""
-        settings = (values[0], candidate.parameters.power)
-        return replace(arm, terms=(*arm.terms, Term(_drag, candidate.joints[0], settings)))
+        j, drag, power = candidate.joints[0], float(values[0]), candidate.parameters.power
+        text = f"{drag!r} * pow(fabs(qd[{j}]), {power!r}) * sgn(qd[{j}])"
+        return replace(arm, terms=(*arm.terms, Term(_drag, j, (drag, power), ((j, text),))))
 
 
 EFFECT = NonlinearViscous()

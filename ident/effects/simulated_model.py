@@ -34,6 +34,18 @@ def simulation_of(model: Model) -> SimulatedArm:
     Raises:
         DataError: an effect that the catalogue does not know, or an arm with too many joints.
     """
+    arm = without_effects(model)
+    for candidate, values in members_of(model):
+        arm = catalogue()[candidate.effect].simulated(arm, candidate, values)
+    return arm
+
+
+def without_effects(model: Model) -> SimulatedArm:
+    """The same without the named effects: links, friction, rotors and offsets.
+
+    Raises:
+        DataError: an arm with too many joints.
+    """
     friction, n = model.terms.drive_matrix, model.robot.dof
     arm = simulated_arm(
         chain_of(model.robot), model.inertial, model.parameter("fv"), model.parameter("fc")
@@ -55,7 +67,4 @@ def simulation_of(model: Model) -> SimulatedArm:
         for j in np.flatnonzero(friction[m]):
             settings = (float(drag * friction[m, j]), *(float(x) for x in friction[m]))
             terms.append(Term(_motor_drag, int(j), settings[: n + 1]))
-    arm = replace(arm, terms=tuple(terms))
-    for candidate, values in members_of(model):
-        arm = catalogue()[candidate.effect].simulated(arm, candidate, values)
-    return arm
+    return replace(arm, terms=tuple(terms))

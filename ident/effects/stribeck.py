@@ -74,8 +74,12 @@ class Stribeck(Effect[_Curve]):
     ) -> SimulatedArm:
         """A Coulomb level that falls with speed."""
         shape = candidate.parameters
-        settings = (values[0], shape.speed, shape.exponent, shape.slow_decay)
-        return replace(arm, terms=(*arm.terms, Term(_stribeck, candidate.joints[0], settings)))
+        j, extra = candidate.joints[0], float(values[0])
+        settings = (extra, shape.speed, shape.exponent, shape.slow_decay)
+        power = f"pow(fabs(qd[{j}]) / {shape.speed!r}, {shape.exponent!r})"
+        fade = f"1.0 / (1.0 + {power})" if shape.slow_decay else f"exp(-{power})"
+        text = f"{extra!r} * ({fade}) * sgn(qd[{j}])"
+        return replace(arm, terms=(*arm.terms, Term(_stribeck, j, settings, ((j, text),))))
 
 
 def _fade(candidate: Candidate[_Curve], speed: Array) -> Array:

@@ -40,7 +40,8 @@ class TorqueOffset(Effect):
 
     def simulated(self, arm: SimulatedArm, candidate: Candidate, values: Array) -> SimulatedArm:
         """A constant torque."""
-        item = Term(_offset, candidate.joints[0], (values[0],))
+        j, offset = candidate.joints[0], float(values[0])
+        item = Term(_offset, j, (offset,), ((j, f"{offset!r}"),))
         return replace(arm, terms=(*arm.terms, item))
 
 

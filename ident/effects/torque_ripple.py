@@ -109,17 +109,19 @@ class TorqueRipple(Effect[_Period]):
     ) -> SimulatedArm:
         """A torque that repeats with the motor's angle; a share is one of the rigid-body torque."""
         joints, (order, turns, levers) = candidate.joints, candidate.parameters
+        sine, cosine, first = float(values[0]), float(values[1]), joints[0]
+        angle = " + ".join(f"{order * x!r} * q[{j}]" for j, x in zip(joints, turns, strict=True))
+        wave = f"({sine!r} * sin({angle}) + {cosine!r} * cos({angle}))"
         if candidate.variant == "share":
-            numbers = (values[0], values[1], order * turns[0])
-            return replace(arm, terms=(*arm.terms, Term(_share, joints[0], numbers)))
-        other, there, lever = joints[0], 0.0, 0.0
+            text = ((first, f"{wave} * load[{first}]"),)
+            item = Term(_share, first, (sine, cosine, order * turns[0]), text)
+            return replace(arm, terms=(*arm.terms, item))
+        other, there, lever = first, 0.0, 0.0
         if len(joints) == 2:
             other, there, lever = joints[1], order * turns[1], levers[1]
-        numbers = (
-            values[0], values[1], order * turns[0], float(other), there,
-            levers[0], lever,
-        )  # fmt: skip
-        return replace(arm, terms=(*arm.terms, Term(_ripple, joints[0], numbers)))
+        numbers = (sine, cosine, order * turns[0], float(other), there, levers[0], lever)
+        text = tuple((j, f"{x!r} * {wave}") for j, x in zip(joints, levers, strict=True))
+        return replace(arm, terms=(*arm.terms, Term(_ripple, first, numbers, text)))
 
 
 def _wave(seen: Observed, joints: list[int], turns: Array, order: int) -> Array:

@@ -8,6 +8,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from ident.model.identified_model import Model
+from ident.simulation.arm import SimulatedArm
 from wamctl.arm.errors import DataError
 from wamctl.arm.inertial import pseudo_inertia
 from wamctl.arm.robot import with_parameters
@@ -50,16 +51,26 @@ class Link:
     viscous: float
     coulomb: float
 
+    @property
+    def tensor(self) -> Array:
+        """Inertia tensor about the joint's frame [kg m^2], shape (3, 3)."""
+        c = self.center
+        return self.inertia + self.mass * (c @ c * np.eye(3) - np.outer(c, c))
 
-def identified_links(model: Model) -> list[Link]:
+
+def identified_links(model: Model, arm: SimulatedArm) -> list[Link]:
     """The links from the base outwards.
+
+    Args:
+        model: the identified arm.
+        arm: the same with its effects: links and joint friction are taken from it.
 
     Raises:
         DataError: parameters that no mass distribution can have; other programs refuse them.
     """
-    _check_possible(model)
-    robot = with_parameters(model.robot, model.inertial)
-    viscous, coulomb = model.parameter("fv"), model.parameter("fc")
+    _check_possible(model, arm.delta)
+    robot = with_parameters(model.robot, arm.delta)
+    viscous, coulomb = arm.viscous, arm.coulomb
     bodies = {
         joint.attrib["name"]: _child(joint)
         for joint in ElementTree.fromstring(robot.urdf).iter("joint")
@@ -106,9 +117,9 @@ def _child(joint: ElementTree.Element) -> str:
     return "" if child is None else child.attrib["link"]
 
 
-def _check_possible(model: Model) -> None:
+def _check_possible(model: Model, delta: Array) -> None:
     for k, name in enumerate(model.robot.joint_names):
-        least = float(np.linalg.eigvalsh(pseudo_inertia(model.inertial[10 * k : 10 * k + 10]))[0])
+        least = float(np.linalg.eigvalsh(pseudo_inertia(delta[10 * k : 10 * k + 10]))[0])
         if least <= 0:
             raise DataError(
                 f"The {model.estimator} model of {model.arm} cannot be exported: the link of"

@@ -1,62 +1,161 @@
-"""The identified arm as MJCF: inertials, friction, and rotor inertia, coupled motors included."""
+"""The identified arm as MJCF: inertials, friction, rotors, springs, offsets, coupled motors."""
 
+from dataclasses import dataclass
 from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
+from ident.effects.simulated_model import without_effects
+from ident.export.left_out import effects_left_out, exported_arm, sentence
+from ident.export.linear_torque import linear_torque
 from ident.export.links import Link, held_joints, identified_links
-from ident.export.urdf import numbers
+from ident.export.urdf import comment, numbers
 from ident.model.identified_model import Model
 
+Array = NDArray[np.floating]
+
 _RADIUS_M = 0.03
+_HELD = (
+    *("chain", "delta", "armature", "viscous", "friction_rows", "coulomb"),
+    *("gain", "limit", "zero"),
+)
+
+
+@dataclass(frozen=True)
+class _Joints:
+    """What MuJoCo holds joint by joint, and between joints.
+
+    Attributes:
+        armature, damping: of each joint, shape (n,).
+        offset, stiffness: torque that the drives must overcome: offset + stiffness q, shape (n,).
+        zero: true position less the encoder's [rad], shape (n,).
+        gain: torque that acts per torque asked for, shape (n,).
+        limit: of the torque asked for [N m], shape (n,).
+        tendons: coefficients of joints, shape (n,), with armature, damping and frictionloss.
+    """
+
+    armature: Array
+    damping: Array
+    offset: Array
+    stiffness: Array
+    zero: Array
+    gain: Array
+    limit: Array
+    tendons: list[tuple[Array, float, float, float]]
 
 
 def to_mjcf(model: Model) -> str:
     """A MuJoCo model of the arm; a motor drives each joint.
 
     Joint friction is `damping` and `frictionloss`, a rotor that drives one joint its `armature`. A
-    motor that turns with several joints is a fixed tendon over them, with the same three.
+    motor that turns with several joints is a fixed tendon over them, with the same three. A spring
+    is `stiffness` and `springref`, an offset an actuator that always acts, a joint zero `ref`, a
+    torque gain the motor's `gear`.
 
     Raises:
         DataError: parameters that no mass distribution can have.
     """
-    links = identified_links(model)
-    root = ElementTree.Element("mujoco", model=model.arm)
+    exported = exported_arm(model)
+    links, joints = identified_links(model, exported.arm), _joints(model)
+    root = ElementTree.Element("mujoco", model=comment(model.arm))
     words = "; ".join([f"{model.arm}, {model.estimator} model", *left_out_of_mjcf(model)])
-    root.append(ElementTree.Comment(f" Identified: {words.replace('--', '- -')} "))
+    root.append(ElementTree.Comment(f" Identified: {comment(words)} "))
     ElementTree.SubElement(root, "compiler", angle="radian", autolimits="true")
-    gravity = numbers(model.robot.model.gravity.linear)
+    gravity = numbers(exported.arm.chain.gravity)
     ElementTree.SubElement(
         root, "option", gravity=gravity, timestep="0.0005", integrator="implicitfast"
     )
     parents = [ElementTree.SubElement(root, "worldbody")]
-    armature = _armature(model)
     for k, link in enumerate(links):
         above = parents[0 if link.parent is None else link.parent + 1]
         below = [other for other in links if other.parent == k]
-        parents.append(_body(above, link, float(armature[k]), below))
-    _add_coupled_motors(root, model)
-    actuators = ElementTree.SubElement(root, "actuator")
-    for link in links:
-        motor = ElementTree.SubElement(actuators, "motor", name=link.joint, joint=link.joint)
-        if 0 < link.effort < np.inf:
-            motor.set("ctrlrange", numbers([-link.effort, link.effort]))
+        body = _body(above, link)
+        _add_joint(body, link, joints, k)
+        for other in below:
+            _add_shape(body, other.placement[:3, 3])
+        parents.append(body)
+    _add_tendons(root, model, joints)
+    _add_actuators(root, links, joints)
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="unicode") + "\n"
 
 
 def left_out_of_mjcf(model: Model) -> list[str]:
     """What the model holds and MJCF has no place for."""
-    missing = ["torque offset"] if np.any(model.parameter("fo")) else []
-    missing += [f"effect {effect.name}" for effect in model.effects.records]
-    sentences = [f"left out, since MJCF has no place for it: {', '.join(missing)}"]
-    return (sentences if missing else []) + [s for s in (held_joints(model),) if s]
+    n = model.robot.dof
+    arm, plain = exported_arm(model).arm, without_effects(model)
+    held = _HELD if _passive(arm.armature - plain.armature + np.diag(_armature(model))) else ()
+    left = effects_left_out(
+        model, held or set(_HELD) - {"armature"}, lambda term: linear_torque(term, n) is not None
+    )
+    return sentence("MJCF", left) + [s for s in (held_joints(model),) if s]
 
 
-def _body(
-    above: ElementTree.Element, link: Link, armature: float, below: list[Link]
-) -> ElementTree.Element:
+def _joints(model: Model) -> _Joints:
+    exported, plain = exported_arm(model), without_effects(model)
+    arm, n = exported.arm, model.robot.dof
+    linear = [linear_torque(term, n) for term in exported.terms]
+    known = [x for x in linear if x is not None]
+    tendons = _shared_motors(model)
+    extra = arm.coulomb[len(plain.coulomb) :], arm.friction_rows[len(plain.coulomb) :]
+    tendons += [(row, 0.0, 0.0, float(level)) for level, row in zip(*extra, strict=True)]
+    armature = np.diag(_armature(model)) + arm.armature - plain.armature
+    if not _passive(armature):
+        armature = np.diag(_armature(model))
+    damping = np.diag(arm.viscous) + sum((x.damping for x in known), np.zeros((n, n)))
+    own_armature, shared = _split(armature)
+    tendons += [(row, size, 0.0, 0.0) for row, size in shared]
+    own_damping, shared = _split(damping)
+    tendons += [(row, 0.0, size, 0.0) for row, size in shared]
+    return _Joints(
+        own_armature,
+        own_damping,
+        model.parameter("fo") + sum((x.offset for x in known), np.zeros(n)),
+        sum((x.stiffness for x in known), np.zeros(n)),
+        arm.zero,
+        arm.gain,
+        arm.limit,
+        tendons,
+    )
+
+
+def _split(matrix: Array) -> tuple[Array, list[tuple[Array, float]]]:
+    """A symmetric matrix as the joints' own entries, and rows r with sizes s: the sum of s r r^T.
+
+    Joints that share nothing keep their entry on the diagonal.
+    """
+    coupled = (np.abs(matrix - np.diag(np.diag(matrix))) > 0.0).any(axis=0)
+    own = np.where(coupled, 0.0, np.diag(matrix))
+    sizes, rows = np.linalg.eigh(matrix - np.diag(own))
+    shared = [(row, float(s)) for s, row in zip(sizes, rows.T, strict=True) if s > 1e-12]
+    return own, shared
+
+
+def _passive(matrix: Array) -> bool:
+    return bool(np.linalg.eigvalsh(matrix).min() >= -1e-12)
+
+
+def _shared_motors(model: Model) -> list[tuple[Array, float, float, float]]:
+    """The model's own motors that turn with several joints."""
+    rows, found = model.terms.drive_matrix, []
+    inertia, viscous, coulomb = (model.parameter(kind) for kind in ("ia", "fvm", "fcm"))
+    for m in (motor - 1 for motor in model.terms.coupled_motors):
+        if inertia[m] or viscous[m] or coulomb[m]:
+            found.append((rows[m], float(inertia[m]), float(viscous[m]), float(coulomb[m])))
+    return found
+
+
+def _armature(model: Model) -> Array:
+    """Inertia at each joint of the rotors that drive it alone [kg m^2], shape (n,)."""
+    inertia = model.parameter("ia")
+    matrix = model.terms.drive_matrix
+    single = (matrix != 0).sum(axis=1) == 1
+    return (inertia[:, None] * matrix**2)[single].sum(axis=0)
+
+
+def _body(above: ElementTree.Element, link: Link) -> ElementTree.Element:
     turn = pin.Quaternion(link.placement[:3, :3].copy())
     body = ElementTree.SubElement(
         above,
@@ -73,21 +172,28 @@ def _body(
         mass=repr(link.mass),
         fullinertia=numbers([i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]]),
     )
+    return body
+
+
+def _add_joint(body: ElementTree.Element, link: Link, joints: _Joints, k: int) -> None:
     joint = ElementTree.SubElement(
         body,
         "joint",
         name=link.joint,
         type="slide" if link.slides else "hinge",
         axis=numbers(link.axis),
-        damping=repr(link.viscous),
+        damping=repr(float(joints.damping[k])),
         frictionloss=repr(link.coulomb),
-        armature=repr(armature),
+        armature=repr(float(joints.armature[k])),
     )
+    zero, stiffness = float(joints.zero[k]), float(joints.stiffness[k])
+    if zero:
+        joint.set("ref", repr(-zero))
+    if stiffness > 0.0:
+        joint.set("stiffness", repr(stiffness))
+        joint.set("springref", repr(-float(joints.offset[k]) / stiffness - zero))
     if np.isfinite([link.lower, link.upper]).all() and link.lower < link.upper:
         joint.set("range", numbers([link.lower, link.upper]))
-    for other in below:
-        _add_shape(body, other.placement[:3, 3])
-    return body
 
 
 def _add_shape(body: ElementTree.Element, end: np.ndarray) -> None:
@@ -100,32 +206,42 @@ def _add_shape(body: ElementTree.Element, end: np.ndarray) -> None:
     ElementTree.SubElement(body, "geom", shape)
 
 
-def _armature(model: Model) -> np.ndarray:
-    """Rotor inertia per joint of the motors that drive one joint only, shape (n,)."""
-    inertia = model.parameter("ia")
-    matrix = model.terms.drive_matrix
-    single = (matrix != 0).sum(axis=1) == 1
-    return (inertia[:, None] * matrix**2)[single].sum(axis=0)
-
-
-def _add_coupled_motors(root: ElementTree.Element, model: Model) -> None:
-    values = [model.parameter(kind) for kind in ("ia", "fvm", "fcm")]
+def _add_tendons(root: ElementTree.Element, model: Model, joints: _Joints) -> None:
     tendons = ElementTree.Element("tendon")
-    for motor in model.terms.coupled_motors:
-        inertia, viscous, coulomb = (float(v[motor - 1]) for v in values)
-        if not any((inertia, viscous, coulomb)):
-            continue
+    for number, (row, inertia, viscous, coulomb) in enumerate(joints.tendons, 1):
         tendon = ElementTree.SubElement(
             tendons,
             "fixed",
-            name=f"motor{motor}",
+            name=f"motor{number}",
             armature=repr(inertia),
             damping=repr(viscous),
             frictionloss=repr(coulomb),
         )
-        row = model.terms.drive_matrix[motor - 1]
         for joint, coefficient in zip(model.robot.joint_names, row, strict=True):
             if coefficient:
                 ElementTree.SubElement(tendon, "joint", joint=joint, coef=repr(float(coefficient)))
     if len(tendons):
         root.append(tendons)
+
+
+def _add_actuators(root: ElementTree.Element, links: list[Link], joints: _Joints) -> None:
+    """A motor a joint; then, without a command, what an offset without a spring is."""
+    actuators = ElementTree.SubElement(root, "actuator")
+    for k, link in enumerate(links):
+        motor = ElementTree.SubElement(actuators, "motor", name=link.joint, joint=link.joint)
+        most = min(link.effort if link.effort > 0 else np.inf, float(joints.limit[k]))
+        if most < np.inf:
+            motor.set("ctrlrange", numbers([-most, most]))
+        if joints.gain[k] != 1.0:
+            motor.set("gear", repr(float(joints.gain[k])))
+    for k, link in enumerate(links):
+        if joints.offset[k] and not joints.stiffness[k]:
+            ElementTree.SubElement(
+                actuators,
+                "general",
+                name=f"{link.joint} offset",
+                joint=link.joint,
+                gainprm="0",
+                biastype="affine",
+                biasprm=numbers([-joints.offset[k], 0.0, 0.0]),
+            )

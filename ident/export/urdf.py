@@ -1,15 +1,23 @@
 """The identified arm as URDF: inertials, viscous and Coulomb friction of every joint."""
 
+import re
 from collections.abc import Sequence
 from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.export.left_out import (
+    effects_left_out,
+    exported_arm,
+    parameters_left_out,
+    sentence,
+)
 from ident.export.links import Link, held_joints, identified_links
 from ident.model.identified_model import Model
 
 _STANDARD_GRAVITY = (0.0, 0.0, -9.81)
+_HELD = ("delta", "viscous", "coulomb")
 _MOVING = ("revolute", "continuous", "prismatic", "planar", "floating")
 
 
@@ -22,7 +30,7 @@ def to_urdf(model: Model) -> str:
     Raises:
         DataError: parameters that no mass distribution can have.
     """
-    links = {link.joint: link for link in identified_links(model)}
+    links = {link.joint: link for link in identified_links(model, exported_arm(model).arm)}
     root = ElementTree.fromstring(model.robot.urdf)
     for element in root.findall("link"):
         for inertial in element.findall("inertial"):
@@ -37,22 +45,28 @@ def to_urdf(model: Model) -> str:
             _lock(joint)
     ElementTree.indent(root)
     words = "; ".join([f"{model.arm}, {model.estimator} model", *left_out_of_urdf(model)])
-    head = f'<?xml version="1.0"?>\n<!-- Identified: {words.replace("--", "- -")} -->\n'
+    head = f'<?xml version="1.0"?>\n<!-- Identified: {comment(words)} -->\n'
     return head + ElementTree.tostring(root, encoding="unicode") + "\n"
 
 
 def left_out_of_urdf(model: Model) -> list[str]:
     """What the model holds and URDF has no place for."""
-    parts = {
-        "rotor inertia": model.parameter("ia"),
-        "torque offset": model.parameter("fo"),
-        "friction of coupled motors": np.append(model.parameter("fvm"), model.parameter("fcm")),
-        "gravity": model.robot.model.gravity.linear - np.array(_STANDARD_GRAVITY),
+    kinds = {
+        "rotor inertia": ("ia",),
+        "torque offset": ("fo",),
+        "friction of coupled motors": ("fvm", "fcm"),
     }
-    missing = [name for name, values in parts.items() if np.any(values)]
-    missing += [f"effect {effect.name}" for effect in model.effects.records]
-    sentences = [f"left out, since URDF has no place for it: {', '.join(missing)}"]
-    return (sentences if missing else []) + [s for s in (held_joints(model),) if s]
+    missing = parameters_left_out(model, kinds) + effects_left_out(model, _HELD, lambda _: False)
+    words = sentence("URDF", missing)
+    gravity = model.robot.model.gravity.linear
+    if np.any(gravity != np.array(_STANDARD_GRAVITY)):
+        words.append(f"gravity is not along -z: set it to {numbers(gravity)} m/s^2")
+    return words + [s for s in (held_joints(model),) if s]
+
+
+def comment(text: str) -> str:
+    """A text as the inside of an XML comment: printable, and without two dashes in a row."""
+    return re.sub(r"-(?=-)|-$", "- ", re.sub(r"[^\x20-\x7e]", "_", text))
 
 
 def numbers(values: Sequence[float] | NDArray) -> str:

@@ -38,11 +38,15 @@ class Term:
         function: compiled by `term`.
         joint: the joint, from 0.
         settings: numbers for the function.
+        text: the same for exports, by joint (from 0): expressions of C and Python alike in `q`,
+            `qd`, `load` and `held` (rigid-body torque, and that at rest), with `sgn`, `step`,
+            `fabs`, `pow`, `exp`, `sin` and `cos`; empty: it hangs on more than these.
     """
 
     function: Callable[..., None]
     joint: int
     settings: tuple[float, ...]
+    text: tuple[tuple[int, str], ...] = ()
 
 
 @dataclass(frozen=True)
