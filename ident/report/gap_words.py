@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ident.effects.catalogue import catalogue
+from ident.effects.effect import ExperimentMotion
 from ident.report.gap_report import GapReport
 from ident.report.page import Step
 from ident.report.words import closed_text, kinds_text, known, listed, number, share
@@ -110,8 +112,14 @@ def steps_text(report: GapReport) -> list[Step]:
         steps.append(Step("Simulate the arm with them:", simulate))
     steps.append(Step("Test the model on a recording that was not used here:", check))
     if not content["effects"]:
-        hidden = [n["name"] for n in content["not_observable"]][:1] or ["stribeck"]
+        hidden = [n["name"] for n in content["not_observable"]][:1] or [_slow_effect()]
         steps.append(
             Step("Record a motion that shows what this one could not:", [*design, *hidden])
         )
     return steps
+
+
+def _slow_effect() -> str:
+    """An effect that slow reversals show: nearly every recording has too few of them."""
+    slow = ExperimentMotion.SLOW_REVERSALS
+    return next(e.id for e in catalogue().values() if e.motion is slow)
