@@ -6,7 +6,8 @@ Run: .venv/bin/python scripts/benchmarks/null_arms.py --out FOLDER [--shape NAME
 Writes FOLDER/SHAPE-SEED.mcap for each seed: two periods of the shipped motion in closed loop, as
 the driver logs it. Links and friction are drawn by the seed; friction is Coulomb's and viscous, and
 turns round as the shape says (`null_friction.py`), by joint at random where the shape is `mixed`.
-Nothing of `ident` is imported: rigid bodies are Pinocchio's, the rest is written here.
+Nothing of `ident` is imported: rigid bodies are Pinocchio's, the rest is written here. The log's
+metadata tell the shape of each joint: naming `presliding` where there is a bristle is no error.
 """
 
 import argparse
@@ -90,13 +91,19 @@ def loop_of(file: ArmFile, nominal: Robot) -> Loop:
     )
 
 
-def drawn(file: ArmFile, nominal: Robot, shape: str, seed: int) -> tuple[Robot, Friction]:
-    """The true arm of a seed: links of other masses, and friction that turns round as wanted."""
+def shapes_of(shape: str, seed: int, n: int) -> list[str]:
+    """The shape of each of n joints."""
+    if shape != MIXED:
+        return [shape] * n
+    return np.random.default_rng([seed, 0xA1]).choice(list(SHAPES), n).tolist()
+
+
+def drawn(file: ArmFile, nominal: Robot, names: list[str], seed: int) -> tuple[Robot, Friction]:
+    """The true arm of a seed: links of other masses, and friction that turns round as named."""
     chance = np.random.default_rng([seed, 0xA2])
     n = nominal.dof
     masses = np.repeat(chance.uniform(0.92, 1.08, n), 10)
     true = with_parameters(nominal, cad_parameters(nominal) * masses)
-    names = chance.choice(list(SHAPES), n) if shape == MIXED else [shape] * n
     kinds, numbers = zip(*(SHAPES[name] for name in names), strict=True)
     bristle = np.isin(kinds, (DAHL, LUGRE))
     widths = np.where(bristle, chance.uniform(1e-4, 6e-4, n), chance.uniform(3e-3, 1.2e-2, n))
@@ -154,7 +161,8 @@ def recording(shape: str, seed: int, motion_file: str, periods: int) -> Recordin
     file = load_arm_file(shipped_file(CONFIG))
     nominal = robot_of(file)
     loop = loop_of(file, nominal)
-    true, friction = drawn(file, nominal, shape, seed)
+    names = shapes_of(shape, seed, nominal.dof)
+    true, friction = drawn(file, nominal, names, seed)
     series = read_trajectory(motion_file).series
     motion = reference(series, periods, file.excitation.ramp_s, loop.cycle_s)
     cycles = len(motion.t)
@@ -172,6 +180,7 @@ def recording(shape: str, seed: int, motion_file: str, periods: int) -> Recordin
         None,
         Command(stamp_ns, motion.q, motion.qd, tau),
         ReferenceSeries(stamp_ns, motion.q, motion.qd, motion.qdd),
+        metadata={"shapes": ", ".join(names), "seed": str(seed)},
         attachments={
             "config.yaml": shipped_file(CONFIG).read_bytes(),
             "robot.urdf": shipped_file("wam7.urdf").read_bytes(),
