@@ -27,6 +27,7 @@ from ident.report.words import (
 Content = Mapping[str, Any]
 
 _SEVERAL = 12
+_EVERY = 4  # so many points of a friction curve make one row of its table
 _STRONGEST = 20  # correlations in the table
 
 
@@ -73,8 +74,8 @@ def friction_blocks(curves: Sequence[FrictionCurve], labels: Sequence[str]) -> l
         name = labels[c.joint]
         panel = Panel("friction torque [N·m]", shown)
         charts.append(line_chart(name, ("speed [rad/s]", c.speed), [panel], joint=name))
-        cells = zip(c.speed, c.model, c.half_width, c.measured, strict=True)
-        rows += [[name, *(number(float(x)) for x in cell)] for cell in cells if cell[0]]
+        cells = np.stack([c.speed, c.model, c.half_width, c.measured], axis=1)[::_EVERY]
+        rows += [[name, *map(number, cell)] for cell in cells.tolist() if cell[0]]
     heads = ("speed [rad/s]", "model [N·m]", "± (90 %) [N·m]", "measured [N·m]")
     caption = (
         "Viscous and Coulomb friction of the model with the 90 % interval of its parameters, beside"

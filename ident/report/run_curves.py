@@ -37,7 +37,7 @@ def correlation(found: Identification) -> Array:
     """Correlation of the least-squares base parameters, shape (b, b)."""
     R = found.evidence.problem().R[:-1, :-1]
     scaled = R / np.linalg.norm(R, axis=0)
-    inverse = np.linalg.pinv(scaled)
+    inverse = np.linalg.solve(scaled, np.eye(len(scaled)))
     covariance = inverse @ inverse.T
     size = np.sqrt(np.diag(covariance))
     return covariance / np.outer(size, size)

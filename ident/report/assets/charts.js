@@ -119,6 +119,9 @@
     const names = spec.rows, values = spec.series.flatMap(s => s.y).filter(v => v != null && (!spec.log || v > 0));
     const plots = [], low = Math.min(...values), high = Math.max(...values);
     const range = spec.log ? [low / 1.3, high * 1.3] : span(Math.min(0, low), Math.max(0, high));
+    const steps = high > 300 * low ? [1] : [1, 2, 5], decades = [-9, -8, -7, -6, -5, -4, -3, -2, -1, 0, 1, 2, 3, 4, 5, 6];
+    const factors = decades.flatMap(d => steps.map(k => +`${k}e${d}`)).filter(v => v >= range[0] && v <= range[1]);
+    const ticks = spec.log ? { splits: () => factors, values: (u, s) => s.map(text), filter: (u, s) => s } : {};
     const draw = painter((ctx, at, px, u) => {
       names.forEach((_, i) => {
         const y = at(i, "x"), ends = (spec.joined || []).map(k => spec.series[k].y[i]);
@@ -142,7 +145,7 @@
     plots.push(new uPlot({
       width: box.clientWidth, height: 24 * names.length + 62, padding: [4, 18, 0, 0], legend: { show: false },
       scales: { x: { time: false, ori: 1, dir: -1, range: [-0.6, names.length - 0.4] }, v: { ori: 0, distr: spec.log ? 3 : 1, range } },
-      axes: [axis("x", 3, null, { splits: () => all, values: (u, s) => s.map(label), space: 10 }), axis("v", 2, spec.label, { space: 60, ...spec.log && { values: (u, s) => s.map((v, i) => v == null ? "" : text(v)) } })],
+      axes: [axis("x", 3, null, { splits: () => all, values: (u, s) => s.map(label), space: 10 }), axis("v", 2, spec.label, { space: 60, ...ticks })],
       series: [{}, ...spec.series.map(s => ({ scale: "v", stroke: s.sign.colour, paths: () => null, points: { show: false } }))],
       cursor: { x: false, drag: { setScale: false, x: false, y: false }, points: { show: false } },
       hooks: { draw: [draw], setCursor: [u => {
