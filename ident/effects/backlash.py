@@ -25,11 +25,11 @@ class Backlash(Effect[_Play]):
     """q_link = q_motor + y, |y| <= b, free in between."""
 
     id = "backlash"
-    title = "play in the transmission"
+    title = "backlash in the transmission"
     equation = "q_link,j = q_j + y, |y| <= b; tau_link,j = 0 for |y| < b, else it pushes"
     source = "Nordin, Gutman 2002, section 2: dead zone, rigid contact on both sides, no rebound"
     signature = (
-        "no torque while the link crosses the play, a blow at its end, where the transmitted "
+        "no torque while the link crosses the gap, a blow at its end, where the transmitted "
         "torque, not the speed, changes its sign"
     )
     rivals = ("presliding", "encoder_offset")
