@@ -27,6 +27,9 @@ _EARLY = 0.02
 _EXACT = 1e-6
 """Stamps that stray less than this part of a period are on the grid."""
 
+_SMALL_BYTES = 32e6
+"""Recordings of so many bytes at most are held in memory: six minutes of seven joints at 500 Hz."""
+
 _HELD = 0.05
 """A joint that spans less than this [rad or m] is held, and its place is not known any better."""
 
@@ -82,6 +85,7 @@ class Dataset:
         moving: which joints move, shape (n,).
         has_reference: whether the wanted position is known.
         facts: what was repaired or left out, one sentence each.
+        source: the log that it was read from.
         read: reads all samples from the start.
     """
 
@@ -93,6 +97,7 @@ class Dataset:
     moving: NDArray[np.bool_]
     has_reference: bool
     facts: tuple[str, ...]
+    source: LogSummary
     read: Callable[[], Parts]
 
     @property
@@ -198,7 +203,29 @@ def dataset_of(
         moving=moving,
         has_reference=found.reference,
         facts=tuple(facts),
+        source=found,
         read=partial(_uniform, found, spans, chosen, columns, np.where(moving, np.nan, place)),
+    )
+
+
+def kept(data: Dataset) -> Dataset:
+    """The same recording, held in memory if it is small, so that it is decoded once only."""
+    numbers = data.samples * len(data.moving) * (3 if data.has_reference else 2)
+    if 8 * numbers > _SMALL_BYTES:
+        return data
+    parts = [(k, list(run)) for k, run in groupby(data.read(), key=itemgetter(0))]
+    whole = tuple((k, _together([part for _, part in run])) for k, run in parts)
+    return replace(data, read=partial(iter, whole))
+
+
+def _together(parts: Sequence[Segment]) -> Segment:
+    """Consecutive parts of one span as one."""
+    wanted = [p.reference for p in parts if p.reference is not None]
+    return Segment(
+        parts[0].start_s,
+        np.concatenate([p.q for p in parts]),
+        np.concatenate([p.tau for p in parts]),
+        np.concatenate(wanted) if len(wanted) == len(parts) else None,
     )
 
 

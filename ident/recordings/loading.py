@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ident.model.arm import Arm, arm_from_file, arm_from_log
 from ident.model.attachments import HasAttachments
-from ident.recordings.dataset import Dataset, dataset_of
+from ident.recordings.dataset import Dataset, dataset_of, kept
 from ident.recordings.errors import ArmsDifferError
 from ident.recordings.log_summary import LogSummary, survey
 from ident.recordings.samples import TorqueSource
@@ -96,7 +96,7 @@ def dataset_for(arm: Arm, found: LogSummary, torque: TorqueSource | None = None)
     Raises:
         DataError: joints or torque that cannot be used.
     """
-    data = dataset_of(found, arm.robot.joint_names, torque, arm.robot.sliding.tolist())
+    data = kept(dataset_of(found, arm.robot.joint_names, torque, arm.robot.sliding.tolist()))
     if arm.unrecorded:
         fact = (
             f"joints of the URDF, but not recorded, so locked at zero: {', '.join(arm.unrecorded)}"

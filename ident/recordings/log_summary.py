@@ -43,6 +43,8 @@ class LogSummary:
         spans_s: first and last instant since the first stamp of each unbroken stretch [s].
         low, high: range of the positions [rad], shape (N,) each.
         repeated: number of samples with the stamp of the one before them.
+        lost: number of samples that are missing by the stamps, those of holes among them.
+        complete: whether the log ends as its writer closed it, not cut off.
         measured, commanded: whether there is a torque of that kind.
         reference: whether there is a wanted motion of these joints.
     """
@@ -57,6 +59,8 @@ class LogSummary:
     low: Array
     high: Array
     repeated: int
+    lost: int
+    complete: bool
     measured: bool
     commanded: bool
     reference: bool
@@ -76,9 +80,11 @@ def survey(log: Log, name: str) -> LogSummary:
     low, high = np.array(np.inf), np.array(-np.inf)
     attachments: dict[str, bytes] = {}
     measured = commanded = False
+    complete = True
     wanted, widths = 0, set()
     for piece in log.pieces():
         attachments |= piece.attachments
+        complete = complete and piece.complete
         if piece.states is not None:
             joints = piece.states.joint_names
             stamps.add(piece.states.stamp_ns)
@@ -101,6 +107,8 @@ def survey(log: Log, name: str) -> LogSummary:
         low=low,
         high=high,
         repeated=stamps.repeated,
+        lost=stamps.lost,
+        complete=complete,
         measured=measured,
         commanded=commanded,
         reference=wanted > 1 and widths == {len(joints)},
@@ -156,6 +164,12 @@ class _Stamps:
                 f"{self._name} holds {self._count} samples; nothing can be learned from it."
             )
         return float(np.median(self._steps))
+
+    @property
+    def lost(self) -> int:
+        """Number of samples that are missing between the first stamp and the last."""
+        wanted = round((self._last - self.first) / self.period_ns) + 1
+        return max(wanted - (self._count - self.repeated), 0)
 
     def spans_s(self) -> tuple[tuple[float, float], ...]:
         """The unbroken stretches [s].

@@ -1,0 +1,89 @@
+"""A base that moves: gravity seems to swing, and all joints feel it at once."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.checks.case import Case
+from ident.checks.remark import Grade, Remark
+from ident.checks.settings import CheckSettings
+from ident.dynamics.parameters import Terms, standard_parameters
+from ident.dynamics.regressor import Motion, smooth_columns
+from ident.regression.probe_fit import Columns, solution
+
+Array = NDArray[np.floating]
+
+_LEAST_HZ, _MOST_HZ = 0.1, 3.0
+_PER_BIN = 2.0
+"""Frequencies that are tried for each that the recording tells apart."""
+
+_MOST_FREQUENCIES = 200
+
+
+def base_remarks(case: Case, bounds: CheckSettings) -> list[Remark]:
+    """Whether one oscillation of the base explains most of what is left of the torque."""
+    if case.total < bounds.sway_error or case.probe.moving.sum() < 2:
+        return []
+    frequency, share = _best(case)
+    if share < bounds.sway_share:
+        return []
+    text = (
+        f"The base looks as if it swayed at {frequency:.2g} Hz: that explains"
+        f" {100 * share:.0f} % of the torque that the arm itself does not"
+        f" ({100 * case.total:.2g} %); fix the base, and record again."
+    )
+    return [Remark("base_moves", (), text, Grade.DOUBTFUL)]
+
+
+def _best(case: Case) -> tuple[float, float]:
+    """The frequency [Hz] that explains most of the residual, and its share."""
+    pull = _pull(case)
+    residual, t = case.residual, case.probe.t
+    fixed = pull.transpose(1, 0, 2).reshape(-1, 3)
+    goal = residual.T.ravel()
+    logs = np.tile(case.probe.log, residual.shape[1])
+    first = case.probe.log == case.probe.log[0]
+    seconds = float(np.ptp(t[first]))
+    times = np.tile(t, residual.shape[1])
+    count = int(min(_MOST_FREQUENCIES, _PER_BIN * seconds * (_MOST_HZ - _LEAST_HZ)))
+    total = float(goal @ goal)
+    best = (0.0, 0.0)
+    for f in np.linspace(_LEAST_HZ, _MOST_HZ, max(count, 2)):
+        waves = [fixed * w(2 * np.pi * f * times)[:, None] for w in (np.cos, np.sin)]
+        share = 0.0
+        for log in np.unique(logs):
+            inside = logs == log
+            X = np.concatenate([w[inside] for w in waves], axis=1)
+            y = X.T @ goal[inside]
+            share += float(y @ solution(X.T @ X, y))
+        best = max(best, (share / max(total, 1e-300), float(f)))
+    return best[1], best[0]
+
+
+def _pull(case: Case) -> Array:
+    """Torque per acceleration of the base along x, y, z [N m s^2/m], shape (S, n, 3)."""
+    c: Columns = case.columns
+    beta = solution(*_gram(c))
+    body = Terms(False, False, False, False, case.terms.drive_matrix, False)
+    parameters = standard_parameters(case.robot, body)
+    places = [i for i, p in enumerate(_fitted(case)) if p.kind == "inertial"]
+    still = np.zeros_like(case.probe.motion.q)
+    motion = Motion(case.probe.motion.q, still, still)
+    found = []
+    for axis in np.eye(3):
+        robot = case.with_gravity(axis).robot
+        columns = smooth_columns(robot, body, motion, parameters)
+        found.append((columns @ beta[places]) * case.probe.moving)
+    return np.stack(found, axis=2)
+
+
+def _fitted(case: Case):
+    return standard_parameters(
+        case.robot, Terms(False, False, False, True, case.terms.drive_matrix, False)
+    )
+
+
+def _gram(c: Columns) -> tuple[Array, Array]:
+    rows = c.W.reshape(-1, c.W.shape[-1])
+    return rows.T @ rows, rows.T @ c.tau.ravel()
+
+

@@ -1,0 +1,83 @@
+"""Whether the motion tells the base parameters apart."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.checks.case import Case
+from ident.checks.remark import Grade, Remark
+from ident.checks.settings import CheckSettings
+from ident.dynamics.base_parameters import base_map
+from ident.dynamics.parameters import Terms
+from ident.estimation.regression_data import posture
+from ident.model.arm import Arm
+from ident.recordings.dataset import Dataset
+from ident.regression.probe import Chunk
+from ident.regression.probe_fit import weights_of
+
+Array = NDArray[np.floating]
+
+_STILL = 0.05
+"""Part of a joint's fastest speed below which it stands."""
+
+
+def conditioning_remarks(
+    arm: Arm, data: Sequence[Dataset], chunks: Sequence[Chunk], case: Case, bounds: CheckSettings
+) -> list[Remark]:
+    """Recordings in which parameters of links and friction cannot be told from each other."""
+    condition = scaled_condition(arm, data, case)
+    if condition < bounds.condition_doubtful:
+        return []
+    grade = Grade.REFUSED if condition > bounds.condition_refused else Grade.DOUBTFUL
+    seconds = _moved_s(chunks, case.probe.moving)
+    if seconds < bounds.short_s:
+        text = (
+            f"{seconds:.2g} s of motion are too short to tell the base parameters apart (condition"
+            f" number {condition:.2g} with columns of length one; 5 to 30 is good): record for"
+            " longer; `ident design` finds a motion."
+        )
+        return [Remark("too_short", (), text, grade)]
+    text = (
+        f"This motion does not tell the base parameters apart (condition number {condition:.2g}"
+        " with columns of length one; 5 to 30 is good): move all joints at once, far and at several"
+        " speeds; `ident design` finds a motion."
+    )
+    return [Remark("poor_motion", (), text, grade)]
+
+
+def scaled_condition(arm: Arm, data: Sequence[Dataset], case: Case) -> float:
+    """Ratio of the extreme singular values of the base columns at length one."""
+    robot = arm.robot
+    terms = Terms(True, True, False, False, arm.terms.drive_matrix, False)
+    base = base_map(robot, terms, [posture(d) for d in data])
+    if not base.kept:
+        return np.inf
+    place = {name: k + k // 10 for k, name in enumerate(robot.inertial_names)}
+    friction = {"fv": 0, "fc": 1}
+    columns = [
+        place[p.name]
+        if p.kind == "inertial"
+        else int(case.columns.friction[p.index - 1, friction[p.kind]])
+        for p in base.kept_parameters
+    ]
+    W = case.columns.W[:, :, columns] * weights_of(case.columns.tau)[:, None]
+    rows = W.reshape(-1, len(columns))
+    length = np.linalg.norm(rows, axis=0)
+    if (length == 0).any():
+        return np.inf
+    values = np.linalg.eigvalsh((rows / length).T @ (rows / length))
+    return float(np.sqrt(values[-1] / max(values[0], 1e-30)))
+
+
+def _moved_s(chunks: Sequence[Chunk], moving: NDArray[np.bool_]) -> float:
+    """Time in which any joint moves [s]."""
+    total = 0.0
+    for c in chunks:
+        reach = max(1, round(0.05 * c.rate_hz))
+        if len(c.q) <= reach:
+            continue
+        step = np.abs(c.q[reach:, moving] - c.q[:-reach, moving])
+        most = np.quantile(step, 0.95, axis=0)
+        total += float((step > _STILL * most).any(axis=1).sum()) / c.rate_hz
+    return total

@@ -1,0 +1,84 @@
+"""What is wrong with the arm's description, before any recording is looked at."""
+
+from xml.etree import ElementTree
+
+import numpy as np
+
+from ident.checks.remark import Grade, Remark
+from ident.checks.words import joints, numbers
+from wamctl.arm.robot import Robot
+
+_LEAST_ALIKE = 3
+"""So many links of the same mass and inertia are placeholders."""
+
+
+def description_remarks(robot: Robot) -> list[Remark]:
+    """Links that no arm can have, and links without mass."""
+    return [*_impossible(robot.urdf), *_empty(robot), *_placeholders(robot)]
+
+
+def _impossible(urdf: str) -> list[Remark]:
+    """Links of negative mass or of an inertia that is negative about some axis."""
+    found = []
+    for link in ElementTree.fromstring(urdf).iterfind("link"):
+        name, inertial = link.get("name", ""), link.find("inertial")
+        if inertial is None:
+            continue
+        mass = _number(inertial.find("mass"), "value")
+        inertia = _tensor(inertial.find("inertia"))
+        least = float(np.linalg.eigvalsh(inertia)[0])
+        if mass < 0:
+            text = (
+                f"Link {name} of the URDF has the mass {mass:g} kg, which no link can have:"
+                " correct its inertial element."
+            )
+            found.append(Remark("impossible_link", (), text, Grade.REFUSED))
+        elif least < -1e-9 * max(float(np.trace(inertia)), 1e-12):
+            text = (
+                f"The inertia of link {name} in the URDF is negative about an axis"
+                f" ({least:.3g} kg m^2), which no link's can be: correct its inertial element."
+            )
+            found.append(Remark("impossible_link", (), text, Grade.DOUBTFUL))
+    return found
+
+
+def _number(element: ElementTree.Element | None, name: str) -> float:
+    return 0.0 if element is None else float(element.get(name, 0.0))
+
+
+def _tensor(element: ElementTree.Element | None) -> np.ndarray:
+    xx, xy, xz, yy, yz, zz = (
+        _number(element, f"i{axes}") for axes in ("xx", "xy", "xz", "yy", "yz", "zz")
+    )
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _empty(robot: Robot) -> list[Remark]:
+    masses = [robot.model.inertias[k].mass for k in range(1, robot.dof + 1)]
+    empty = [k for k, mass in enumerate(masses) if mass == 0.0]
+    if not empty:
+        return []
+    text = (
+        f"The links of {joints(empty, robot.joint_names)} have no mass in the URDF, so that"
+        " nothing tells whether the torque's unit is right, nor how the base parameters divide"
+        " into links: give a URDF with inertials."
+    )
+    return [Remark("no_inertials", numbers(empty), text, Grade.DOUBTFUL)]
+
+
+def _placeholders(robot: Robot) -> list[Remark]:
+    links = [robot.model.inertias[k] for k in range(1, robot.dof + 1)]
+    first = links[0]
+    alike = [
+        x.mass == first.mass and np.array_equal(x.inertia, first.inertia) for x in links if x.mass
+    ]
+    if first.mass == 0.0 or len(alike) < max(_LEAST_ALIKE, len(links)) or not all(alike):
+        return []
+    text = (
+        f"All links of the URDF have the same mass ({first.mass:g} kg) and inertia: they look like"
+        " placeholders, so that nothing tells whether the torque's unit is right; give a URDF with"
+        " the links' own inertials."
+    )
+    return [Remark("no_inertials", (), text, Grade.DOUBTFUL)]
+
+

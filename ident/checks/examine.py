@@ -1,0 +1,228 @@
+"""All checks of some recordings in order: description, samples, motion, torque, physics."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.checks.base_motion import base_remarks
+from ident.checks.case import Case
+from ident.checks.conditioning import conditioning_remarks
+from ident.checks.description import description_remarks
+from ident.checks.friction import friction_power
+from ident.checks.gains import gains
+from ident.checks.hypotheses import position_sign, scanned, torque_sign
+from ident.checks.motion import (
+    degrees_remark,
+    in_degrees,
+    jump_remarks,
+    limit_remarks,
+    little_motion,
+    rate_remarks,
+)
+from ident.checks.remark import Grade, Remark, verdict_of
+from ident.checks.samples import sample_remarks
+from ident.checks.settings import DEFAULT, CheckSettings
+from ident.checks.torque import constant_effort, unexplained
+from ident.checks.units import unit_factor, unit_remarks
+from ident.checks.words import joints, numbers
+from ident.model.arm import Arm
+from ident.recordings.dataset import Dataset, Parts
+from ident.regression.probe import Chunk, chunks_of, probe_of
+
+Array = NDArray[np.floating]
+
+_INSTANTS = 500
+_CUTOFFS_HZ = (1.0, 10.0)
+_OVER_MOTION = 5.0
+"""The probe's cut-off lies so far above what holds nine tenths of the velocity's energy."""
+
+_ENERGY = 0.9
+_CLEAR_GAIN = 0.7
+
+
+@dataclass(frozen=True)
+class Examined:
+    """Recordings after the checks.
+
+    Attributes:
+        data: the recordings, with what could be mended mended.
+        remarks: what the checks found.
+    """
+
+    data: tuple[Dataset, ...]
+    remarks: tuple[Remark, ...]
+
+    @property
+    def verdict(self) -> Grade:
+        """The worst grade."""
+        return verdict_of(self.remarks)
+
+
+def examine(arm: Arm, data: Sequence[Dataset], bounds: CheckSettings = DEFAULT) -> Examined:
+    """Check recordings of an arm before anything is fitted to them.
+
+    Args:
+        arm: robot and settings.
+        data: the recordings, joints in the robot's order.
+        bounds: of the checks.
+    """
+    remarks = description_remarks(arm.robot)
+    found = tuple(data)
+    stages = (_samples, _signals, _physics)
+    for stage in stages:
+        if verdict_of(remarks) is Grade.REFUSED:
+            break
+        found, more = stage(arm, found, bounds)
+        remarks += more
+    return Examined(found, tuple(remarks))
+
+
+Stage = tuple[tuple[Dataset, ...], list[Remark]]
+
+
+def _samples(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stage:
+    """What can be told from stamps, samples, and ranges."""
+    found, remarks = [], []
+    for one in data:
+        if in_degrees(arm.robot, one, bounds):
+            one = _in_rad(one, arm.robot.sliding)
+            remarks.append(degrees_remark(one, arm.robot))
+        else:
+            remarks += limit_remarks(arm.robot, one, bounds)
+        one, more = sample_remarks(one, bounds)
+        found.append(one)
+        remarks += more
+    return tuple(found), remarks
+
+
+def _in_rad(data: Dataset, sliding: NDArray[np.bool_]) -> Dataset:
+    """A recording in degrees, converted."""
+    factors = np.where(sliding, 1.0, np.pi / 180)
+    return replace(data, read=partial(_converted, data, factors), place=data.place * factors)
+
+
+def _converted(data: Dataset, factors: Array) -> Parts:
+    for number, part in data.read():
+        wanted = None if part.reference is None else part.reference * factors
+        yield number, replace(part, q=part.q * factors, reference=wanted)
+
+
+def _signals(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stage:
+    """What can be told from positions and torques as they are."""
+    chunks = chunks_of(data)
+    moving = _moving(data)
+    names = arm.robot.joint_names
+    remarks = [
+        *constant_effort(chunks, moving, names, bounds),
+        *jump_remarks(arm.robot, data, chunks, bounds),
+        *rate_remarks(data, chunks, bounds),
+        *little_motion(arm.robot, data, chunks, bounds),
+    ]
+    return data, remarks
+
+
+def _moving(data: Sequence[Dataset]) -> NDArray[np.bool_]:
+    return np.any([d.moving for d in data], axis=0)
+
+
+def _physics(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stage:
+    """What only the arm's dynamics tell."""
+    chunks, moving = chunks_of(data), _moving(data)
+    constant = {k - 1 for r in constant_effort(chunks, moving, arm.robot.joint_names, bounds)
+                for k in r.joints}  # fmt: skip
+    judged = moving & ~np.isin(np.arange(len(moving)), list(constant))
+    probe = probe_of(chunks, judged, _cutoff_hz(chunks, judged), _INSTANTS)
+    case = Case(arm.robot, arm.terms, probe)
+    case, signs, remarks = _signed(case, bounds)
+    sizes = gains(case)
+    factor = unit_factor(sizes, bounds) or 1.0
+    remarks += unit_remarks(sizes, arm.robot.joint_names, bounds)
+    remarks += conditioning_remarks(arm, data, chunks, case, bounds)
+    if not any(r.code in ("too_short", "poor_motion") for r in remarks):
+        remarks += unexplained(case.by_joint, case.total, arm.robot.joint_names, bounds)
+        remarks += base_remarks(case, bounds)
+    change = signs / factor
+    mended = data if (change == 1.0).all() else tuple(_scaled(d, change) for d in data)
+    return mended, remarks
+
+
+def _cutoff_hz(chunks: Sequence[Chunk], moving: NDArray[np.bool_]) -> float:
+    """Cut-off of the probe [Hz], from the motion."""
+    frequencies = []
+    for c in chunks:
+        velocity = np.diff(c.q[:, moving], axis=0)
+        energy = np.abs(np.fft.rfft(velocity * np.hanning(len(velocity))[:, None], axis=0)) ** 2
+        share = np.cumsum(energy, axis=0) / np.maximum(energy.sum(axis=0), 1e-300)
+        frequency = np.fft.rfftfreq(len(velocity), 1 / c.rate_hz)
+        frequencies += [frequency[int(np.argmax(s > _ENERGY))] for s in share.T]
+    return float(np.clip(_OVER_MOTION * max(frequencies), *_CUTOFFS_HZ))
+
+
+def _scaled(data: Dataset, factors: Array) -> Dataset:
+    """A recording with its torque multiplied, joint by joint."""
+    return replace(data, read=partial(_torque_scaled, data, factors))
+
+
+def _torque_scaled(data: Dataset, factors: Array) -> Parts:
+    for number, part in data.read():
+        yield number, replace(part, tau=part.tau * factors)
+
+
+def _signed(case: Case, bounds: CheckSettings) -> tuple[Case, Array, list[Remark]]:
+    """The case without wrong signs and swapped columns, and the factors that mend the torque."""
+    signs = np.ones(case.robot.dof)
+    case, reversed_, remarks = _all_reversed(case, bounds)
+    signs *= -1.0 if reversed_ else 1.0
+    if case.total > bounds.scan_from or (case.by_joint > bounds.scan_joint).any():
+        case, found, more = scanned(case, bounds)
+        remarks += more
+        for h in found:
+            signs *= h.torque_signs if h.torque_signs is not None else 1.0
+        if any(h.grade is Grade.REFUSED for h in found):
+            return case, signs, remarks
+    for k in np.flatnonzero(_feeding(case, bounds)):
+        case, change, remark = _turned(case, int(k), bounds)
+        signs *= change
+        remarks.append(remark)
+    return case, signs, remarks
+
+
+def _feeding(case: Case, bounds: CheckSettings) -> NDArray[np.bool_]:
+    return friction_power(case).negative(bounds.friction_power, bounds.friction_deviations)
+
+
+def _all_reversed(case: Case, bounds: CheckSettings) -> tuple[Case, bool, list[Remark]]:
+    """Whether all torques count the other way round, by friction or by the arm's weight."""
+    power = friction_power(case)
+    negative = power.negative(bounds.friction_power, bounds.friction_deviations)
+    positive = power.positive(bounds.friction_power, bounds.friction_deviations)
+    by_friction = 2 * negative.sum() > case.probe.moving.sum() and not positive.any()
+    size = gains(case)
+    lifted = size.common < 0 and size.common_explained > _CLEAR_GAIN and not positive.any()
+    if not (by_friction or lifted):
+        return case, False, []
+    why = "friction would feed the motion" if by_friction else "the arm's weight would push up"
+    text = (
+        f"The torque of all joints has the wrong sign ({why}); it was turned round here: record the"
+        " torque that moves the arm, not its reaction."
+    )
+    remark = Remark("sign", (), text, Grade.DOUBTFUL)
+    return case.with_torque(-1.0), True, [remark]
+
+
+def _turned(case: Case, k: int, bounds: CheckSettings) -> tuple[Case, Array | float, Remark]:
+    """What to do about a joint whose friction is negative."""
+    names = case.robot.joint_names
+    tried = [(h, h.without(case)) for h in (torque_sign(case, k), position_sign(case, k))]
+    best, without = min(tried, key=lambda pair: pair[1].error)
+    if without.error < bounds.sign_cost * case.error and not _feeding(without, bounds)[k]:
+        change = 1.0 if best.torque_signs is None else best.torque_signs
+        return without, change, best.remark(case.error, without.error)
+    text = (
+        f"Friction of {joints([k], names)} would feed its motion: its torque lags or leads its"
+        " position, or has the wrong sign; check stamps and sign."
+    )
+    return case, 1.0, Remark("sign", numbers([k]), text, Grade.DOUBTFUL)

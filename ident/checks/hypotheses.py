@@ -1,0 +1,185 @@
+"""Faults that leave the numbers plausible: swapped columns, signs, zero poses, mounting.
+
+Each is tried on the probe: columns are exchanged, a joint is turned round, its zero is moved by
+right angles, gravity points elsewhere. One that lowers the error on held-out data far more than any
+wrong one does on right recordings is told.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.checks.case import Case
+from ident.checks.remark import Grade, Remark
+from ident.checks.settings import CheckSettings
+from ident.checks.words import joints, numbers
+
+Array = NDArray[np.floating]
+
+_MOST_ROUNDS = 3
+_AXES = ("x", "y", "z")
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """A fault that the recordings may have.
+
+    Attributes:
+        code: of the remark.
+        joints: that it concerns, from 0.
+        text: what it looks like, and what to do.
+        without: the recordings without that fault.
+        grade: of the remark.
+        torque_signs: factors that mend the torque, shape (n,), where that is all there is to it.
+    """
+
+    code: str
+    joints: tuple[int, ...]
+    text: str
+    without: Callable[[Case], Case]
+    grade: Grade
+    torque_signs: Array | None = None
+
+    def remark(self, before: float, after: float) -> Remark:
+        """The remark, with what the error falls from and to."""
+        figures = f" (the error falls from {100 * before:.3g} to {100 * after:.3g} %)"
+        return Remark(self.code, numbers(self.joints), self.text + figures + ".", self.grade)
+
+
+def scanned(case: Case, bounds: CheckSettings) -> tuple[Case, list[Hypothesis], list[Remark]]:
+    """The faults that lower the error most, one after the other, and the case without them."""
+    found, remarks = [], []
+    for _ in range(_MOST_ROUNDS):
+        tried = [(h, h.without(case)) for h in _hypotheses(case)]
+        if not tried:
+            break
+        best, without = min(tried, key=lambda pair: pair[1].error)
+        if without.error > bounds.believed_ratio * case.error:
+            break
+        remarks.append(best.remark(case.error, without.error))
+        found.append(best)
+        case = without
+    return case, found, remarks
+
+
+def _hypotheses(case: Case) -> Iterator[Hypothesis]:
+    moving = np.flatnonzero(case.probe.moving).tolist()
+    yield from _orders(case, moving)
+    for k in moving:
+        yield torque_sign(case, k)
+        yield position_sign(case, k)
+        yield from _zeros(case, k)
+    yield from _gravities(case)
+
+
+def torque_sign(case: Case, k: int) -> Hypothesis:
+    """The torque of a joint counts the other way round."""
+    names, signs = case.robot.joint_names, _signs(case, k)
+    text = (
+        f"The torque of {joints([k], names)} has the wrong sign; it was turned round here: correct"
+        " it where it is recorded"
+    )
+    return Hypothesis(
+        "sign", (k,), text, lambda c: c.with_torque(signs), Grade.DOUBTFUL, torque_signs=signs
+    )
+
+
+def position_sign(case: Case, k: int) -> Hypothesis:
+    """The position of a joint counts the other way round."""
+    names, signs = case.robot.joint_names, _signs(case, k)
+    text = (
+        f"The position of {joints([k], names)} counts against the URDF's axis: turn the axis or"
+        " the recorded position round"
+    )
+    return Hypothesis(
+        "sign", (k,), text, lambda c: replace(c, probe=c.probe.turned(signs)), Grade.REFUSED
+    )
+
+
+def _signs(case: Case, k: int) -> Array:
+    signs = np.ones(case.robot.dof)
+    signs[k] = -1.0
+    return signs
+
+
+def _orders(case: Case, moving: list[int]) -> Iterator[Hypothesis]:
+    n, names = case.robot.dof, case.robot.joint_names
+    for pair in combinations(moving, 2):
+        order = np.arange(n)
+        order[list(pair)] = pair[::-1]
+        yield from _exchanges(pair, order, joints(pair, names), "were swapped")
+    if len(moving) > 2:
+        whole = np.arange(n)
+        whole[moving] = moving[::-1]
+        yield from _exchanges(tuple(moving), whole, "all joints", "come in reverse order")
+        by_name = np.arange(n)
+        by_name[moving] = np.argsort(np.argsort([names[k] for k in moving])) + moving[0]
+        if sorted(by_name) == list(range(n)) and (by_name != np.arange(n)).any():
+            yield from _exchanges(tuple(moving), by_name, "all joints", "come sorted by name")
+
+
+def _exchanges(
+    places: tuple[int, ...], order: NDArray[np.intp], whose: str, how: str
+) -> Iterator[Hypothesis]:
+    def torque(case: Case) -> Case:
+        return case.with_torque(order=order)
+
+    def position(case: Case) -> Case:
+        return replace(case, probe=case.probe.positions_of(order.tolist()))
+
+    def both(case: Case) -> Case:
+        return position(case).with_torque(order=order)
+
+    changes = (("torques", torque), ("positions", position), ("positions and torques", both))
+    for what, change in changes:
+        text = (
+            f"The {what} of {whose} look as if they {how}: check the order of the joints in the"
+            " recording"
+        )
+        yield Hypothesis("joint_order", places, text, change, Grade.REFUSED)
+
+
+def _zeros(case: Case, k: int) -> Iterator[Hypothesis]:
+    if case.robot.sliding[k]:
+        return
+    for turns in (1, 2, 3):
+        offset = np.zeros(case.robot.dof)
+        offset[k] = turns * np.pi / 2
+        degrees = 90 * turns if turns < 3 else -90
+        text = (
+            f"The zero pose of {joints([k], case.robot.joint_names)} looks {degrees} degrees off:"
+            " the URDF fits the torque with that much added to its positions; correct the zero in"
+            " the URDF or in the recording"
+        )
+        yield Hypothesis("zero_pose", (k,), text, _shift(offset), Grade.DOUBTFUL)
+
+
+def _shift(offset: Array) -> Callable[[Case], Case]:
+    return lambda case: replace(case, probe=case.probe.shifted(offset))
+
+
+def _gravities(case: Case) -> Iterator[Hypothesis]:
+    present = np.asarray(case.robot.model.gravity.linear)
+    size = float(np.linalg.norm(present))
+    if size == 0.0:
+        size = 9.81
+    for axis in range(3):
+        for sign in (1.0, -1.0):
+            wanted = np.zeros(3)
+            wanted[axis] = sign * size
+            if np.allclose(wanted, present, atol=0.1 * size):
+                continue
+            where = f"{'+' if sign > 0 else '-'}{_AXES[axis]}"
+            vector = ", ".join(f"{x:g}" for x in wanted)
+            text = (
+                f"The arm looks mounted so that gravity points along {where} of its base: give"
+                f" robot.gravity_m_s2: [{vector}] in the arm's file"
+            )
+            yield Hypothesis("gravity_direction", (), text, _fall(wanted), Grade.DOUBTFUL)
+
+
+def _fall(gravity: Array) -> Callable[[Case], Case]:
+    return lambda case: case.with_gravity(gravity)

@@ -1,0 +1,163 @@
+"""Whether the positions are an arm's motion in rad, sampled often enough, and rich enough."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.checks.remark import Grade, Remark
+from ident.checks.settings import CheckSettings
+from ident.checks.words import joints, numbers
+from ident.recordings.dataset import Dataset
+from ident.regression.probe import Chunk
+from wamctl.arm.robot import Robot
+
+Array = NDArray[np.floating]
+
+_DEGREE = np.pi / 180
+
+
+def in_degrees(robot: Robot, data: Dataset, bounds: CheckSettings) -> bool:
+    """Whether positions lie beyond the URDF's limits, and taken for degrees do not."""
+    low, high = _range(robot, data)
+    return _beyond(robot, low, high, bounds).any() and not (
+        _beyond(robot, low * _DEGREE, high * _DEGREE, bounds).any()
+    )
+
+
+def _range(robot: Robot, data: Dataset) -> tuple[Array, Array]:
+    """Lowest and highest position of each joint [rad or m], shape (n,) each."""
+    columns = [data.source.joint_names.index(name) for name in robot.joint_names]
+    return data.source.low[columns], data.source.high[columns]
+
+
+def _beyond(robot: Robot, low: Array, high: Array, bounds: CheckSettings) -> NDArray[np.bool_]:
+    lower = np.asarray(robot.model.lowerPositionLimit)
+    upper = np.asarray(robot.model.upperPositionLimit)
+    limited = upper > lower
+    slack = bounds.beyond_limits_rad
+    return limited & ((low < lower - slack) | (high > upper + slack))
+
+
+def degrees_remark(data: Dataset, robot: Robot) -> Remark:
+    """What is said where positions were taken for degrees."""
+    low, high = _range(robot, data)
+    k = int(np.argmax(np.maximum(np.abs(low), np.abs(high))))
+    text = (
+        f"{data.name}: the positions go far beyond the URDF's limits (joint {k + 1} from"
+        f" {low[k]:.4g} to {high[k]:.4g}) and lie inside them as degrees: they were taken for"
+        " degrees; record rad."
+    )
+    return Remark("degrees", (), text, Grade.DOUBTFUL)
+
+
+def limit_remarks(robot: Robot, data: Dataset, bounds: CheckSettings) -> list[Remark]:
+    """Joints that went where the URDF says that they cannot, by no common factor."""
+    low, high = _range(robot, data)
+    places = np.flatnonzero(_beyond(robot, low, high, bounds))
+    if not len(places):
+        return []
+    k = int(places[0])
+    lower, upper = robot.model.lowerPositionLimit[k], robot.model.upperPositionLimit[k]
+    text = (
+        f"{data.name}: {joints(places, robot.joint_names)} went beyond the URDF's limits (joint"
+        f" {k + 1} from {low[k]:.4g} to {high[k]:.4g}, allowed {lower:.4g} to {upper:.4g}): check"
+        " unit, zero pose, and turns counted by the encoder."
+    )
+    return [Remark("beyond_limits", numbers(places), text, Grade.DOUBTFUL)]
+
+
+def jump_remarks(
+    robot: Robot, data: Sequence[Dataset], chunks: Sequence[Chunk], bounds: CheckSettings
+) -> list[Remark]:
+    """Steps from sample to sample that no joint can make."""
+    speed = np.asarray(robot.model.velocityLimit)
+    found = []
+    for log, one in enumerate(data):
+        steps = [np.abs(np.diff(c.q, axis=0)) * c.rate_hz for c in chunks if c.log == log]
+        rate = np.concatenate(steps)
+        usual = np.quantile(rate, 0.9, axis=0)
+        most = bounds.jump_speeds * np.where(speed > 0, np.maximum(speed, usual), np.inf)
+        wild = rate > most
+        share = float(wild.any(axis=1).mean())
+        if share <= bounds.jump_share:
+            continue
+        places = np.flatnonzero(wild.any(axis=0))
+        text = (
+            f"{one.name}: {joints(places, robot.joint_names)} jumped {int(wild.sum())} times from"
+            f" one sample to the next, up to {rate.max():.3g} rad/s: two arms on one topic, lost"
+            " stretches without stamps, or an encoder that wraps; record one arm, with continuous"
+            " angles."
+        )
+        grade = Grade.REFUSED if share > 0.05 else Grade.DOUBTFUL
+        found.append(Remark("jumps", numbers(places), text, grade))
+    return found
+
+
+def rate_remarks(
+    data: Sequence[Dataset], chunks: Sequence[Chunk], bounds: CheckSettings
+) -> list[Remark]:
+    """Recordings whose samples lie too far apart for their motion."""
+    found = []
+    for log, one in enumerate(data):
+        errors = [_interpolation(c.q[:, one.moving]) for c in chunks if c.log == log]
+        worst = float(np.max(errors))
+        if worst < bounds.interpolation_doubtful:
+            continue
+        grade = Grade.REFUSED if worst > bounds.interpolation_refused else Grade.DOUBTFUL
+        text = (
+            f"{one.name}: {one.rate_hz:.4g} samples a second are few for this motion (every other"
+            f" sample, predicted from those beside it, is off by {100 * worst:.2g} % of the"
+            " joint's range of motion): record at a higher rate, or move slower."
+        )
+        found.append(Remark("low_rate", (), text, grade))
+    return found
+
+
+def _interpolation(q: Array) -> float:
+    """Error of the odd samples, predicted by the cubic through the even ones beside them.
+
+    The joint's standard deviation is one; the worst joint counts.
+    """
+    if len(q) < 16:
+        return 0.0
+    even, odd = q[::2], q[1::2]
+    count = min(len(even) - 3, len(odd) - 2)
+    inner = even[1 : count + 1], even[2 : count + 2]
+    outer = even[:count], even[3 : count + 3]
+    guess = (9 * (inner[0] + inner[1]) - (outer[0] + outer[1])) / 16
+    error = np.sqrt(np.mean((odd[1 : count + 1] - guess) ** 2, axis=0))
+    return float(np.max(error / np.maximum(q.std(axis=0), 1e-12)))
+
+
+def little_motion(
+    robot: Robot, data: Sequence[Dataset], chunks: Sequence[Chunk], bounds: CheckSettings
+) -> list[Remark]:
+    """Joints that move, but hardly."""
+    moving = np.any([d.moving for d in data], axis=0)
+    span = np.max([np.ptp(c.q, axis=0) for c in chunks], axis=0)
+    speed = np.max([_speed(c) for c in chunks], axis=0)
+    little = span < bounds.hardly_moves_rad
+    slow = speed < bounds.hardly_moves_rad_s
+    places = np.flatnonzero(moving & (little | slow))
+    if not len(places):
+        return []
+    k = int(places[0])
+    text = (
+        f"{joints(places, robot.joint_names).capitalize()} hardly"
+        f" {'moves' if len(places) == 1 else 'move'} (joint {k + 1} by {span[k]:.2g} rad, at"
+        f" {speed[k]:.2g} rad/s at most): friction hides its parameters; let it move farther and"
+        " faster, or hold it still."
+    )
+    grade = Grade.REFUSED if len(places) == int(moving.sum()) else Grade.DOUBTFUL
+    return [Remark("poor_motion", numbers(places), text, grade)]
+
+
+def _speed(chunk: Chunk) -> Array:
+    """The speed that is exceeded during 2 % of the time, over a tenth of a second [rad/s]."""
+    reach = max(1, round(0.1 * chunk.rate_hz))
+    if len(chunk.q) <= reach:
+        return np.zeros(chunk.q.shape[1])
+    return np.quantile(np.abs(chunk.q[reach:] - chunk.q[:-reach]), 0.98, axis=0) * (
+        chunk.rate_hz / reach
+    )

@@ -1,0 +1,156 @@
+"""Samples that are missing, repeated, or cut off, and what is done about them."""
+
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.checks.remark import Grade, Remark
+from ident.checks.settings import CheckSettings
+from ident.model.attachments import attached_trajectory
+from ident.recordings.dataset import Dataset, Parts
+from ident.recordings.samples import resampled
+
+Array = NDArray[np.floating]
+
+_BESIDE = 2
+"""Steps on both sides of one from which its expected move follows."""
+
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Repeats:
+    """Which samples are no readings of their own.
+
+    Attributes:
+        position: samples whose positions repeat the ones before them, shape (S,).
+        torque: those of them whose torque repeats as well, shape (S,).
+        skipped: number of times that a sample is missing although the stamps are even.
+    """
+
+    position: NDArray[np.bool_]
+    torque: NDArray[np.bool_]
+    skipped: int
+
+
+def repeats(q: Array, tau: Array, bounds: CheckSettings) -> Repeats:
+    """Samples on which all joints stand still, or jump by two samples' way, amid fast motion.
+
+    Args:
+        q: position of the joints that move [rad], shape (S, m).
+        tau: their torque [N m], shape (S, m).
+        bounds: of the checks.
+    """
+    none = np.zeros(len(q), dtype=bool)
+    if len(q) < 3 * _BESIDE:
+        return Repeats(none, none, 0)
+    step = np.diff(q, axis=0)
+    expected = 0.25 * (step[:-4] + step[1:-3] + step[3:-1] + step[4:])
+    here = step[_BESIDE:-_BESIDE]
+    usual = 1.5 * np.median(np.abs(here - expected), axis=0)
+    least = np.maximum([_smallest(s) for s in step.T], np.minimum(usual, _typical(step)))
+    fast = np.abs(expected) > bounds.fast_steps * np.maximum(least, _ROUNDING)
+    ratio = here / np.where(fast, expected, np.inf)
+    some = fast.any(axis=1)
+    held = some & (~fast | (np.abs(ratio) < bounds.held_move)).all(axis=1)
+    jumped = some & (~fast | (ratio > bounds.jumped_move)).all(axis=1)
+    position = none.copy()
+    position[_BESIDE + 1 : _BESIDE + 1 + len(held)] = held
+    same = np.concatenate([[False], (np.diff(tau, axis=0) == 0).all(axis=1)])
+    caught_up = np.concatenate([[False], held[:-1]])
+    return Repeats(position, position & same, int((jumped & ~caught_up).sum()))
+
+
+def _smallest(step: Array) -> float:
+    """The smallest move of a joint from sample to sample [rad]."""
+    moved = np.abs(step[np.abs(step) > _ROUNDING])
+    return float(np.quantile(moved, 0.02)) if len(moved) else 1.0
+
+
+def _typical(step: Array) -> Array:
+    """A twentieth of each joint's usual move [rad], shape (m,): more is no measurement error."""
+    return np.sqrt(np.mean(step**2, axis=0)) / 20.0
+
+
+def sample_remarks(data: Dataset, bounds: CheckSettings) -> tuple[Dataset, list[Remark]]:
+    """The recording with repeated samples replaced, and what it says about its samples."""
+    repeated = skipped = 0
+    for _, part in data.read():
+        found = repeats(part.q[:, data.moving], part.tau[:, data.moving], bounds)
+        repeated += int(found.position.sum())
+        skipped += found.skipped
+    few = max(3.0, 0.04 * bounds.lost_share * data.samples)
+    repeated, skipped = (count if count > few else 0 for count in (repeated, skipped))
+    remarks = [*_missing(data, repeated, skipped, bounds), *_cut(data)]
+    return (_without_repeats(data, bounds) if repeated else data), remarks
+
+
+def _without_repeats(data: Dataset, bounds: CheckSettings) -> Dataset:
+    """The same recording with what repeats replaced by the cubic through its neighbours."""
+    return replace(data, read=partial(_replaced, data, bounds))
+
+
+def _replaced(data: Dataset, bounds: CheckSettings) -> Parts:
+    for number, part in data.read():
+        found = repeats(part.q[:, data.moving], part.tau[:, data.moving], bounds)
+        q, tau = _filled(part.q, found.position), _filled(part.tau, found.torque)
+        yield number, replace(part, q=q, tau=tau)
+
+
+def _filled(values: Array, bad: NDArray[np.bool_]) -> Array:
+    if not bad.any():
+        return values
+    places = np.arange(float(len(values)))
+    result = values.copy()
+    result[bad] = resampled(places[~bad], values[~bad], places[bad])
+    return result
+
+
+def _missing(
+    data: Dataset, repeated: int, skipped: int, bounds: CheckSettings
+) -> list[Remark]:
+    source = data.source
+    total = max(data.samples + source.lost, 1)
+    told = []
+    if source.lost:
+        told.append(f"{source.lost} samples ({source.lost * source.period_s:.3g} s) are missing")
+    if source.repeated:
+        told.append(f"{source.repeated} samples repeat the stamp before them")
+    if repeated:
+        told.append(f"{repeated} readings repeat the one before them while the arm moves")
+    if skipped:
+        told.append(f"{skipped} times a reading is lost although the stamps are even")
+    if not told:
+        return []
+    share = (source.lost + source.repeated + repeated + 10 * skipped) / total
+    grade = Grade.TRUSTWORTHY if share < bounds.lost_share else Grade.DOUBTFUL
+    grade = Grade.REFUSED if share > bounds.lost_refused else grade
+    done = "they were cut out" if grade < Grade.REFUSED else "too little is left"
+    text = (
+        f"{data.name}: {'; '.join(told)} ({100 * share:.2g} % of the recording); {done}; look for"
+        " an overloaded recorder or bus."
+    )
+    return [Remark("missing_data", (), text, grade)]
+
+
+def _cut(data: Dataset) -> list[Remark]:
+    source = data.source
+    if source.complete:
+        return []
+    there = source.spans_s[-1][1]
+    file = attached_trajectory(source, data.name)
+    lost = "what came after is lost"
+    if file is not None and file.fundamental_rad_s:
+        wanted = file.periods * 2 * np.pi / file.fundamental_rad_s
+        if wanted > there:
+            lost = (
+                f"at least {wanted - there:.3g} s ({round((wanted - there) / source.period_s)}"
+                f" samples) of the {wanted:.3g} s of its excitation are lost"
+            )
+    text = (
+        f"{data.name} is cut off after {there:.4g} s ({data.samples} samples), and {lost}: let the"
+        " recorder close the file, or record again."
+    )
+    return [Remark("cut_log", (), text, Grade.DOUBTFUL)]

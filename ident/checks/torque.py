@@ -1,0 +1,68 @@
+"""Whether the efforts can be torques: constant ones, and ones that no motion explains."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.checks.remark import Grade, Remark
+from ident.checks.settings import CheckSettings
+from ident.checks.words import joints, numbers
+from ident.regression.probe import Chunk
+
+Array = NDArray[np.floating]
+
+
+def constant_effort(
+    chunks: Sequence[Chunk], moving: NDArray[np.bool_], names: Sequence[str], bounds: CheckSettings
+) -> list[Remark]:
+    """Joints that move while their effort stays the same."""
+    tau = np.concatenate([c.tau for c in chunks])
+    spread = np.sqrt(np.mean((tau - tau.mean(axis=0)) ** 2, axis=0))
+    size = np.maximum(np.abs(tau).max(axis=0), 1e-6)
+    flat = moving & (spread < bounds.constant_share * size)
+    places = np.flatnonzero(flat)
+    if not len(places):
+        return []
+    k = int(places[0])
+    zero = bool((np.abs(tau[:, places]).max(axis=0) < 1e-9).all())
+    what = "is zero" if zero else f"stays at {tau[:, k].mean():.4g}"
+    grade = Grade.REFUSED if 2 * len(places) >= int(moving.sum()) else Grade.DOUBTFUL
+    text = (
+        f"The effort of {joints(places, names)} {what} while the arm moves: no torque was"
+        " recorded; choose the topic or torque that holds it (--joint-states, --torque), or leave"
+        " the joint out of the arm."
+    )
+    return [Remark("zero_effort", numbers(places), text, grade)]
+
+
+def unexplained(
+    shares: Array, total: float, names: Sequence[str], bounds: CheckSettings
+) -> list[Remark]:
+    """Torque that the arm's model does not explain on data that were not fitted.
+
+    Args:
+        shares: relative error of each joint, shape (n,).
+        total: relative error over all joints.
+        names: of the joints.
+        bounds: of the checks.
+    """
+    remarks = []
+    if total > bounds.error_doubtful:
+        grade = Grade.REFUSED if total > bounds.error_refused else Grade.DOUBTFUL
+        text = (
+            f"A rigid arm with friction leaves {100 * total:.3g} % of the torque unexplained on"
+            " data that were not fitted: check that URDF, joints, units, and torque belong to this"
+            " arm, and let `ident gap` look for what is missing."
+        )
+        remarks.append(Remark("large_error", (), text, grade))
+    places = np.flatnonzero(shares > bounds.unexplained_joint)
+    if len(places):
+        listed = ", ".join(f"{100 * shares[k]:.0f} %" for k in places)
+        text = (
+            f"The torque of {joints(places, names)} looks like noise: {listed} of it stay"
+            " unexplained on data that were not fitted; check its sensor, its topic, and whether"
+            " it moves fast enough."
+        )
+        remarks.append(Remark("large_error", numbers(places), text, Grade.DOUBTFUL))
+    return remarks

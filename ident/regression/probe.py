@@ -1,0 +1,170 @@
+"""A thin sample of some recordings, on which a hypothesis about the data is tried in milliseconds.
+
+Positions and torque pass the same low-pass filter, and a few hundred instants are kept. A
+hypothesis (two columns swapped, a joint's zero a right angle off) changes the samples; the least
+squares of the rigid body with friction and offset then tell whether the torque fits better.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.dynamics.regressor import Motion
+from ident.recordings.dataset import Dataset
+from ident.signals.zero_phase import Lowpass, Spectrum, extended, fast_length, spectrum
+
+Array = NDArray[np.floating]
+
+_CHUNK = 1 << 16
+"""Samples that are filtered together."""
+
+_MOST_CHUNKS = 4
+_OVERSAMPLING = 20
+"""Samples per period of the cut-off that are kept for the sign of the velocity."""
+
+_HIGHEST_SHARE = 0.4
+"""Of the sampling rate: the highest cut-off."""
+
+_TRIM = 4.0
+"""Time constants at both ends of a chunk that are left out."""
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Consecutive samples of one recording.
+
+    Attributes:
+        log: number of the recording, from 0.
+        rate_hz: of the samples.
+        start_s: time of the first one since the recording's first [s].
+        q: position [rad], shape (S, n).
+        tau: torque [N m], shape (S, n).
+    """
+
+    log: int
+    rate_hz: float
+    start_s: float
+    q: Array
+    tau: Array
+
+
+@dataclass(frozen=True)
+class Probe:
+    """Instants of some recordings, S of them, joints in the robot's order.
+
+    Attributes:
+        log: number of each instant's recording, shape (S,).
+        t: time since the recording's first sample [s], shape (S,).
+        motion: smoothed position, velocity, and acceleration, shape (S, n) each.
+        sign: the velocity's sign, filtered like the torque, shape (S, n).
+        tau: torque, filtered [N m], shape (S, n).
+        raw: torque as recorded [N m], shape (S, n).
+        moving: which joints move, shape (n,).
+    """
+
+    log: NDArray[np.intp]
+    t: Array
+    motion: Motion
+    sign: Array
+    tau: Array
+    raw: Array
+    moving: NDArray[np.bool_]
+
+    def scaled(self, factor: float) -> "Probe":
+        """The same motion with all positions multiplied."""
+        q, qd, qdd = (factor * x for x in (self.motion.q, self.motion.qd, self.motion.qdd))
+        return replace(self, motion=Motion(q, qd, qdd))
+
+    def shifted(self, offset: Array) -> "Probe":
+        """The same motion about other zero poses [rad], shape (n,)."""
+        return replace(self, motion=replace(self.motion, q=self.motion.q + offset))
+
+    def turned(self, signs: Array) -> "Probe":
+        """The same recording with some joints counted the other way round, shape (n,) of +-1."""
+        m = self.motion
+        motion = Motion(m.q * signs, m.qd * signs, m.qdd * signs)
+        return replace(self, motion=motion, sign=self.sign * signs)
+
+    def positions_of(self, columns: Sequence[int]) -> "Probe":
+        """The same torque with the positions of other columns."""
+        c, m = list(columns), self.motion
+        motion = Motion(m.q[:, c], m.qd[:, c], m.qdd[:, c])
+        return replace(self, motion=motion, sign=self.sign[:, c])
+
+
+def chunks_of(data: Sequence[Dataset]) -> list[Chunk]:
+    """Evenly spread chunks of all recordings; whole recordings where they are short."""
+    found = []
+    for log, one in enumerate(data):
+        chunks = [c for c in _chunks(log, one) if len(c.q) >= 16]
+        stride = max(1, -(-len(chunks) * len(data) // _MOST_CHUNKS))
+        found += chunks[::stride]
+    return found
+
+
+def _chunks(log: int, data: Dataset) -> list[Chunk]:
+    found: list[Chunk] = []
+    last = -1
+    for number, part in data.read():
+        for first in range(0, len(part.q), _CHUNK):
+            piece = slice(first, first + _CHUNK)
+            q, tau = part.q[piece], part.tau[piece]
+            whole = found[-1] if found and number == last else None
+            if whole is not None and len(whole.q) + len(q) <= _CHUNK:
+                together = np.concatenate([whole.q, q]), np.concatenate([whole.tau, tau])
+                found[-1] = replace(whole, q=together[0], tau=together[1])
+            else:
+                start = part.start_s + first / data.rate_hz
+                found.append(Chunk(log, data.rate_hz, start, q, tau))
+            last = number
+    return found
+
+
+def probe_of(
+    chunks: Sequence[Chunk], moving: NDArray[np.bool_], cutoff_hz: float, instants: int
+) -> Probe:
+    """The probe of some chunks.
+
+    Args:
+        chunks: of all recordings.
+        moving: which joints move, shape (n,).
+        cutoff_hz: of the low-pass filter.
+        instants: number of instants that is wanted, about.
+    """
+    seconds = sum(len(c.q) / c.rate_hz for c in chunks)
+    parts = [_filtered(c, cutoff_hz, seconds / instants) for c in chunks]
+    log, t, q, qd, qdd, sign, tau, raw = (np.concatenate(x) for x in zip(*parts, strict=True))
+    return Probe(log, t, Motion(q, qd * moving, qdd * moving), sign * moving, tau, raw, moving)
+
+
+def _filtered(chunk: Chunk, cutoff_hz: float, step_s: float) -> tuple[Array, ...]:
+    """Recording, time, position and its derivatives, sign, and torque at some of its instants."""
+    rate, count = chunk.rate_hz, len(chunk.q)
+    lowpass = Lowpass(min(cutoff_hz, _HIGHEST_SHARE * rate), 3, rate)
+    every = max(1, int(rate / (_OVERSAMPLING * lowpass.cutoff_hz)))
+    margin = min(count - 1, int(np.ceil(lowpass.memory_s * rate / 2)))
+    before = margin - margin % every
+    length = fast_length(count + before, every)
+    after = min(length - count - before, count - 1)
+    coarse = replace(lowpass, rate_hz=rate / every)
+
+    def spectra(signals: Array) -> Spectrum:
+        padded = extended(signals, before, after)
+        fill = np.repeat(padded[-1:], length - len(padded), axis=0)
+        return spectrum(np.concatenate([padded, fill]), rate)
+
+    positions = spectra(chunk.q)
+    q, qd, qdd = (positions.signal(lowpass, k, every) for k in range(3))
+    sign = spectrum(np.sign(qd), rate / every).signal(coarse)
+    tau = spectra(chunk.tau).signal(lowpass, every=every)
+    raw = np.zeros_like(tau)
+    places = np.arange(before // every, before // every + -(-count // every))
+    raw[places] = chunk.tau[::every]
+    trim = min(int(_TRIM * lowpass.time_constant_s * rate), count // 4)
+    first, end = -(-(before + trim) // every), (before + count - trim) // every
+    kept = slice(first, max(end, first + 1), max(1, round(step_s * rate / every)))
+    t = chunk.start_s + (np.arange(len(q)) * every - before) / rate
+    t, *rest = (x[kept] for x in (t, q, qd, qdd, sign, tau, raw))
+    return np.full(len(t), chunk.log), t, *rest

@@ -1,0 +1,135 @@
+"""Least squares on a probe, its error on what was left out, and what a change of torque would do."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.dynamics.parameters import Terms, standard_parameters
+from ident.dynamics.regressor import smooth_columns
+from ident.regression.probe import Probe
+from wamctl.arm.robot import Robot
+
+Array = NDArray[np.floating]
+
+FOLDS = 3
+_STRETCHES = 12
+_RIDGE = 1e-6
+"""Added to the normal equations of columns of length one, so that what the data leave open is 0."""
+
+_ROUNDING = 1e-20
+"""Columns whose square is less than this beside the largest hold rounding errors only."""
+
+
+@dataclass(frozen=True)
+class Columns:
+    """The regression of a probe, joint by joint; rows of joints that do not move are zero.
+
+    Attributes:
+        W: columns of links, friction, and offset, shape (S, n, p).
+        friction: places of the viscous and Coulomb columns of each joint, shape (n, 2).
+        tau: torque [N m], shape (S, n).
+        fold: which fold each instant is held out in, shape (S,).
+    """
+
+    W: Array
+    friction: NDArray[np.intp]
+    tau: Array
+    fold: NDArray[np.intp]
+
+
+def columns_of(robot: Robot, terms: Terms, probe: Probe) -> Columns:
+    """The regression of a probe: the rigid body with friction and offset.
+
+    Args:
+        robot: kinematics, frames, and gravity.
+        terms: how motors and joints are coupled.
+        probe: the samples.
+    """
+    n = robot.dof
+    body = Terms(False, False, False, True, terms.drive_matrix, False)
+    parameters = standard_parameters(robot, body)
+    links = smooth_columns(robot, body, probe.motion, parameters)
+    own = np.eye(n)
+    drives = [x[:, :, None] * own for x in (probe.motion.qd, probe.sign, np.ones_like(probe.sign))]
+    coupled = [m - 1 for m in terms.coupled_motors] if terms.motor_friction else []
+    rows = terms.drive_matrix[coupled]
+    shared = [
+        (x @ rows.T)[:, None, :] * rows.T
+        for x in (probe.motion.qd, probe.sign)
+        if len(rows)
+    ]
+    W = np.concatenate([links, *drives, *shared], axis=2)
+    W[:, ~probe.moving] = 0.0
+    first = links.shape[2]
+    friction = first + np.column_stack([np.arange(n), n + np.arange(n)])
+    tau = np.where(probe.moving, probe.tau, 0.0)
+    return Columns(W, friction, tau, _folds(probe))
+
+
+def _folds(probe: Probe) -> NDArray[np.intp]:
+    """Every third stretch of each recording together."""
+    fold = np.zeros(len(probe.t), dtype=np.intp)
+    for log in np.unique(probe.log):
+        places = np.flatnonzero(probe.log == log)
+        fold[places] = (np.arange(len(places)) * _STRETCHES // max(len(places), 1)) % FOLDS
+    return fold
+
+
+def weights_of(tau: Array) -> Array:
+    """Weights under which every joint's torque is of size one, shape (n,)."""
+    size = np.sqrt(np.mean(tau**2, axis=0))
+    return np.divide(1.0, size, out=np.zeros_like(size), where=size > 0)
+
+
+def solution(A: Array, y: Array) -> Array:
+    """Least squares by normal equations, with zero for what the data leave open.
+
+    Args:
+        A: W^T W, shape (p, p).
+        y: W^T tau, shape (p,) or (p, c).
+    """
+    square = np.diag(A)
+    seen = square > _ROUNDING * square.max()
+    scale = np.divide(1.0, np.sqrt(square), out=np.zeros_like(square), where=seen)
+    right = (scale * y.T).T
+    return (scale * np.linalg.solve(A * np.outer(scale, scale) + _RIDGE * np.eye(len(A)), right).T).T
+
+
+def held_out_residual(columns: Columns, weights: Array | None = None) -> Array:
+    """What remains of the torque where it was not fitted [N m], shape (S, n).
+
+    Args:
+        columns: the regression.
+        weights: of the joints' rows, shape (n,); None: every joint's torque counts alike.
+    """
+    w = weights_of(columns.tau) if weights is None else weights
+    rows, goal = columns.W * w[:, None], columns.tau * w
+    grams = [_gram(rows[columns.fold == k], goal[columns.fold == k]) for k in range(FOLDS)]
+    result = columns.tau.copy()
+    for k in range(FOLDS):
+        others = [grams[i] for i in range(FOLDS) if i != k]
+        beta = solution(sum(g[0] for g in others), sum(g[1] for g in others))
+        inside = columns.fold == k
+        result[inside] -= columns.W[inside] @ beta
+    return result
+
+
+def _gram(W: Array, tau: Array) -> tuple[Array, Array]:
+    rows = W.reshape(-1, W.shape[-1])
+    return rows.T @ rows, rows.T @ tau.ravel()
+
+
+def shares(residual: Array, tau: Array) -> Array:
+    """Relative error of each joint, shape (n,); zero for joints without torque."""
+    size = np.sum(tau**2, axis=0)
+    return np.sqrt(
+        np.divide(np.sum(residual**2, axis=0), size, out=np.zeros(len(size)), where=size > 0)
+    )
+
+
+def error_of(columns: Columns) -> float:
+    """Held-out relative error, the mean of the squares over the joints, square root of it."""
+    found = shares(held_out_residual(columns), columns.tau)
+    used = np.any(columns.W != 0, axis=(0, 2))
+    return float(np.sqrt(np.mean(found[used] ** 2))) if used.any() else 0.0
