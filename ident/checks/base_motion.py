@@ -85,5 +85,3 @@ def _fitted(case: Case):
 def _gram(c: Columns) -> tuple[Array, Array]:
     rows = c.W.reshape(-1, c.W.shape[-1])
     return rows.T @ rows, rows.T @ c.tau.ravel()
-
-

@@ -61,7 +61,9 @@ class Case:
         """Held-out relative error of each joint in a fit where all count alike, shape (n,)."""
         return shares(held_out_residual(self.columns), self.columns.tau)
 
-    def with_torque(self, factors: Array | float = 1.0, order: Array | None = None) -> "Case":
+    def with_torque(
+        self, factors: Array | float = 1.0, order: NDArray[np.intp] | None = None
+    ) -> "Case":
         """The same with other torque: multiplied, or of other columns; the regressor stays."""
         places = np.arange(len(self.probe.moving)) if order is None else order
         tau, raw = (factors * x[:, places] for x in (self.probe.tau, self.probe.raw))

@@ -58,10 +58,14 @@ def _empty(robot: Robot) -> list[Remark]:
     empty = [k for k, mass in enumerate(masses) if mass == 0.0]
     if not empty:
         return []
+    whose = (
+        "All links"
+        if len(empty) == robot.dof
+        else f"The links of {joints(empty, robot.joint_names)}"
+    )
     text = (
-        f"The links of {joints(empty, robot.joint_names)} have no mass in the URDF, so that"
-        " nothing tells whether the torque's unit is right, nor how the base parameters divide"
-        " into links: give a URDF with inertials."
+        f"{whose} have no mass in the URDF, so that nothing tells whether the torque's unit"
+        " is right, nor how the base parameters divide into links: give a URDF with inertials."
     )
     return [Remark("no_inertials", numbers(empty), text, Grade.DOUBTFUL)]
 
@@ -80,5 +84,3 @@ def _placeholders(robot: Robot) -> list[Remark]:
         " the links' own inertials."
     )
     return [Remark("no_inertials", (), text, Grade.DOUBTFUL)]
-
-

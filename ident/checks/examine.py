@@ -25,14 +25,17 @@ from ident.checks.motion import (
 from ident.checks.remark import Grade, Remark, verdict_of
 from ident.checks.samples import sample_remarks
 from ident.checks.settings import DEFAULT, CheckSettings
-from ident.checks.torque import constant_effort, unexplained
+from ident.checks.torque import constant_effort, constant_joints, unexplained
 from ident.checks.units import unit_factor, unit_remarks
 from ident.checks.words import joints, numbers
 from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset, Parts
-from ident.regression.probe import Chunk, chunks_of, probe_of
+from ident.regression.probe import Chunk, Probe, chunks_of, probe_of
 
 Array = NDArray[np.floating]
+
+OF_FITS = ("too_short", "poor_motion")
+"""Codes that matter only where something is fitted to the recordings."""
 
 _INSTANTS = 500
 _CUTOFFS_HZ = (1.0, 10.0)
@@ -129,24 +132,47 @@ def _moving(data: Sequence[Dataset]) -> NDArray[np.bool_]:
 
 
 def _physics(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stage:
-    """What only the arm's dynamics tell."""
+    """What only the arm's dynamics tell: of each recording, and of all together."""
     chunks, moving = chunks_of(data), _moving(data)
-    constant = {k - 1 for r in constant_effort(chunks, moving, arm.robot.joint_names, bounds)
-                for k in r.joints}  # fmt: skip
-    judged = moving & ~np.isin(np.arange(len(moving)), list(constant))
-    probe = probe_of(chunks, judged, _cutoff_hz(chunks, judged), _INSTANTS)
-    case = Case(arm.robot, arm.terms, probe)
+    still = constant_joints(chunks, moving, bounds)
+    judged = moving & ~still
+    together = Case(arm.robot, arm.terms, _probe(chunks, judged))
+    remarks = conditioning_remarks(arm, data, chunks, together, bounds)
+    mended = []
+    for log, one in enumerate(data):
+        own = [c for c in chunks if c.log == log]
+        case = together if len(data) == 1 else replace(together, probe=_probe(own, judged))
+        factors, more = _of_one(case, bounds, judge=not remarks)
+        mended.append(one if (factors == 1.0).all() else _scaled(one, factors))
+        remarks += more if len(data) == 1 else [_named(r, one.name) for r in more]
+    return tuple(mended), remarks
+
+
+def _probe(chunks: Sequence[Chunk], moving: NDArray[np.bool_]) -> Probe:
+    return probe_of(chunks, moving, _cutoff_hz(chunks, moving), _INSTANTS)
+
+
+def _named(remark: Remark, name: str) -> Remark:
+    return replace(remark, sentence=f"{name}: {remark.sentence}")
+
+
+def _of_one(case: Case, bounds: CheckSettings, judge: bool) -> tuple[Array, list[Remark]]:
+    """What one recording's torque is to be multiplied by, shape (n,), and what it shows.
+
+    Args:
+        case: the recording.
+        bounds: of the checks.
+        judge: whether the motion tells enough for its error to mean something.
+    """
+    names = case.robot.joint_names
     case, signs, remarks = _signed(case, bounds)
     sizes = gains(case)
     factor = unit_factor(sizes, bounds) or 1.0
-    remarks += unit_remarks(sizes, arm.robot.joint_names, bounds)
-    remarks += conditioning_remarks(arm, data, chunks, case, bounds)
-    if not any(r.code in ("too_short", "poor_motion") for r in remarks):
-        remarks += unexplained(case.by_joint, case.total, arm.robot.joint_names, bounds)
+    remarks += unit_remarks(sizes, names, bounds)
+    if judge:
+        remarks += unexplained(case.by_joint, case.total, names, bounds)
         remarks += base_remarks(case, bounds)
-    change = signs / factor
-    mended = data if (change == 1.0).all() else tuple(_scaled(d, change) for d in data)
-    return mended, remarks
+    return signs / factor, remarks
 
 
 def _cutoff_hz(chunks: Sequence[Chunk], moving: NDArray[np.bool_]) -> float:

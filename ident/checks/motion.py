@@ -20,9 +20,8 @@ _DEGREE = np.pi / 180
 def in_degrees(robot: Robot, data: Dataset, bounds: CheckSettings) -> bool:
     """Whether positions lie beyond the URDF's limits, and taken for degrees do not."""
     low, high = _range(robot, data)
-    return _beyond(robot, low, high, bounds).any() and not (
-        _beyond(robot, low * _DEGREE, high * _DEGREE, bounds).any()
-    )
+    as_degrees = _beyond(robot, low * _DEGREE, high * _DEGREE, bounds)
+    return bool(_beyond(robot, low, high, bounds).any() and not as_degrees.any())
 
 
 def _range(robot: Robot, data: Dataset) -> tuple[Array, Array]:

@@ -1,9 +1,13 @@
 """What a check has to say, and the verdict that follows from all remarks."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
+
+from wamctl.arm.errors import DataError
+
+_SOUND = "the checks found nothing that speaks against this result."
 
 
 class Grade(IntEnum):
@@ -45,7 +49,40 @@ def verdict_of(remarks: Iterable[Remark]) -> Grade:
     return max((r.grade for r in remarks), default=Grade.TRUSTWORTHY)
 
 
+class RefusedError(DataError):
+    """Recordings, or an arm, from which no result may be drawn.
+
+    Attributes:
+        remarks: the reasons, and what else was found.
+    """
+
+    def __init__(self, remarks: Sequence[Remark]) -> None:
+        self.remarks = tuple(remarks)
+        super().__init__(self.remarks)
+
+    def __str__(self) -> str:
+        return "\n".join(verdict_lines(self.remarks))
+
+
+def gravest_first(remarks: Iterable[Remark]) -> list[Remark]:
+    """The remarks in the order in which they should be read."""
+    return sorted(remarks, key=lambda r: -r.grade)
+
+
+def verdict_lines(remarks: Iterable[Remark]) -> list[str]:
+    """The verdict in print."""
+    ordered = gravest_first(remarks)
+    return verdict_said(verdict_of(ordered).word, [r.sentence for r in ordered])
+
+
+def verdict_said(word: str, sentences: Sequence[str]) -> list[str]:
+    """A verdict in print: its word with the gravest remark, then the others."""
+    if word == Grade.TRUSTWORTHY.word:
+        return [f"Trustworthy: {_SOUND}", *sentences]
+    return [f"{word.capitalize()}: {sentences[0]}", *sentences[1:]]
+
+
 def verdict_content(remarks: Iterable[Remark]) -> dict[str, Any]:
     """`verdict` and `remarks` of a result file, the gravest remark first."""
-    ordered = sorted(remarks, key=lambda r: -r.grade)
+    ordered = gravest_first(remarks)
     return {"verdict": verdict_of(ordered).word, "remarks": [r.content() for r in ordered]}

@@ -53,7 +53,7 @@ def repeats(q: Array, tau: Array, bounds: CheckSettings) -> Repeats:
     least = np.maximum([_smallest(s) for s in step.T], np.minimum(usual, _typical(step)))
     fast = np.abs(expected) > bounds.fast_steps * np.maximum(least, _ROUNDING)
     ratio = here / np.where(fast, expected, np.inf)
-    some = fast.any(axis=1)
+    some = fast.sum(axis=1) >= min(2, fast.shape[1])
     held = some & (~fast | (np.abs(ratio) < bounds.held_move)).all(axis=1)
     jumped = some & (~fast | (ratio > bounds.jumped_move)).all(axis=1)
     position = none.copy()
@@ -108,9 +108,7 @@ def _filled(values: Array, bad: NDArray[np.bool_]) -> Array:
     return result
 
 
-def _missing(
-    data: Dataset, repeated: int, skipped: int, bounds: CheckSettings
-) -> list[Remark]:
+def _missing(data: Dataset, repeated: int, skipped: int, bounds: CheckSettings) -> list[Remark]:
     source = data.source
     total = max(data.samples + source.lost, 1)
     told = []

@@ -10,127 +10,154 @@ class CheckSettings(BaseModel):
 
     # motion
     beyond_limits_rad: float = Field(
-        0.1, description="[rad or m] positions beyond the URDF's limits by this are remarked on:"
-        " URDFs round their limits, and stops give way"
+        default=0.1,
+        description="[rad or m] positions beyond the URDF's limits by this are remarked on:"
+        " URDFs round their limits, and stops give way",
     )
     jump_speeds: float = Field(
-        5.0, description="times the URDF's velocity limit: a faster step from sample to sample is"
-        " no motion; drives stop at the limit itself"
+        default=5.0,
+        description="times the URDF's velocity limit: a faster step from sample to sample is"
+        " no motion; drives stop at the limit itself",
     )
     jump_share: float = Field(
-        2e-4, description="of the samples that may jump before it is remarked on: single glitches"
-        " weigh little in least squares"
+        default=2e-4,
+        description="of the samples that may jump before it is remarked on: single glitches"
+        " weigh little in least squares",
     )
     interpolation_doubtful: float = Field(
-        0.02, description="error of every other sample, predicted from its neighbours, beside the"
-        " joint's own range: about 12 samples for each period of the fastest part of the motion"
+        default=0.02,
+        description="error of every other sample, predicted from its neighbours, beside the"
+        " joint's own range: about 12 samples for each period of the fastest part of the motion",
     )
     interpolation_refused: float = Field(
-        0.2, description="the same, where velocities are lost: 5 samples for each period"
+        default=0.2, description="the same, where velocities are lost: 5 samples for each period"
     )
     hardly_moves_rad: float = Field(
-        0.12, description="[rad or m] a joint that spans less shows friction's break-away and"
-        " little else"
+        default=0.12,
+        description="[rad or m] a joint that spans less shows friction's break-away and"
+        " little else",
     )
     hardly_moves_rad_s: float = Field(
-        0.03, description="[rad/s or m/s] a joint that never goes faster stays in the range of"
-        " static friction, which the model lacks"
+        default=0.03,
+        description="[rad/s or m/s] a joint that never goes faster stays in the range of"
+        " static friction, which the model lacks",
     )
     short_s: float = Field(
-        5.0, description="[s] of motion; below this a poor condition is called too short"
+        default=5.0, description="[s] of motion; below this a poor condition is called too short"
     )
     condition_doubtful: float = Field(
-        500.0, description="ratio of the largest and the smallest singular value of the base"
+        default=500.0,
+        description="ratio of the largest and the smallest singular value of the base"
         " parameters' columns at length one: good excitations have 5 to 30, the poorest real"
-        " recordings that still predict other motion 300"
+        " recordings that still predict other motion 300",
     )
     condition_refused: float = Field(
-        2e4, description="the same, where combinations of parameters are noise"
+        default=2e4, description="the same, where combinations of parameters are noise"
     )
 
     # samples
     lost_share: float = Field(
-        5e-3, description="of the samples that may be missing or repeated before the result is"
-        " doubtful: holes are cut out, so that a few of them cost little"
+        default=5e-3,
+        description="of the samples that may be missing or repeated before the result is"
+        " doubtful: holes are cut out, so that a few of them cost little",
     )
     lost_refused: float = Field(
-        0.5, description="of the samples missing or repeated: what is left is not the recording"
+        default=0.5,
+        description="of the samples missing or repeated: what is left is not the recording",
     )
     fast_steps: float = Field(
-        12.0, description="a move of so many smallest ones, or usual errors, shows a lost sample"
+        default=12.0,
+        description="a move of so many smallest ones, or usual errors, shows a lost sample",
     )
-    held_move: float = Field(0.05, description="of the expected move: less is a repeated sample")
-    jumped_move: float = Field(1.75, description="of the expected move: more is a lost sample")
+    held_move: float = Field(
+        default=0.05, description="of the expected move: less is a repeated sample"
+    )
+    jumped_move: float = Field(
+        default=1.75, description="of the expected move: more is a lost sample"
+    )
 
     # torque
     constant_share: float = Field(
-        1e-3, description="rms of the torque about its mean, beside the largest torque of the"
-        " joint or 1e-6: less is a constant"
+        default=1e-3,
+        description="rms of the torque about its mean, beside the largest torque of the"
+        " joint or 1e-6: less is a constant",
     )
     unexplained_joint: float = Field(
-        0.95, description="relative error of one joint on data that were not fitted: from here on"
-        " its torque looks like noise"
+        default=0.95,
+        description="relative error of one joint on data that were not fitted: from here on"
+        " its torque looks like noise",
     )
     error_doubtful: float = Field(
-        0.25, description="relative error over all joints on data that were not fitted, with"
-        " friction and offset: real arms without their couplings reach 0.17"
+        default=0.25,
+        description="relative error over all joints on data that were not fitted, with"
+        " friction and offset: real arms without their couplings reach 0.17",
     )
     error_refused: float = Field(
-        0.75, description="the same, where the model says hardly more than a constant"
+        default=0.75, description="the same, where the model says hardly more than a constant"
     )
 
     # hypotheses
     scan_from: float = Field(
-        0.06, description="relative error over all joints from which swapped columns, zero poses,"
-        " and gravity are tried: below, no such fault is there"
+        default=0.06,
+        description="relative error over all joints from which swapped columns, zero poses,"
+        " and gravity are tried: below, no such fault is there",
     )
     scan_joint: float = Field(
-        0.6, description="relative error of one joint from which the same is tried"
+        default=0.6, description="relative error of one joint from which the same is tried"
     )
     believed_ratio: float = Field(
-        0.65, description="a hypothesis must lower the held-out error to this part; on 11 real"
-        " recordings no wrong one came below 0.81"
+        default=0.65,
+        description="a hypothesis must lower the held-out error to this part; on 11 real"
+        " recordings no wrong one came below 0.81",
     )
     friction_power: float = Field(
-        0.02, description="power taken out of friction, beside rms torque times rms speed: less"
-        " may be rounding"
+        default=0.02,
+        description="power taken out of friction, beside rms torque times rms speed: less"
+        " may be rounding",
     )
     friction_deviations: float = Field(
-        4.0, description="standard errors by which friction's power must be negative"
+        default=4.0, description="standard errors by which friction's power must be negative"
     )
     sign_cost: float = Field(
-        1.15, description="the error may rise by this factor when a joint with negative friction"
-        " is turned: the sign alone then decides"
+        default=1.15,
+        description="the error may rise by this factor when a joint with negative friction"
+        " is turned: the sign alone then decides",
     )
     gain_bounds: float = Field(
-        4.0, description="torque may differ from the URDF's by this factor: real masses differ"
-        " from URDFs by less, gears and units by more"
+        default=4.0,
+        description="torque may differ from the URDF's by this factor: real masses differ"
+        " from URDFs by less, gears and units by more",
     )
     gain_explained: float = Field(
-        0.8, description="part of the torque beside friction that the URDF's own weight must"
-        " explain before its size is believed: placeholders explain less"
+        default=0.8,
+        description="part of the torque beside friction that the URDF's own weight must"
+        " explain before its size is believed: placeholders explain less",
     )
     unit_tolerance: float = Field(
-        1.7, description="factor about a known unit within which the unit is believed"
+        default=1.7, description="factor about a known unit within which the unit is believed"
     )
     gain_apart: float = Field(
-        3.0, description="ratio of two joints' factors from which they are no common one"
+        default=3.0, description="ratio of two joints' factors from which they are no common one"
     )
     sway_share: float = Field(
-        0.5, description="of the unexplained torque that one oscillation of the base must explain"
+        default=0.5,
+        description="of the unexplained torque that one oscillation of the base must explain",
     )
     sway_error: float = Field(
-        0.02, description="relative error below which no sway is looked for"
+        default=0.02, description="relative error below which no sway is looked for"
     )
     disagree_deviations: float = Field(
-        5.0, description="standard errors between recordings from which a parameter contradicts"
+        default=5.0,
+        description="standard errors between recordings from which a parameter contradicts",
     )
     disagree_ratio: float = Field(
-        2.0, description="a recording's error under the others' parameters, beside its own: less"
-        " is of no consequence"
+        default=2.0,
+        description="a recording's error under the others' parameters, beside its own: less"
+        " is of no consequence",
     )
     disagree_error: float = Field(
-        0.05, description="relative error under the others' parameters below which recordings agree"
+        default=0.05,
+        description="relative error under the others' parameters below which recordings agree",
     )
 
 

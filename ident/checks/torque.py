@@ -13,17 +13,24 @@ from ident.regression.probe import Chunk
 Array = NDArray[np.floating]
 
 
-def constant_effort(
-    chunks: Sequence[Chunk], moving: NDArray[np.bool_], names: Sequence[str], bounds: CheckSettings
-) -> list[Remark]:
-    """Joints that move while their effort stays the same."""
+def constant_joints(
+    chunks: Sequence[Chunk], moving: NDArray[np.bool_], bounds: CheckSettings
+) -> NDArray[np.bool_]:
+    """Joints that move while their effort stays the same, shape (n,)."""
     tau = np.concatenate([c.tau for c in chunks])
     spread = np.sqrt(np.mean((tau - tau.mean(axis=0)) ** 2, axis=0))
     size = np.maximum(np.abs(tau).max(axis=0), 1e-6)
-    flat = moving & (spread < bounds.constant_share * size)
-    places = np.flatnonzero(flat)
+    return moving & (spread < bounds.constant_share * size)
+
+
+def constant_effort(
+    chunks: Sequence[Chunk], moving: NDArray[np.bool_], names: Sequence[str], bounds: CheckSettings
+) -> list[Remark]:
+    """What is said of joints that move while their effort stays the same."""
+    places = np.flatnonzero(constant_joints(chunks, moving, bounds))
     if not len(places):
         return []
+    tau = np.concatenate([c.tau for c in chunks])
     k = int(places[0])
     zero = bool((np.abs(tau[:, places]).max(axis=0) < 1e-9).all())
     what = "is zero" if zero else f"stays at {tau[:, k].mean():.4g}"

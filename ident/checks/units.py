@@ -47,9 +47,7 @@ def unit_remarks(found: Gains, names: tuple[str, ...], bounds: CheckSettings) ->
         )
         return [Remark("units", (), text, Grade.DOUBTFUL)]
     if _outside(found, bounds):
-        near = [
-            name for u, name in UNITS.items() if 0.5 < abs(found.common) / u < 2.0
-        ]
+        near = [name for u, name in UNITS.items() if 0.5 < abs(found.common) / u < 2.0]
         like = f" ({joined(near).replace(' and ', ' or ')}?)" if near else ""
         text = (
             f"The torque is {abs(found.common):.3g} times what the arm's own weight asks for: it is"

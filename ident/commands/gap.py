@@ -1,12 +1,21 @@
 """`ident gap`: where simulation and measurement disagree, and which effect is missing."""
 
+import json
 import time
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from ident.commands.options import JointStates, Json, Logs, TorqueChoice
+from ident.commands.options import (
+    JointStates,
+    Json,
+    Logs,
+    Strict,
+    TorqueChoice,
+    hold,
+    verdict_printed,
+)
 
 
 def gap(
@@ -25,6 +34,7 @@ def gap(
     torque: TorqueChoice = None,
     joint_states: JointStates = "/joint_states",
     as_json: Json = False,
+    strict: Strict = False,
 ) -> None:
     """Find what the model misses, by name, and add it.
 
@@ -39,12 +49,15 @@ def gap(
     options = Options(null_runs=null_runs)
     with compilation_announced("the search"):
         text, sentences = gap_logs(logs, (robot, model), out, reading, options, _Told().tell)
+    content = json.loads(text)
     if as_json:
         typer.echo(text.rstrip())
-        return
-    for sentence in sentences:
-        typer.echo(sentence)
-    typer.echo(f"{out / 'report.html'}")
+    else:
+        verdict_printed(content, "trust")
+        for sentence in sentences:
+            typer.echo(sentence)
+        typer.echo(f"{out / 'report.html'}")
+    hold(content["trust"], strict)
 
 
 class _Told:

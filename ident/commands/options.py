@@ -1,5 +1,6 @@
 """Options that the commands share, and what they mean."""
 
+from collections.abc import Mapping
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
@@ -7,6 +8,7 @@ from typing import Annotated, Any
 import typer
 import yaml
 
+from ident.checks.remark import verdict_said
 from wamctl.arm.config import IdentificationSection
 from wamctl.arm.errors import ConfigurationError
 
@@ -38,6 +40,22 @@ JointStates = Annotated[
     str, typer.Option("--joint-states", help="Topic of the measured positions and efforts.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the result file's content.")]
+Strict = Annotated[bool, typer.Option("--strict", help="Exit with 6 where the result is doubtful.")]
+
+_NO_RESULT = 6
+
+
+def verdict_printed(content: Mapping[str, Any], verdict: str = "verdict") -> None:
+    """Print the verdict of a result file, and its remarks."""
+    sentences = [r["sentence"] for r in content["remarks"]]
+    for sentence in verdict_said(content[verdict], sentences):
+        typer.echo(sentence)
+
+
+def hold(word: str, strict: bool) -> None:
+    """End with the exit code of a result that --strict does not let pass."""
+    if strict and word != "trustworthy":
+        raise typer.Exit(_NO_RESULT)
 
 
 def settings_of(cutoff: float | None, assignments: list[str] | None) -> dict[str, Any]:

@@ -12,8 +12,11 @@ from ident.commands.options import (
     Json,
     Logs,
     Settings,
+    Strict,
     TorqueChoice,
+    hold,
     settings_of,
+    verdict_printed,
 )
 
 
@@ -38,6 +41,7 @@ def run(
     torque: TorqueChoice = None,
     joint_states: JointStates = "/joint_states",
     as_json: Json = False,
+    strict: Strict = False,
 ) -> None:
     """Identify a physically feasible model from recordings.
 
@@ -51,7 +55,13 @@ def run(
     reading = Reading(joint_states, torque=torque.value if torque else None)
     with shown() as tell:
         text = run_logs(logs, robot, out, reading, tell, effects, **changes)
-    for log in json.loads(text)["logs"]:
+    content = json.loads(text)
+    for log in content["logs"]:
         for remark in log["remarks"]:
             typer.echo(f"{log['name']}: {remark}.", err=True)
-    typer.echo(text.rstrip() if as_json else f"{out / 'report.html'}")
+    if as_json:
+        typer.echo(text.rstrip())
+    else:
+        verdict_printed(content)
+        typer.echo(f"{out / 'report.html'}")
+    hold(content["verdict"], strict)

@@ -12,8 +12,11 @@ from ident.commands.options import (
     Json,
     Logs,
     Settings,
+    Strict,
     TorqueChoice,
+    hold,
     settings_of,
+    verdict_printed,
 )
 
 
@@ -26,6 +29,7 @@ def validate(
     torque: TorqueChoice = None,
     joint_states: JointStates = "/joint_states",
     as_json: Json = False,
+    strict: Strict = False,
 ) -> None:
     """Test a model on recordings that it was not fitted on.
 
@@ -39,12 +43,15 @@ def validate(
     reading = Reading(joint_states, torque=torque.value if torque else None)
     with shown() as tell:
         text = validate_logs(logs, model, out, reading, tell, **changes)
+    content = json.loads(text)
     if as_json:
         typer.echo(text.rstrip())
-        return
-    for log in json.loads(text)["logs"]:
-        typer.echo(
-            f"{log['name']}: relative torque error {log['relative_error_percent']:.2f} %"
-            f" (raw torque {log['raw_torque']['relative_error_percent']:.2f} %)"
-        )
-    typer.echo(f"{out / 'report.html'}")
+    else:
+        verdict_printed(content)
+        for log in content["logs"]:
+            typer.echo(
+                f"{log['name']}: relative torque error {log['relative_error_percent']:.2f} %"
+                f" (raw torque {log['raw_torque']['relative_error_percent']:.2f} %)"
+            )
+        typer.echo(f"{out / 'report.html'}")
+    hold(content["verdict"], strict)

@@ -1,4 +1,4 @@
-"""Least squares on a probe, its error on what was left out, and what a change of torque would do."""
+"""Least squares on a probe, and its error on what was left out."""
 
 from dataclasses import dataclass
 
@@ -54,11 +54,7 @@ def columns_of(robot: Robot, terms: Terms, probe: Probe) -> Columns:
     drives = [x[:, :, None] * own for x in (probe.motion.qd, probe.sign, np.ones_like(probe.sign))]
     coupled = [m - 1 for m in terms.coupled_motors] if terms.motor_friction else []
     rows = terms.drive_matrix[coupled]
-    shared = [
-        (x @ rows.T)[:, None, :] * rows.T
-        for x in (probe.motion.qd, probe.sign)
-        if len(rows)
-    ]
+    shared = [(x @ rows.T)[:, None, :] * rows.T for x in (probe.motion.qd, probe.sign) if len(rows)]
     W = np.concatenate([links, *drives, *shared], axis=2)
     W[:, ~probe.moving] = 0.0
     first = links.shape[2]
@@ -93,7 +89,9 @@ def solution(A: Array, y: Array) -> Array:
     seen = square > _ROUNDING * square.max()
     scale = np.divide(1.0, np.sqrt(square), out=np.zeros_like(square), where=seen)
     right = (scale * y.T).T
-    return (scale * np.linalg.solve(A * np.outer(scale, scale) + _RIDGE * np.eye(len(A)), right).T).T
+    return (
+        scale * np.linalg.solve(A * np.outer(scale, scale) + _RIDGE * np.eye(len(A)), right).T
+    ).T
 
 
 def held_out_residual(columns: Columns, weights: Array | None = None) -> Array:
@@ -109,7 +107,7 @@ def held_out_residual(columns: Columns, weights: Array | None = None) -> Array:
     result = columns.tau.copy()
     for k in range(FOLDS):
         others = [grams[i] for i in range(FOLDS) if i != k]
-        beta = solution(sum(g[0] for g in others), sum(g[1] for g in others))
+        beta = solution(*(np.sum(parts, axis=0) for parts in zip(*others, strict=True)))
         inside = columns.fold == k
         result[inside] -= columns.W[inside] @ beta
     return result

@@ -20,6 +20,7 @@ from ident.report.page import (
 )
 from ident.report.provenance_section import provenance_section
 from ident.report.style import AFTER, BEFORE, BLUE, FLOOR, Sign
+from ident.report.trust import with_trust
 from ident.report.words import (
     DASH,
     effect_text,
@@ -77,7 +78,7 @@ def gap_page(report: GapReport) -> Page:
     return Page(
         command="ident gap",
         title=f"{report.arm}: what the model misses",
-        verdict=Verdict(status, word, first, more),
+        verdict=with_trust(Verdict(status, word, first, more), content, "trust"),
         figures=_figures(report),
         sections=[s for s in sections if s.blocks],
         steps=steps_text(report),

@@ -9,6 +9,7 @@ from ident.report.page import Block, Column, Page, Section, Step, Table, Text, V
 from ident.report.provenance_section import provenance_section
 from ident.report.torque import error_figure, torque_blocks
 from ident.report.traces import Trace
+from ident.report.trust import with_trust
 from ident.report.words import (
     DASH,
     joint_labels,
@@ -85,12 +86,13 @@ def _verdict(content: Content) -> Verdict:
     if seen:
         names = listed([Path(name).name for name in seen])
         more.insert(0, f"The model was fitted on {names}: its error there says little.")
-    return Verdict(
+    verdict = Verdict(
         "warning" if seen else "open",
         "seen before" if seen else "error on new data",
         sentence,
         [m for m in more if m],
     )
+    return with_trust(verdict, content)
 
 
 def _against(logs: Sequence[Content], chosen: str) -> str:

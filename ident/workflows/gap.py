@@ -2,12 +2,14 @@
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ident.checks.examine import examine
+from ident.checks.remark import Grade, RefusedError, Remark
 from ident.effects.bound_effects import load_model
 from ident.effects.catalogue import catalogue
 from ident.effects.events import EVENTS
@@ -41,13 +43,17 @@ from ident.workflows.gap_json import (
     effects_content,
     forward_content,
     held_out_content,
+    refused_gap,
     steps_content,
+    trust_content,
     unexplained_content,
     visibility_content,
     where_content,
 )
 from ident.workflows.provenance import provenance
+from ident.workflows.refusal import write_refusal
 from ident.workflows.run_json import as_json, whole_folder
+from wamctl.arm.errors import DataError
 
 Tell = Callable[[str], None]
 
@@ -131,6 +137,7 @@ def gap_logs(
         tell: hears of the progress.
 
     Raises:
+        RefusedError: nothing may be said of them; `gap.json` and the report say why.
         UserError: what cannot be done; nothing is written then.
     """
     start = time.perf_counter()
@@ -139,7 +146,12 @@ def gap_logs(
     source = read_experiment(paths, robot, reading)
     if trusted is not None:
         source = trusting(source, load_model(trusted), str(trusted))
-    done = gap_of(source, options, tell, paths)
+    try:
+        done = gap_of(source, options, tell, paths)
+    except RefusedError as refusal:
+        content = refused_gap(source.arm, refusal, time.perf_counter() - start)
+        write_refusal(out, "gap", refusal, content, source.arm.name)
+        raise
     done.content["seconds"] = time.perf_counter() - start
     return done.write(out), done.sentences
 
@@ -154,11 +166,17 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
         paths: files of the recordings, where there are any.
 
     Raises:
-        DataError: recordings from which nothing can be learned.
+        RefusedError: recordings or an arm of which nothing may be said.
     """
     start = time.perf_counter()
-    outcome = _outcome(search(source, options, tell), tell)
-    content = _content(outcome) | {"provenance": provenance(source.arm, paths)}
+    tell("checking the recordings")
+    examined = examine(source.arm, source.datasets)
+    if examined.verdict is Grade.REFUSED:
+        raise RefusedError(examined.remarks)
+    source = replace(source, datasets=examined.data)
+    outcome = _outcome(searched(source, options, examined.remarks, tell), tell)
+    content = _content(outcome) | trust_content(examined.remarks)
+    content["provenance"] = provenance(source.arm, paths)
     tell("preparing the report")
     report = _report(outcome, content)
     content["seconds"] = time.perf_counter() - start
@@ -171,6 +189,24 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
         outcome.found.end.model.slow,
     )
     return Gap(report, model, content)
+
+
+def searched(source: Experiment, options: Options, remarks: Sequence[Remark], tell: Tell) -> Search:
+    """The search.
+
+    Raises:
+        RefusedError: what stopped it, as a remark beside the others.
+    """
+    try:
+        return search(source, options, tell)
+    except np.linalg.LinAlgError:
+        text = (
+            "These recordings leave parameters of the model undetermined: let every joint move"
+            " farther and faster (`ident design` finds a motion)."
+        )
+    except DataError as error:
+        text = str(error)
+    raise RefusedError((Remark("poor_motion", (), text, Grade.REFUSED), *remarks))
 
 
 def _outcome(found: Search, tell: Tell) -> _Outcome:

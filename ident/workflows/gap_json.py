@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.checks.remark import RefusedError, Remark, verdict_content
 from ident.effects.candidate import Value
 from ident.effects.catalogue import catalogue
 from ident.effects.events import CONTACT
@@ -19,12 +20,39 @@ from ident.gap.results.verdict import UnexplainedStructure
 from ident.gap.selection.acceptance import AcceptedEffect
 from ident.gap.selection.estimates import FinalEstimates
 from ident.gap.transients.detect import Transient
+from ident.model.arm import Arm
 from ident.workflows.run_json import numbers
 
 Array = NDArray[np.floating]
 Content = dict[str, Any]
 
 _NEAREST = 2
+
+
+def trust_content(remarks: Sequence[Remark]) -> Content:
+    """`trust` and `remarks`: how far the recordings themselves can be trusted."""
+    found = verdict_content(remarks)
+    return {"trust": found["verdict"], "remarks": found["remarks"]}
+
+
+def refused_gap(arm: Arm, refusal: RefusedError, seconds: float) -> Content:
+    """The content of `gap.json` where the recordings are refused: every field, and no effect."""
+    dof = arm.robot.dof
+    nothing = {"relative_error_percent": None, "rms_by_joint": [None] * dof}
+    still = {"rms_q_by_joint": [None] * dof}
+    return trust_content(refusal.remarks) | {
+        "verdict": "data_fault",
+        "effects": [],
+        "where": [],
+        "not_observable": [],
+        "held_out": {"before": nothing, "after": nothing, "noise_floor": nothing}
+        | {"closed_fraction": None},
+        "forward_simulation": {"before": still, "after": still},
+        "minimum_detectable": {},
+        "arm": arm.name,
+        "joints": list(arm.robot.joint_names),
+        "seconds": seconds,
+    }
 
 
 def effects_content(found: Search, final: FinalEstimates | None) -> list[Content]:

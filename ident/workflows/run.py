@@ -6,6 +6,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from ident.checks.examine import examine
+from ident.checks.remark import Grade, RefusedError, Remark, verdict_content
 from ident.effects.bound_effects import load_model
 from ident.effects.compensation import without_effects
 from ident.identification.identify import Identification, identify, model_of
@@ -13,13 +17,21 @@ from ident.model.arm import Arm
 from ident.model.identified_model import Model
 from ident.model.model_writing import write_model
 from ident.recordings.dataset import Dataset
+from ident.recordings.errors import TooShortError
 from ident.recordings.loading import Reading, read_logs
 from ident.regression.progress import Tell, silent
 from ident.report.page import render
 from ident.report.run_page import run_page, run_report
 from ident.workflows.provenance import provenance
+from ident.workflows.refusal import refused_run, write_refusal
 from ident.workflows.run_json import as_json, run_content, whole_folder
 from wamctl.arm.errors import DataError
+
+METHOD = "regression"
+_UNDETERMINED = (
+    "These recordings leave parameters of the model undetermined: let every joint move farther and"
+    " faster (`ident design` finds a motion)."
+)
 
 
 @dataclass(frozen=True)
@@ -80,6 +92,7 @@ def run_logs(
         settings: fields of the identification section that differ from the arm's.
 
     Raises:
+        RefusedError: no model may be drawn from them; `run.json` and the report say why.
         UserError: what cannot be done; nothing is written then.
     """
     start = time.perf_counter()
@@ -88,7 +101,11 @@ def run_logs(
     arm = arm.with_settings(**settings)
     known = None if effects is None else _known(effects, arm)
     read = time.perf_counter() - start
-    done = run_data(arm, data, tell, known, paths)
+    try:
+        done = run_data(arm, data, tell, known, paths)
+    except RefusedError as refusal:
+        write_refusal(out, "run", refusal, refused_run(arm, data, refusal), arm.name)
+        raise
     done.content["seconds"] = {"read": read} | done.content["seconds"]
     tell("writing the report")
     drawing = time.perf_counter()
@@ -115,14 +132,39 @@ def run_data(
         paths: files of the recordings, where there are any.
 
     Raises:
-        DataError: recordings from which nothing can be learned.
+        RefusedError: recordings or an arm from which no model may be drawn.
     """
+    tell("checking the recordings")
+    examined = examine(arm, data)
+    if examined.verdict is Grade.REFUSED:
+        raise RefusedError(examined.remarks)
+    data = examined.data
     if known is not None:
         data = [_without(known, d) for d in data]
-    found = identify(data, arm, tell)
-    content = run_content(found) | {"provenance": provenance(arm, paths)}
+    found = identified(data, arm, examined.remarks, tell)
+    content = verdict_content(examined.remarks) | {"method": METHOD} | run_content(found)
+    content["provenance"] = provenance(arm, paths)
     model = model_of(found)
     return Run(found, model if known is None else replace(model, effects=known.effects), content)
+
+
+def identified(
+    data: Sequence[Dataset], arm: Arm, remarks: Sequence[Remark], tell: Tell
+) -> Identification:
+    """The identification.
+
+    Raises:
+        RefusedError: what stopped it, as a remark beside the others.
+    """
+    try:
+        return identify(data, arm, tell)
+    except TooShortError as error:
+        stop = Remark("too_short", (), str(error), Grade.REFUSED)
+    except DataError as error:
+        stop = Remark("poor_motion", (), str(error), Grade.REFUSED)
+    except np.linalg.LinAlgError:
+        stop = Remark("poor_motion", (), _UNDETERMINED, Grade.REFUSED)
+    raise RefusedError((stop, *remarks))
 
 
 def _known(path: Path, arm: Arm) -> Model:

@@ -5,14 +5,19 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from ident.checks.examine import OF_FITS, examine
+from ident.checks.remark import Grade, RefusedError, Remark, verdict_content, verdict_of
 from ident.effects.bound_effects import load_model
 from ident.identification.validation import Prediction, arm_of, predict
+from ident.model.arm import Arm
+from ident.recordings.dataset import Dataset
 from ident.recordings.loading import Reading, read_for
 from ident.regression.progress import Tell, silent
 from ident.report.page import render
 from ident.report.traces import validation_trace
 from ident.report.validate_page import ValidationReport, validate_page
 from ident.workflows.provenance import provenance
+from ident.workflows.refusal import write_refusal
 from ident.workflows.run_json import as_json, errors_content, torque_units, whole_folder
 
 
@@ -35,17 +40,24 @@ def validate_logs(
         settings: fields of the filter that differ from the model's.
 
     Raises:
+        RefusedError: recordings that say nothing; `validate.json` and the report say why.
         UserError: what cannot be done; nothing is written then.
     """
     start = time.perf_counter()
     model = load_model(model_path)
     arm = arm_of(model).with_settings(**settings)
+    data, remarks = checked(arm, [read_for(arm, path, reading) for path in paths])
+    if verdict_of(remarks) is Grade.REFUSED:
+        refusal = RefusedError(remarks)
+        content = verdict_content(remarks) | {"arm": model.arm, "model": str(model_path)}
+        write_refusal(out, "validate", refusal, content, model.arm)
+        raise refusal
     predictions = []
-    for path in paths:
-        tell(f"predicting {path.name}")
-        predictions.append(predict(model, arm, read_for(arm, path, reading)))
+    for one in data:
+        tell(f"predicting {Path(one.name).name}")
+        predictions.append(predict(model, arm, one))
     tell("writing the report")
-    content = {
+    content = verdict_content(remarks) | {
         "arm": model.arm,
         "model": str(model_path),
         "fitted_on": list(model.logs),
@@ -63,6 +75,20 @@ def validate_logs(
         (folder / "validate.json").write_text(text, encoding="utf-8")
         (folder / "report.html").write_text(page, encoding="utf-8")
     return text
+
+
+def checked(arm: Arm, data: Sequence[Dataset]) -> tuple[list[Dataset], list[Remark]]:
+    """Recordings with what could be mended mended, and what the checks found.
+
+    Each is judged by itself; whether its motion would have told the parameters apart is no matter
+    here, since nothing is fitted to it.
+    """
+    mended, remarks = [], []
+    for one in data:
+        examined = examine(arm, [one])
+        mended += examined.data
+        remarks += [r for r in examined.remarks if r.code not in OF_FITS]
+    return mended, list(dict.fromkeys(remarks))
 
 
 def prediction_content(prediction: Prediction, chosen: str) -> dict[str, Any]:

@@ -86,6 +86,7 @@ def test_steps_are_told_as_they_begin(log, tmp_path):
     reducing = "filtering and reducing 5000 samples"
     assert list(said) == [
         "reading",
+        "checking the recordings",
         reducing,
         "fitting, and predicting what was not fitted",
         "writing the report",
