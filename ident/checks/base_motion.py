@@ -23,8 +23,10 @@ def base_remarks(case: Case, bounds: CheckSettings) -> list[Remark]:
     """Whether one oscillation of the base explains most of what is left of the torque."""
     if case.total < bounds.sway_error or case.probe.moving.sum() < 2:
         return []
-    frequency, share = _best(case)
-    if share < bounds.sway_share:
+    frequencies, shares = _spectrum(case)
+    best = int(np.argmax(shares))
+    frequency, share = float(frequencies[best]), float(shares[best])
+    if share < max(bounds.sway_share, bounds.sway_peak * float(np.median(shares))):
         return []
     text = (
         f"The base looks as if it swayed at {frequency:.2g} Hz: that explains"
@@ -34,8 +36,8 @@ def base_remarks(case: Case, bounds: CheckSettings) -> list[Remark]:
     return [Remark("base_moves", (), text, Grade.DOUBTFUL)]
 
 
-def _best(case: Case) -> tuple[float, float]:
-    """The frequency [Hz] that explains most of the residual, and its share."""
+def _spectrum(case: Case) -> tuple[Array, Array]:
+    """Frequencies [Hz], and the share of the residual that a base swaying at each explains."""
     pull = _pull(case)
     residual, t = case.residual, case.probe.t
     fixed = pull.transpose(1, 0, 2).reshape(-1, 3)
@@ -46,17 +48,16 @@ def _best(case: Case) -> tuple[float, float]:
     times = np.tile(t, residual.shape[1])
     count = int(min(_MOST_FREQUENCIES, _PER_BIN * seconds * (_MOST_HZ - _LEAST_HZ)))
     total = float(goal @ goal)
-    best = (0.0, 0.0)
-    for f in np.linspace(_LEAST_HZ, _MOST_HZ, max(count, 2)):
+    frequencies = np.linspace(_LEAST_HZ, _MOST_HZ, max(count, 2))
+    explained = np.zeros(len(frequencies))
+    for i, f in enumerate(frequencies):
         waves = [fixed * w(2 * np.pi * f * times)[:, None] for w in (np.cos, np.sin)]
-        share = 0.0
         for log in np.unique(logs):
             inside = logs == log
             X = np.concatenate([w[inside] for w in waves], axis=1)
             y = X.T @ goal[inside]
-            share += float(y @ solution(X.T @ X, y))
-        best = max(best, (share / max(total, 1e-300), float(f)))
-    return best[1], best[0]
+            explained[i] += float(y @ solution(X.T @ X, y))
+    return frequencies, explained / max(total, 1e-300)
 
 
 def _pull(case: Case) -> Array:

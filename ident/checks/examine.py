@@ -10,10 +10,17 @@ from numpy.typing import NDArray
 from ident.checks.base_motion import base_remarks
 from ident.checks.case import Case
 from ident.checks.conditioning import conditioning_remarks
+from ident.checks.delay import delay_remarks
 from ident.checks.description import description_remarks
 from ident.checks.friction import friction_power
 from ident.checks.gains import gains
-from ident.checks.hypotheses import position_sign, scanned, torque_sign
+from ident.checks.hypotheses import (
+    by_weight,
+    nearest,
+    position_sign,
+    scanned,
+    torque_sign,
+)
 from ident.checks.motion import (
     degrees_remark,
     in_degrees,
@@ -44,6 +51,7 @@ _OVER_MOTION = 5.0
 
 _ENERGY = 0.9
 _CLEAR_GAIN = 0.7
+_SURE = 5.0
 
 
 @dataclass(frozen=True)
@@ -118,10 +126,11 @@ def _signals(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
     chunks = chunks_of(data)
     moving = _moving(data)
     names = arm.robot.joint_names
+    jumps = jump_remarks(arm.robot, data, chunks, bounds)
     remarks = [
         *constant_effort(chunks, moving, names, bounds),
-        *jump_remarks(arm.robot, data, chunks, bounds),
-        *rate_remarks(data, chunks, bounds),
+        *jumps,
+        *([] if jumps else rate_remarks(data, chunks, bounds)),
         *little_motion(arm.robot, data, chunks, bounds),
     ]
     return data, remarks
@@ -142,7 +151,7 @@ def _physics(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
     for log, one in enumerate(data):
         own = [c for c in chunks if c.log == log]
         case = together if len(data) == 1 else replace(together, probe=_probe(own, judged))
-        factors, more = _of_one(case, bounds, judge=not remarks)
+        factors, more = _of_one(case, own, bounds, judge=not remarks)
         mended.append(one if (factors == 1.0).all() else _scaled(one, factors))
         remarks += more if len(data) == 1 else [_named(r, one.name) for r in more]
     return tuple(mended), remarks
@@ -156,16 +165,22 @@ def _named(remark: Remark, name: str) -> Remark:
     return replace(remark, sentence=f"{name}: {remark.sentence}")
 
 
-def _of_one(case: Case, bounds: CheckSettings, judge: bool) -> tuple[Array, list[Remark]]:
+def _of_one(
+    case: Case, chunks: Sequence[Chunk], bounds: CheckSettings, judge: bool
+) -> tuple[Array, list[Remark]]:
     """What one recording's torque is to be multiplied by, shape (n,), and what it shows.
 
     Args:
         case: the recording.
+        chunks: its samples.
         bounds: of the checks.
         judge: whether the motion tells enough for its error to mean something.
     """
     names = case.robot.joint_names
-    case, signs, remarks = _signed(case, bounds)
+    case, signs, remarks = _signed(case, chunks, bounds)
+    if judge and not any(r.code in ("zero_pose", "gravity_direction") for r in remarks):
+        case, more = by_weight(case, bounds)
+        remarks += more
     sizes = gains(case)
     factor = unit_factor(sizes, bounds) or 1.0
     remarks += unit_remarks(sizes, names, bounds)
@@ -197,12 +212,17 @@ def _torque_scaled(data: Dataset, factors: Array) -> Parts:
         yield number, replace(part, tau=part.tau * factors)
 
 
-def _signed(case: Case, bounds: CheckSettings) -> tuple[Case, Array, list[Remark]]:
+def _signed(
+    case: Case, chunks: Sequence[Chunk], bounds: CheckSettings
+) -> tuple[Case, Array, list[Remark]]:
     """The case without wrong signs and swapped columns, and the factors that mend the torque."""
     signs = np.ones(case.robot.dof)
     case, reversed_, remarks = _all_reversed(case, bounds)
     signs *= -1.0 if reversed_ else 1.0
     if case.total > bounds.scan_from or (case.by_joint > bounds.scan_joint).any():
+        late = delay_remarks(case, chunks, bounds)
+        if late:
+            return case, signs, [*remarks, *late]
         case, found, more = scanned(case, bounds)
         remarks += more
         for h in found:
@@ -217,7 +237,15 @@ def _signed(case: Case, bounds: CheckSettings) -> tuple[Case, Array, list[Remark
 
 
 def _feeding(case: Case, bounds: CheckSettings) -> NDArray[np.bool_]:
-    return friction_power(case).negative(bounds.friction_power, bounds.friction_deviations)
+    """Joints whose friction, or else whose own weight, says that their torque is reversed."""
+    power = friction_power(case)
+    negative = power.negative(bounds.friction_power, bounds.friction_deviations)
+    positive = power.positive(bounds.friction_power, bounds.friction_deviations)
+    sizes = gains(case)
+    clear = sizes.explained > bounds.gain_explained
+    lifted = clear & (sizes.value < -_SURE * sizes.sd)
+    upright = clear & (sizes.value > _SURE * sizes.sd)
+    return negative | (lifted & ~positive & upright.any())
 
 
 def _all_reversed(case: Case, bounds: CheckSettings) -> tuple[Case, bool, list[Remark]]:
@@ -242,8 +270,7 @@ def _all_reversed(case: Case, bounds: CheckSettings) -> tuple[Case, bool, list[R
 def _turned(case: Case, k: int, bounds: CheckSettings) -> tuple[Case, Array | float, Remark]:
     """What to do about a joint whose friction is negative."""
     names = case.robot.joint_names
-    tried = [(h, h.without(case)) for h in (torque_sign(case, k), position_sign(case, k))]
-    best, without = min(tried, key=lambda pair: pair[1].error)
+    best, without = nearest(case, (torque_sign(case, k), position_sign(case, k)))
     if without.error < bounds.sign_cost * case.error and not _feeding(without, bounds)[k]:
         change = 1.0 if best.torque_signs is None else best.torque_signs
         return without, change, best.remark(case.error, without.error)

@@ -5,7 +5,7 @@ right angles, gravity points elsewhere. One that lowers the error on held-out da
 wrong one does on right recordings is told.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.checks.case import Case
+from ident.checks.gains import gains
 from ident.checks.remark import Grade, Remark
 from ident.checks.settings import CheckSettings
 from ident.checks.words import joints, numbers
@@ -20,6 +21,9 @@ from ident.checks.words import joints, numbers
 Array = NDArray[np.floating]
 
 _MOST_ROUNDS = 3
+_ALIKE = 1.05
+"""Errors within this factor are alike."""
+
 _AXES = ("x", "y", "z")
 
 
@@ -53,16 +57,24 @@ def scanned(case: Case, bounds: CheckSettings) -> tuple[Case, list[Hypothesis], 
     """The faults that lower the error most, one after the other, and the case without them."""
     found, remarks = [], []
     for _ in range(_MOST_ROUNDS):
-        tried = [(h, h.without(case)) for h in _hypotheses(case)]
-        if not tried:
-            break
-        best, without = min(tried, key=lambda pair: pair[1].error)
+        best, without = nearest(case, list(_hypotheses(case)))
         if without.error > bounds.believed_ratio * case.error:
             break
         remarks.append(best.remark(case.error, without.error))
         found.append(best)
         case = without
     return case, found, remarks
+
+
+def _preference(pair: tuple[Hypothesis, Case]) -> float:
+    """The error; of two that fit alike, a torque's sign comes before a position's."""
+    hypothesis, without = pair
+    return without.error * (1.0 if hypothesis.torque_signs is not None else _ALIKE)
+
+
+def nearest(case: Case, hypotheses: Sequence[Hypothesis]) -> tuple[Hypothesis, Case]:
+    """The one of some faults without which the error is least, and the case without it."""
+    return min(((h, h.without(case)) for h in hypotheses), key=_preference)
 
 
 def _hypotheses(case: Case) -> Iterator[Hypothesis]:
@@ -73,6 +85,30 @@ def _hypotheses(case: Case) -> Iterator[Hypothesis]:
         yield position_sign(case, k)
         yield from _zeros(case, k)
     yield from _gravities(case)
+
+
+def by_weight(case: Case, bounds: CheckSettings) -> tuple[Case, list[Remark]]:
+    """A zero pose or mounting under which the URDF's own links fit, where they do not as it is.
+
+    A wrong zero may leave the error as it is, since other parameters take its place.
+    """
+    before = gains(case)
+    if not before.value.any() or before.common_explained > bounds.cad_looks:
+        return case, []
+    moving = np.flatnonzero(case.probe.moving).tolist()
+    tried = [h for k in moving for h in _zeros(case, k)] + list(_gravities(case))
+    found = [(gains(h.without(case)), h) for h in tried]
+    fitting = [(g.common_explained, i) for i, (g, _) in enumerate(found) if 1 / 3 < g.common < 3]
+    best, place = max(fitting, default=(0.0, 0))
+    without = found[place][1].without(case) if fitting else case
+    if best < bounds.cad_fits or without.error > bounds.sign_cost * case.error:
+        return case, []
+    h = found[place][1]
+    text = (
+        f"{h.text} (of the torque beside friction the URDF's links explain"
+        f" {100 * best:.0f} % then, {100 * max(before.common_explained, 0.0):.0f} % as it is)."
+    )
+    return without, [Remark(h.code, numbers(h.joints), text, h.grade)]
 
 
 def torque_sign(case: Case, k: int) -> Hypothesis:

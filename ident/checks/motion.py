@@ -15,13 +15,21 @@ from wamctl.arm.robot import Robot
 Array = NDArray[np.floating]
 
 _DEGREE = np.pi / 180
+_UNLIMITED = 1e6
+"""Velocity limits beyond this [rad/s] are none."""
+
+_MOST_JUMPS = 0.05
+_SMOOTHER = 4.0
+"""Times the error of neighbours of one kind: motion is smoother at the closer spacing."""
 
 
 def in_degrees(robot: Robot, data: Dataset, bounds: CheckSettings) -> bool:
     """Whether positions lie beyond the URDF's limits, and taken for degrees do not."""
     low, high = _range(robot, data)
     as_degrees = _beyond(robot, low * _DEGREE, high * _DEGREE, bounds)
-    return bool(_beyond(robot, low, high, bounds).any() and not as_degrees.any())
+    moves = (high - low) * _DEGREE > bounds.hardly_moves_rad
+    enough = 2 * moves.sum() >= data.moving.sum()
+    return bool(_beyond(robot, low, high, bounds).any() and not as_degrees.any() and enough)
 
 
 def _range(robot: Robot, data: Dataset) -> tuple[Array, Array]:
@@ -71,26 +79,38 @@ def jump_remarks(
 ) -> list[Remark]:
     """Steps from sample to sample that no joint can make."""
     speed = np.asarray(robot.model.velocityLimit)
+    limited = (speed > 0) & (speed < _UNLIMITED)
+    most = np.where(limited, bounds.jump_speeds * speed, np.inf)
     found = []
     for log, one in enumerate(data):
-        steps = [np.abs(np.diff(c.q, axis=0)) * c.rate_hz for c in chunks if c.log == log]
-        rate = np.concatenate(steps)
-        usual = np.quantile(rate, 0.9, axis=0)
-        most = bounds.jump_speeds * np.where(speed > 0, np.maximum(speed, usual), np.inf)
+        own = [c for c in chunks if c.log == log]
+        rate = np.concatenate([np.abs(np.diff(c.q, axis=0)) * c.rate_hz for c in own])
         wild = rate > most
         share = float(wild.any(axis=1).mean())
-        if share <= bounds.jump_share:
-            continue
-        places = np.flatnonzero(wild.any(axis=0))
-        text = (
-            f"{one.name}: {joints(places, robot.joint_names)} jumped {int(wild.sum())} times from"
-            f" one sample to the next, up to {rate.max():.3g} rad/s: two arms on one topic, lost"
-            " stretches without stamps, or an encoder that wraps; record one arm, with continuous"
-            " angles."
-        )
-        grade = Grade.REFUSED if share > 0.05 else Grade.DOUBTFUL
-        found.append(Remark("jumps", numbers(places), text, grade))
+        if share > bounds.jump_share:
+            places = np.flatnonzero(wild.any(axis=0))
+            text = (
+                f"{one.name}: {joints(places, robot.joint_names)} jumped {int(wild.sum())} times"
+                f" from one sample to the next, up to {rate.max():.3g} rad/s: two arms on one"
+                " topic, lost stretches without stamps, or an encoder that wraps; record one arm,"
+                " with continuous angles."
+            )
+            grade = Grade.REFUSED if share > _MOST_JUMPS else Grade.DOUBTFUL
+            found.append(Remark("jumps", numbers(places), text, grade))
+        elif _in_turn([c.q[:, one.moving] for c in own], bounds):
+            text = (
+                f"{one.name}: the positions alternate between two motions from sample to sample:"
+                " two arms on one topic; record one of them, or name its joints apart."
+            )
+            found.append(Remark("jumps", (), text, Grade.REFUSED))
     return found
+
+
+def _in_turn(positions: Sequence[Array], bounds: CheckSettings) -> bool:
+    """Whether every other sample is smooth, and all of them together are not."""
+    together = max(_interpolation(q) for q in positions)
+    apart = max(_interpolation(part) for q in positions for part in (q[::2], q[1::2]))
+    return together > max(bounds.interpolation_doubtful, _SMOOTHER * apart)
 
 
 def rate_remarks(

@@ -133,6 +133,20 @@ class CheckSettings(BaseModel):
         description="part of the torque beside friction that the URDF's own weight must"
         " explain before its size is believed: placeholders explain less",
     )
+    cad_doubtful: float = Field(
+        default=0.4,
+        description="part of the torque beside friction that the URDF's links explain with one"
+        " factor, below which they are not this arm's: real arms with a spring at a joint, which"
+        " URDFs lack, reach 0.55",
+    )
+    cad_looks: float = Field(
+        default=0.85,
+        description="the same, below which zero poses and gravity are tried",
+    )
+    cad_fits: float = Field(
+        default=0.95,
+        description="the same, which a right zero pose or gravity must reach",
+    )
     unit_tolerance: float = Field(
         default=1.7, description="factor about a known unit within which the unit is believed"
     )
@@ -140,8 +154,13 @@ class CheckSettings(BaseModel):
         default=3.0, description="ratio of two joints' factors from which they are no common one"
     )
     sway_share: float = Field(
-        default=0.5,
+        default=0.3,
         description="of the unexplained torque that one oscillation of the base must explain",
+    )
+    sway_peak: float = Field(
+        default=3.0,
+        description="share that the frequency of the base explains, beside the median of all"
+        " frequencies: a sway has one",
     )
     sway_error: float = Field(
         default=0.02, description="relative error below which no sway is looked for"

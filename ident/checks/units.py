@@ -7,6 +7,9 @@ from ident.checks.remark import Grade, Remark
 from ident.checks.settings import CheckSettings
 from ident.checks.words import joined, joints, numbers
 
+MENDED = (1000.0, 0.001)
+"""Units whose factor is taken for no current and no gear."""
+
 UNITS = {
     1000.0: "N mm (mN m)",
     0.001: "kN m",
@@ -25,7 +28,7 @@ def unit_factor(found: Gains, bounds: CheckSettings) -> float | None:
         return None
     near = [
         u
-        for u in UNITS
+        for u in MENDED
         if 1 / bounds.unit_tolerance < abs(found.common) / u < bounds.unit_tolerance
     ]
     return near[0] if len(near) == 1 else None
@@ -55,7 +58,20 @@ def unit_remarks(found: Gains, names: tuple[str, ...], bounds: CheckSettings) ->
             " in the arm's identification section."
         )
         return [Remark("units", (), text, Grade.REFUSED)]
-    return _apart(found, names, bounds)
+    return [*_strange(found, bounds), *_apart(found, names, bounds)]
+
+
+def _strange(found: Gains, bounds: CheckSettings) -> list[Remark]:
+    """Torque that is not this arm's, for all that its URDF says."""
+    if not found.value.any() or found.common_explained > bounds.cad_doubtful:
+        return []
+    text = (
+        f"The URDF's links explain only {100 * max(found.common_explained, 0.0):.0f} % of the"
+        " torque beside friction: look whether the URDF belongs to this arm, its zero poses and"
+        " mounting are right, its inertials are more than placeholders, and gravity was not taken"
+        " off the torque."
+    )
+    return [Remark("cad_disagrees", (), text, Grade.DOUBTFUL)]
 
 
 def _apart(found: Gains, names: tuple[str, ...], bounds: CheckSettings) -> list[Remark]:

@@ -161,7 +161,8 @@ class _Stamps:
         """
         if not len(self._steps):
             raise DataError(
-                f"{self._name} holds {self._count} samples; nothing can be learned from it."
+                f"{self._name} holds {self._count} samples at one instant; nothing can be learned"
+                " from it: write the sampling instants into the headers' stamps."
             )
         return float(np.median(self._steps))
 

@@ -197,6 +197,7 @@ def searched(source: Experiment, options: Options, remarks: Sequence[Remark], te
     Raises:
         RefusedError: what stopped it, as a remark beside the others.
     """
+    code = "poor_motion"
     try:
         return search(source, options, tell)
     except np.linalg.LinAlgError:
@@ -205,8 +206,8 @@ def searched(source: Experiment, options: Options, remarks: Sequence[Remark], te
             " farther and faster (`ident design` finds a motion)."
         )
     except DataError as error:
-        text = str(error)
-    raise RefusedError((Remark("poor_motion", (), text, Grade.REFUSED), *remarks))
+        code, text = "no_fit", str(error)
+    raise RefusedError((Remark(code, (), text, Grade.REFUSED), *remarks))
 
 
 def _outcome(found: Search, tell: Tell) -> _Outcome:

@@ -161,7 +161,7 @@ def identified(
     except TooShortError as error:
         stop = Remark("too_short", (), str(error), Grade.REFUSED)
     except DataError as error:
-        stop = Remark("poor_motion", (), str(error), Grade.REFUSED)
+        stop = Remark("no_fit", (), str(error), Grade.REFUSED)
     except np.linalg.LinAlgError:
         stop = Remark("poor_motion", (), _UNDETERMINED, Grade.REFUSED)
     raise RefusedError((stop, *remarks))
