@@ -16,12 +16,15 @@ _LEAST_HZ, _MOST_HZ = 0.1, 3.0
 _PER_BIN = 2.0
 """Frequencies that are tried for each that the recording tells apart."""
 
+_LEAST_JOINTS = 3
+"""With fewer, the three directions of a sway could stand in for anything."""
+
 _MOST_FREQUENCIES = 200
 
 
 def base_remarks(case: Case, bounds: CheckSettings) -> list[Remark]:
     """Whether one oscillation of the base explains most of what is left of the torque."""
-    if case.total < bounds.sway_error or case.probe.moving.sum() < 2:
+    if case.total < bounds.sway_error or case.probe.moving.sum() < _LEAST_JOINTS:
         return []
     frequencies, shares = _spectrum(case)
     best = int(np.argmax(shares))

@@ -163,7 +163,7 @@ class CheckSettings(BaseModel):
         " frequencies: a sway has one",
     )
     sway_error: float = Field(
-        default=0.02, description="relative error below which no sway is looked for"
+        default=0.05, description="relative error below which no sway is looked for"
     )
     disagree_deviations: float = Field(
         default=5.0,

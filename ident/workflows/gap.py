@@ -174,7 +174,7 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
     if examined.verdict is Grade.REFUSED:
         raise RefusedError(examined.remarks)
     source = replace(source, datasets=examined.data)
-    outcome = _outcome(searched(source, options, examined.remarks, tell), tell)
+    outcome = searched(source, options, examined.remarks, tell)
     content = _content(outcome) | trust_content(examined.remarks)
     content["provenance"] = provenance(source.arm, paths)
     tell("preparing the report")
@@ -191,15 +191,17 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
     return Gap(report, model, content)
 
 
-def searched(source: Experiment, options: Options, remarks: Sequence[Remark], tell: Tell) -> Search:
-    """The search.
+def searched(
+    source: Experiment, options: Options, remarks: Sequence[Remark], tell: Tell
+) -> _Outcome:
+    """The search, and the fits with what it found.
 
     Raises:
         RefusedError: what stopped it, as a remark beside the others.
     """
     code = "poor_motion"
     try:
-        return search(source, options, tell)
+        return _outcome(search(source, options, tell), tell)
     except np.linalg.LinAlgError:
         text = (
             "These recordings leave parameters of the model undetermined: let every joint move"

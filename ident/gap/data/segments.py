@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from ident.effects.smoothed_segment import SmoothedSegment, smoothed
 from ident.gap.data.windows import Windows
 from ident.recordings.dataset import Dataset
+from wamctl.arm.errors import DataError
 
 Array = NDArray[np.floating]
 
@@ -22,6 +23,9 @@ def segments(datasets: Sequence[Dataset], windows: Windows) -> list[SmoothedSegm
 
     Three recordings or more are divided as whole recordings; fewer in blocks, every third of which
     goes to the same fold.
+
+    Raises:
+        DataError: no unbroken stretch is long enough to be smoothed.
     """
     found = []
     for log, data in enumerate(datasets):
@@ -33,6 +37,11 @@ def segments(datasets: Sequence[Dataset], windows: Windows) -> list[SmoothedSegm
                 found.append(whole.part(slice(None), log % _FOLDS))
             else:
                 found += _blocks(whole, windows)
+    if not found:
+        raise DataError(
+            "No unbroken stretch of these recordings is long enough for a search: record several"
+            " seconds without holes."
+        )
     return found
 
 

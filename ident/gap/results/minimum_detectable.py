@@ -16,6 +16,7 @@ Array = NDArray[np.floating]
 
 _ABSORBED = 1e-5  # of a column's squares: with less left of it, other parameters stand for it
 
+_MOST_GAIN = 300.0  # nats: more overflows
 _NO_TORQUE = 1e-6  # of a joint's peak torque, per unit: rounding
 
 
@@ -72,7 +73,7 @@ def _smallest(table: Table, now: Fit, index: int, h: Candidate, gain: float, pea
         return np.inf
     rows = float(max(table.grams.counts[list(h.rows)].sum(axis=(1, 2)).max(), 1))
     kept = 1 / np.linalg.inv(left)[0, 0]
-    size = float(np.sqrt((np.exp(2 * gain) - 1) * rows / kept))
+    size = float(np.sqrt(max((np.exp(2 * min(gain, _MOST_GAIN)) - 1) * rows / kept, 0.0)))
     torque = [
         np.sqrt(_raw_square(table, index, row) / rows) / max(peak[j], 1e-9)
         for row, j in enumerate(h.rows)

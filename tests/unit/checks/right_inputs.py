@@ -2,7 +2,8 @@
 
 from collections.abc import Callable
 
-from chain_arm import Log, recorded
+import numpy as np
+from chain_arm import Log, recorded, urdf_of
 
 Right = tuple[str, Callable[[], Log], set[str]]
 
@@ -15,9 +16,6 @@ def thinned(every: int, **settings) -> Log:
 def heavier(factor: float, **settings) -> Log:
     """An arm that is not quite its URDF's: every link but the last by a factor."""
     log = recorded(**settings)
-    from chain_arm import urdf_of
-    import numpy as np
-
     n = len(log.names)
     own = 5.0 * 0.7 ** np.arange(n)
     own[:-1] *= factor
@@ -25,16 +23,44 @@ def heavier(factor: float, **settings) -> Log:
 
 
 RIGHT: list[Right] = [
-    *((f"{n} joints", lambda n=n: recorded(joints=n, seconds=20.0 + 5 * (n > 6)), set()) for n in range(1, 13)),
-    *((f"{n} joints, half the rate", lambda n=n: thinned(2, joints=n, seconds=20.0), set()) for n in (2, 4, 6)),
-    *((f"{n} joints, 25 Hz", lambda n=n: thinned(4, joints=n, seconds=20.0), set()) for n in (2, 4)),
-    *((f"{n} joints, 1 kHz", lambda n=n: recorded(joints=n, rate_hz=1000.0), set()) for n in (2, 3)),
-    *((f"{s:g} s of 3 joints", lambda s=s: recorded(seconds=s), set()) for s in (8.0, 10.0, 15.0, 30.0)),
-    *((f"{s:g} s of 6 joints", lambda s=s: recorded(joints=6, seconds=s), set()) for s in (12.0, 15.0, 40.0)),
+    *(
+        (f"{n} joints", lambda n=n: recorded(joints=n, seconds=20.0 + 5 * (n > 6)), set())
+        for n in range(1, 13)
+    ),
+    *(
+        (f"{n} joints, half the rate", lambda n=n: thinned(2, joints=n, seconds=20.0), set())
+        for n in (2, 4, 6)
+    ),
+    *(
+        (f"{n} joints, 25 Hz", lambda n=n: thinned(4, joints=n, seconds=20.0), set())
+        for n in (2, 4)
+    ),
+    *(
+        (f"{n} joints, 1 kHz", lambda n=n: recorded(joints=n, rate_hz=1000.0), set())
+        for n in (2, 3)
+    ),
+    *(
+        (f"{s:g} s of 3 joints", lambda s=s: recorded(seconds=s), set())
+        for s in (8.0, 10.0, 15.0, 30.0)
+    ),
+    *(
+        (f"{s:g} s of 6 joints", lambda s=s: recorded(joints=6, seconds=s), set())
+        for s in (12.0, 15.0, 40.0)
+    ),
     *((f"seed {s}", lambda s=s: recorded(joints=4, seed=s), set()) for s in range(1, 7)),
     *((f"size {s:g}", lambda s=s: recorded(joints=4, size=s), set()) for s in (0.3, 3.0)),
-    *((f"friction {f:g}", lambda f=f: recorded(joints=4, friction=f), set()) for f in (0.0, 0.3, 1.0)),
+    *(
+        (f"friction {f:g}", lambda f=f: recorded(joints=4, friction=f), set())
+        for f in (0.0, 0.3, 1.0)
+    ),
     *((f"noise {x:g}", lambda x=x: recorded(joints=4, noise=x), set()) for x in (0.0, 0.05, 0.15)),
-    *((f"speed {v:g}", lambda v=v: recorded(joints=4, seconds=24 / v, rate_hz=100 * v, speed=v), set()) for v in (0.5, 2.0, 3.0)),
+    *(
+        (
+            f"speed {v:g}",
+            lambda v=v: recorded(joints=4, seconds=24 / v, rate_hz=100 * v, speed=v),
+            set(),
+        )
+        for v in (0.5, 2.0, 3.0)
+    ),
     *((f"masses by {f:g}", lambda f=f: heavier(f, joints=4), set()) for f in (0.6, 1.5, 2.5)),
-]  # fmt: skip
+]

@@ -1,12 +1,11 @@
-"""Wrong inputs, each made of a right one: what to call it, how it is made, and what must be said."""
+"""How wrong inputs are made of right ones."""
 
 import re
 from collections.abc import Callable
 
 import numpy as np
-from chain_arm import Log, recorded, urdf_of
+from chain_arm import Log, inverse, recorded, urdf_of
 
-Wrong = tuple[str, Callable[[], Log], set[str]]
 BASE: dict[tuple, Log] = {}
 
 
@@ -145,8 +144,6 @@ def in_turn(joints: int) -> Log:
     log = recorded(joints=joints)
     wave = 0.4 * np.sin(0.2 * np.pi * log.t)
     q = np.tile(wave[:, None], (1, joints))
-    from chain_arm import inverse
-
     qd = np.gradient(q, log.t, axis=0)
     qdd = np.gradient(qd, log.t, axis=0)
     tau = inverse(log.urdf, q, qd, qdd)
@@ -165,88 +162,3 @@ def no_inertials(text: str) -> str:
 def mass(text: str, link: int, value: float) -> str:
     found = list(re.finditer(r'<mass value="([^"]*)"', text))[link]
     return text[: found.start(1)] + str(value) + text[found.end(1) :]
-
-
-AXIS_3 = re.search(r'name="joint_3".*?<axis xyz="0 1 0"', urdf_of(3), re.S).group()
-ANY = {"large_error"}
-WRONG: list[Wrong] = [
-    ("degrees", lambda: right().with_(q=np.rad2deg(right().q)), {"degrees"}),
-    ("degrees, five joints", lambda: right(joints=5).with_(q=np.rad2deg(right(joints=5).q)), {"degrees"}),
-    ("degrees, short", lambda: cut(8.0).with_(q=np.rad2deg(cut(8.0).q)), {"degrees"}),
-    ("turns", lambda: right().with_(q=right().q / (2 * np.pi)), ANY | {"poor_motion", "zero_pose", "units", "too_short"}),
-    ("encoder counts", lambda: right().with_(q=right().q * 2**17 / (2 * np.pi)), {"beyond_limits", "large_error"}),
-    ("all torques reversed", lambda: scaled(-1), {"sign"}),
-    ("all torques reversed, no friction", lambda: scaled(-1, right(friction=0.0)), {"sign"}),
-    ("torque 1 reversed", lambda: turned(0), {"sign"}),
-    ("torque 2 reversed", lambda: turned(1), {"sign"}),
-    ("torque 3 reversed", lambda: turned(2), {"sign"}),
-    ("torques 1 and 3 reversed", lambda: turned(0, 2), {"sign"}),
-    ("position 2 reversed", lambda: turned(1, what="q"), {"sign"}),
-    ("position 3 reversed", lambda: turned(2, what="q"), {"sign"}),
-    ("N mm", lambda: scaled(1000), {"units"}),
-    ("N mm, five joints", lambda: scaled(1000, right(joints=5)), {"units"}),
-    ("kN m", lambda: scaled(1e-3), {"units"}),
-    ("N cm", lambda: scaled(100), {"units"}),
-    ("kgf m", lambda: scaled(1 / 9.81), {"units"}),
-    ("kgf cm", lambda: scaled(10.2), {"units"}),
-    ("lbf in", lambda: scaled(8.85), {"units"}),
-    ("ahead of gears of 50", lambda: scaled(1 / 50), {"units"}),
-    ("ampere, one gain", lambda: scaled(0.1), {"units"}),
-    ("ampere, a gain a joint", lambda: scaled([0.08, 0.9, 0.11]), {"current_not_torque", "units"}),
-    ("N mm and reversed", lambda: scaled(-1000), {"units", "sign"}),
-    ("torques 1 and 2 swapped", lambda: reordered((1, 0, 2), "tau"), {"joint_order"}),
-    ("torques 2 and 3 swapped", lambda: reordered((0, 2, 1), "tau"), {"joint_order"}),
-    ("positions 1 and 2 swapped", lambda: reordered((1, 0, 2), "q"), {"joint_order"}),
-    ("joints 2 and 3 swapped", lambda: reordered((0, 2, 1), "q", "tau"), {"joint_order", "zero_pose", "large_error"}),
-    ("joints 1 and 3 swapped", lambda: reordered((2, 1, 0), "q", "tau"), {"joint_order"}),
-    ("joints 2 and 4 of five swapped", lambda: reordered((0, 3, 2, 1, 4), "q", "tau", joints=5), {"joint_order"}),
-    ("five joints in reverse order", lambda: reordered((4, 3, 2, 1, 0), "q", "tau", joints=5), {"joint_order"}),
-    ("torques in reverse order", lambda: reordered((2, 1, 0), "tau"), {"joint_order"}),
-    ("zero of joint 2 off by 90 degrees", lambda: shifted(1, np.pi / 2), {"zero_pose", "large_error", "gravity_direction"}),
-    ("zero of joint 3 off by -90 degrees", lambda: shifted(2, -np.pi / 2), {"zero_pose"}),
-    ("zero of joint 2 off by 180 degrees", lambda: shifted(1, np.pi), {"zero_pose", "sign", "gravity_direction", "units"}),
-    ("hangs sideways", lambda: recorded(joints=4, gravity=lambda t: (0, -9.81, 0)), {"gravity_direction"}),
-    ("hangs sideways, x", lambda: recorded(joints=4, gravity=lambda t: (9.81, 0, 0)), {"gravity_direction"}),
-    ("base sways at 0.7 Hz", lambda: swaying(2.0, 0.7, 0), {"base_moves"}),
-    ("base sways at 1.3 Hz", lambda: swaying(1.5, 1.3, 1), {"base_moves"}),
-    ("one second", lambda: cut(1.0), {"too_short"}),
-    ("two seconds", lambda: cut(2.0, joints=5), {"too_short"}),
-    ("three seconds of seven joints", lambda: cut(3.0, joints=7), {"too_short"}),
-    ("half a second", lambda: cut(0.5), {"too_short"}),
-    ("all joints together", lambda: in_turn(4), {"poor_motion"}),
-    ("joint 2 hardly moves", lambda: still(1, reach=0.08), {"poor_motion"}),
-    ("two joints hardly move", lambda: still(0, 2, reach=0.07), {"poor_motion"}),
-    ("4 Hz", lambda: thinned(25), {"low_rate", "too_short"}),
-    ("2.5 Hz", lambda: thinned(40), {"low_rate", "too_short"}),
-    ("1 Hz", lambda: thinned(100, seconds=40.0), {"low_rate", "too_short"}),
-    ("a hole of 2 s", lambda: holed((4.0, 6.0)), {"missing_data"}),
-    ("four short holes", lambda: holed(*((k, k + 0.15) for k in (2.0, 4.5, 7.0, 9.5))), {"missing_data"}),
-    ("every seventh sample lost", lambda: without(np.arange(1200) % 7 > 0), {"missing_data"}),
-    ("a third lost at random", lambda: without(np.random.default_rng(0).uniform(size=1200) > 0.33), {"missing_data"}),
-    ("cut off", lambda: cut(7.0).with_(complete=False), {"cut_log"}),
-    ("cut off early", lambda: cut(3.0).with_(complete=False), {"cut_log"}),
-    ("6 % repeated readings", lambda: stale(0.06), {"missing_data"}),
-    ("6 % repeated positions", lambda: stale(0.06, both=False), {"missing_data"}),
-    ("30 % repeated readings", lambda: stale(0.3), {"missing_data"}),
-    ("samples lost, stamps even", lambda: skipped(40), {"missing_data", "jumps"}),
-    ("equal stamps", lambda: right().with_(t=np.repeat(right().t[::2], 2)), {"missing_data"}),
-    ("all stamps equal", lambda: right().with_(t=np.zeros(1200)), {"missing_data"}),
-    ("zero effort", lambda: torque(lambda g, r: 0 * g.tau), {"zero_effort"}),
-    ("zero effort of joint 2", lambda: at_joint(1, lambda g, r: np.zeros(1200)), {"zero_effort"}),
-    ("constant effort", lambda: torque(lambda g, r: 0 * g.tau + [1.0, 2.0, 3.0]), {"zero_effort"}),
-    ("noise as torque", lambda: torque(lambda g, r: r.normal(size=g.tau.shape)), ANY),
-    ("noise as torque of joint 3", lambda: at_joint(2, lambda g, r: 5 * r.normal(size=1200)), ANY),
-    ("velocity as torque", lambda: torque(lambda g, r: np.gradient(g.q, g.t, axis=0)), {"cad_disagrees"}),
-    ("position as torque", lambda: torque(lambda g, r: g.q.copy()), ANY | {"units", "sign"}),
-    ("torque of another recording", lambda: torque(lambda g, r: recorded(seed=7).tau), ANY),
-    ("torque half a second late", lambda: torque(lambda g, r: np.roll(g.tau, 50, axis=0)), {"late_torque"}),
-    ("torque rectified", lambda: torque(lambda g, r: np.abs(g.tau)), ANY | {"joint_order", "zero_pose", "sign"}),
-    ("no inertials", lambda: urdf(no_inertials), {"no_inertials"}),
-    ("placeholders of 1 kg", lambda: urdf(lambda u: re.sub(r'ixx="[^"]*" iyy="[^"]*" izz="[^"]*"', 'ixx="1" iyy="1" izz="1"', re.sub(r'mass value="[^"]*"', 'mass value="1"', u))), {"no_inertials"}),
-    ("negative mass of link 2", lambda: urdf(lambda u: mass(u, 1, -2.0)), {"impossible_link"}),
-    ("negative mass of link 3", lambda: urdf(lambda u: mass(u, 2, -0.5)), {"impossible_link"}),
-    ("negative inertia", lambda: urdf(inertia), {"impossible_link"}),
-    ("two arms in turn", interleaved, {"jumps"}),
-    ("an encoder that wraps", lambda: glitches(1, 30), {"jumps", "beyond_limits"}),
-    ("another arm's URDF", lambda: right().with_(urdf=right().urdf.replace(AXIS_3, AXIS_3.replace("0 1 0", "1 0 0"))), ANY | {"zero_pose", "gravity_direction", "joint_order", "cad_disagrees"}),
-]  # fmt: skip

@@ -1,0 +1,47 @@
+"""The same wrong inputs through `gap`: none passes for trustworthy, and none ends in a bug."""
+
+import pytest
+from wrong_table import WRONG
+
+from ident.checks.remark import RefusedError
+from ident.gap.data.experiment import of_arm
+from ident.gap.results.outcome import Options
+from ident.workflows.gap import gap_of
+from wamctl.arm.errors import UserError
+
+SEARCHED = ("all torques reversed", "N mm", "6 % repeated readings", "4 Hz", "negative inertia")
+"""Inputs that are searched all the same, with a remark; the others below are refused."""
+
+REFUSED = (
+    "turns", "encoder counts", "position 2 reversed", "position 3 reversed", "N cm", "kgf m",
+    "kgf cm", "lbf in", "ahead of gears of 50", "ampere, one gain", "torques 1 and 2 swapped",
+    "torques 2 and 3 swapped", "positions 1 and 2 swapped", "joints 2 and 3 swapped",
+    "joints 1 and 3 swapped", "torques in reverse order", "half a second", "one second",
+    "two seconds", "all joints together", "2.5 Hz", "1 Hz", "equal stamps", "all stamps equal",
+    "four short holes", "zero effort", "constant effort", "noise as torque",
+    "torque of another recording", "torque rectified", "negative mass of link 2",
+    "negative mass of link 3", "two arms in turn",
+)  # fmt: skip
+CHOSEN = [w for w in WRONG if w[0] in SEARCHED + REFUSED]
+
+
+@pytest.mark.parametrize(("name", "make", "codes"), CHOSEN, ids=[w[0] for w in CHOSEN])
+def test_a_wrong_input_is_told(name, make, codes):
+    log = make()
+    try:
+        source = of_arm(log.arm(), None, [log.recording()], ["log"])
+        content = gap_of(source, Options(null_runs=0), lambda *told: None).content
+    except RefusedError as refusal:
+        assert name in REFUSED
+        assert {r.code for r in refusal.remarks} & codes
+    except UserError as error:
+        assert name in REFUSED
+        assert str(error).endswith(".")
+    else:
+        assert name in SEARCHED
+        assert content["trust"] == "doubtful"
+        assert {r["code"] for r in content["remarks"]} & codes
+
+
+def test_the_table_is_long_enough():
+    assert len(CHOSEN) == len(SEARCHED) + len(REFUSED) >= 30
