@@ -110,7 +110,8 @@ def _in_turn(positions: Sequence[Array], bounds: CheckSettings) -> bool:
     """Whether every other sample is smooth, and all of them together are not."""
     together = max(_interpolation(q) for q in positions)
     apart = max(_interpolation(part) for q in positions for part in (q[::2], q[1::2]))
-    return together > max(bounds.interpolation_doubtful, _SMOOTHER * apart)
+    smooth = apart < bounds.interpolation_doubtful
+    return smooth and together > max(bounds.interpolation_doubtful, _SMOOTHER * apart)
 
 
 def rate_remarks(
