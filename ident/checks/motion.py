@@ -19,6 +19,9 @@ _UNLIMITED = 1e6
 """Velocity limits beyond this [rad/s] are none."""
 
 _MOST_JUMPS = 0.05
+_ENOUGH = 64
+"""Samples that tell whether every other one is smooth."""
+
 _SMOOTHER = 4.0
 """Times the error of neighbours of one kind: motion is smoother at the closer spacing."""
 
@@ -108,6 +111,8 @@ def jump_remarks(
 
 def _in_turn(positions: Sequence[Array], bounds: CheckSettings) -> bool:
     """Whether every other sample is smooth, and all of them together are not."""
+    if min(len(q) for q in positions) < _ENOUGH:
+        return False
     together = max(_interpolation(q) for q in positions)
     apart = max(_interpolation(part) for q in positions for part in (q[::2], q[1::2]))
     smooth = apart < bounds.interpolation_doubtful
