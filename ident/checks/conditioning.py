@@ -33,8 +33,8 @@ def conditioning_remarks(
     seconds = _moved_s(chunks, case.probe.moving)
     if seconds < bounds.short_s:
         text = (
-            f"Only {seconds:.2g} s of motion: too short to tell the base parameters apart (condition"
-            f" number {condition:.2g} with columns of length one; 5 to 30 is good): record for"
+            f"Only {seconds:.2g} s of motion: too short to tell the base parameters apart"
+            f" (condition number {condition:.2g} with columns of length one; 5 to 30 is good): record for"
             " longer; `ident design` finds a motion."
         )
         return [Remark("too_short", (), text, grade)]
