@@ -34,8 +34,8 @@ def conditioning_remarks(
     if seconds < bounds.short_s:
         text = (
             f"Only {seconds:.2g} s of motion: too short to tell the base parameters apart"
-            f" (condition number {condition:.2g} with columns of length one; 5 to 30 is good): record for"
-            " longer; `ident design` finds a motion."
+            f" (condition number {condition:.2g} with columns of length one; 5 to 30 is good):"
+            " record for longer; `ident design` finds a motion."
         )
         return [Remark("too_short", (), text, grade)]
     text = (
