@@ -9,8 +9,8 @@ from ident.api.arm import Arm
 from ident.api.recording import Recording
 from ident.api.score import Score, score, several
 from ident.api.tables import html_table
-from ident.gap.data.experiment import of_arm, trusting
-from ident.gap.results.outcome import Options
+from ident.gap.data.experiment import of_arm, with_reference_model
+from ident.gap.settings import Options
 from ident.model.identified_model import Model
 from ident.workflows.gap import Gap as Outcome
 from ident.workflows.gap import gap_of
@@ -154,7 +154,7 @@ def find_gap(
     described = arm.of_recording(chosen[0].joints, **settings)
     source = of_arm(described, arm.file, [r.log for r in chosen], [r.name for r in chosen])
     if model is not None:
-        source = trusting(source, model)
+        source = with_reference_model(source, model)
 
     def tell(what: str, share: float | None = None) -> None:
         if progress is not None:

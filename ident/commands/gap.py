@@ -40,7 +40,7 @@ def gap(
 
     Example: ident gap excitation.mcap --out gap
     """
-    from ident.gap.results.outcome import Options
+    from ident.gap.settings import Options
     from ident.recordings.loading import Reading
     from ident.workflows.gap import gap_logs
     from wamctl.arm.compilation import compilation_announced

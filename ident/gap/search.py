@@ -1,165 +1,186 @@
-"""The search for the gap, from recordings to a verdict."""
+"""The search for missing effects, from recordings to a verdict: all stages in order.
 
-from collections.abc import Callable, Sequence
+Nominal model, then forward selection with thresholds from effect-free data, then backward
+elimination, then a test for lack of fit. Each stage takes a state and returns the next one.
+"""
+
+from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ident.gap.data.data_checks import faults
+from ident.effects.events import CONTACT
+from ident.gap.data.data_checks import data_faults
 from ident.gap.data.experiment import Experiment, base_columns, facts_of
-from ident.gap.data.reference_model import known_torque
+from ident.gap.data.reference_model import reference_torque
 from ident.gap.data.segments import segments
 from ident.gap.data.windows import windows_for
-from ident.gap.lack_of_fit.remaining_structure import RemainingStructure, remaining_structures
-from ident.gap.regression.current_model import CurrentFit, all_hypotheses, nominal_fit
-from ident.gap.regression.design_matrix import WindowedRows, build_design_matrix, windowed_rows
-from ident.gap.regression.weighted_fit import mean_squares
-from ident.gap.results.outcome import Options, Search
-from ident.gap.results.unclosed_gap import noise_of, remaining, unnamed
-from ident.gap.results.verdict import UnexplainedStructure, decide, unexplained_structures
-from ident.gap.selection.acceptance import Criterion, extend_model, main_joints, next_effects
-from ident.gap.selection.backward_elimination import (
-    confirm,
-    drop_insignificant,
-    keep_significant,
-    may_be_another,
+from ident.gap.lack_of_fit.repeatability import sliding_noise
+from ident.gap.regression.current_model import CurrentFit, nominal_fit
+from ident.gap.regression.rows import WindowedRows, windowed_rows
+from ident.gap.results.outcome import SearchResult
+from ident.gap.results.unexplained import (
+    UnexplainedStructure,
+    end_stops,
+    excess_over_pure_error,
+    inconsistent_effect,
+    unclosed_fraction,
+    unexplained_structures,
 )
-from ident.gap.selection.null_arms import least_threshold
+from ident.gap.results.verdict import decide
+from ident.gap.selection.acceptance import next_effects
+from ident.gap.selection.backward_elimination import (
+    drop_insignificant,
+    drop_unconfirmed,
+    keep_significant,
+)
+from ident.gap.selection.candidates import all_candidates
 from ident.gap.selection.null_distribution import calibrated
+from ident.gap.selection.significance import has_defining_coefficient
 from ident.gap.selection.state import SelectionState
-from ident.gap.transients.detect import Transient, at_end_stop, felt
-from ident.gap.transients.exclude import exclude_transients, still_significant
+from ident.gap.selection.thresholds import least_threshold
+from ident.gap.settings import Options
+from ident.gap.transients.detect import with_affected_joints
+from ident.gap.transients.exclude import Excluded, exclude_transients, still_stand_out
 
-Array = NDArray[np.floating]
 Tell = Callable[[str], None]
 
 
-_HIGHEST_SHARE = 0.2  # of the sampling rate
-_PLAIN = 0.3  # nats: so much is structure, even if noise drawn from the same residual shows as much
+def search(source: Experiment, options: Options, tell: Tell) -> SearchResult:
+    """Find the effects that the nominal model misses in some recordings.
 
-
-def search(source: Experiment, options: Options, tell: Tell) -> Search:
-    """The effects that the nominal model misses in some recordings."""
+    Args:
+        source: the recordings and their arm.
+        options: of the search.
+        tell: is told the progress.
+    """
+    settings = options.settings
     tell("checking the data")
-    wrong = faults(source)
-    rate = source.datasets[0].rate_hz
-    windows = windows_for(rate, min(options.cutoff_hz, _HIGHEST_SHARE * rate))
+    faults = data_faults(source, settings.data_checks)
     tell("fitting the nominal model")
-    rows = windowed_rows(
-        segments(source.datasets, windows),
-        windows,
-        facts_of(source),
-        base_columns(source),
-        known_torque(source),
-    )
-    start = nominal_fit(rows, facts_of(source))
-    way = _sequence(source, rows, start, options, tell)
-    tell("looking at what is left")
-    end = way.present
-    rest = _nameless(way)
-    if rest and not way.calibrations:
-        runs = (options.null_runs, options.seed)
-        way.threshold = calibrated(source, way.rows, (end, end), way.threshold, runs, tell)
-    if not way.found:
-        plain = max(_PLAIN, least_threshold(source.trusted is not None).leftover)
-        way.threshold = replace(way.threshold, leftover=min(way.threshold.leftover, plain))
-    rest = _nameless(way)
-    left = 0.0 if way.transients else remaining(way.noise, start, end, way.found)
-    if not way.found and not way.transients:
-        rest += unnamed(way.noise, end, rest)
-        rest = rest or _doubtful(way)
-    transients = felt(way.rows, way.transients, end)
-    rest += _placed(way.rows, transients)
-    verdict = decide(wrong, way.found, transients, rest, left)
-    first, last = tuple(way.scores[0]), tuple(way.scores[-1])
-    return Search(source, way.rows, start, end, first, last, way.threshold, verdict)
-
-
-def _placed(
-    rows: WindowedRows, transients: Sequence[Transient]
-) -> tuple[UnexplainedStructure, ...]:
-    """Contacts that happen wherever a joint comes so far: a stop, for all that is known."""
-    gain = max((b.gain for b in transients), default=0.0)
-    share = float(1 - np.exp(-2 * gain))
-    return tuple(
-        UnexplainedStructure(
-            RemainingStructure(j, f"the position of joint {j + 1}", gain, share), 1.0
-        )
-        for j in at_end_stop(rows, transients)
-    )
-
-
-def _doubtful(way: SelectionState) -> tuple[UnexplainedStructure, ...]:
-    """What an effect plainly explains on the whole, but not on every part of the data."""
-    best = way.scores[-1][0] if way.scores[-1] else None
-    if best is None or best.gain < max(_PLAIN, way.threshold.of(best.hypothesis.effect)):
-        return ()
-    name = "what is not the same in all parts of the recordings"
-    share = float(1 - np.exp(-2 * best.gain))
-    seat = main_joints(best, way.present.fit)
-    return tuple(
-        UnexplainedStructure(RemainingStructure(j, name, best.gain, share), 1.0) for j in seat
-    )
-
-
-def _nameless(way: SelectionState) -> tuple[UnexplainedStructure, ...]:
-    """Structure that is left and counts."""
-    end = way.present
-    table = build_design_matrix(way.rows, end.model, end.accepted)
-    left = remaining_structures(way.rows, end.model, table, end.fit)
-    return unexplained_structures(left, way.found, mean_squares(end.fit), way.threshold)
-
-
-def _sequence(
-    source: Experiment, rows: WindowedRows, start: CurrentFit, options: Options, tell: Tell
-) -> SelectionState:
-    """Effects taken in one after the other until nothing is left that may be believed."""
-    noise = noise_of(source, rows, start)
-    way = SelectionState(rows, start, least_threshold(source.trusted is not None), noise)
-    _go(source, way, options, tell)
-    if way.transients and not still_significant(way):
-        way = replace(way, rows=rows, present=start, found=[], transients=[], may_cut=False)
-        _go(source, way, options, tell)
+    rows = _rows(source, options)
+    nominal = nominal_fit(rows, facts_of(source))
+    noise = sliding_noise(source, rows, nominal, settings.repeats, settings.lack_of_fit)
+    least = least_threshold(settings.thresholds, source.reference_model is not None)
+    state = SelectionState(rows, nominal, least, noise)
+    state = _select_forward(source, state, options, tell)
+    if state.transients and not _transients_stand_out(state, options):
+        bare = replace(state, rows=rows, current=nominal, accepted=(), transients=())
+        state = _select_forward(source, replace(bare, may_exclude=False), options, tell)
     tell("confirming on held-out data")
-    confirm(way)
-    while drop_insignificant(way):
-        _go(source, way, options, tell)
-        confirm(way)
-    return way
+    state = drop_unconfirmed(state, settings)
+    while (fewer := drop_insignificant(state, settings.significance)) is not state:
+        state = drop_unconfirmed(_select_forward(source, fewer, options, tell), settings)
+    tell("testing for lack of fit")
+    state, unexplained = _lack_of_fit(source, state, options, tell)
+    rows, end = state.rows, state.current
+    transients = with_affected_joints(rows, state.transients, end, settings.transients)
+    unexplained += end_stops(rows, transients, settings.transients)
+    unclosed = 0.0
+    if not transients:
+        unclosed = unclosed_fraction(noise, nominal, end, state.accepted, settings.repeats)
+    verdict = decide(faults, state.accepted, transients, unexplained, settings, unclosed)
+    first, last = state.scores[0], state.scores[-1]
+    return SearchResult(source, options, rows, nominal, end, first, last, state.threshold, verdict)
 
 
-def _go(source: Experiment, way: SelectionState, options: Options, tell: Tell) -> None:
-    while not way.full:
-        tell(f"scanning the catalogue, round {len(way.scores) + 1}")
-        candidates = [
-            h
-            for h in all_hypotheses(way.present.model.facts)
-            if (h.effect, h.joints) not in way.unsure
-        ]
-        fresh, scores = next_effects(
-            way.rows, way.present, candidates, Criterion(way.threshold, way.noise), way.found
-        )
-        way.scores.append(scores)
-        larger = extend_model(way.rows, way.present, fresh) if fresh else way.present
-        if exclude_transients(source, way, larger, max((s.gain for s in scores), default=0.0)):
-            continue
-        if not fresh:
-            break
-        if way.calibrations <= (1 if way.found else 0):
-            way.calibrations += 1
-            runs = (options.null_runs, options.seed + 100 * way.calibrations)
-            way.threshold = calibrated(
-                source, way.rows, (way.present, larger), way.threshold, runs, tell
-            )
-            fresh = [f for f in fresh if f.score.gain >= way.threshold.of(f.hypothesis.effect)]
-        asked = fresh
-        fresh, larger = keep_significant(way, fresh, larger)
-        if not fresh:
-            unsure = {(h.effect, h.joints) for f in asked if may_be_another(h := f.hypothesis)}
-            if not unsure:
-                break
-            way.unsure |= unsure
-            continue
-        way.present = larger
-        way.found += fresh
+def _rows(source: Experiment, options: Options) -> WindowedRows:
+    """Windowed torque and nominal columns of all recordings."""
+    rate = source.datasets[0].rate_hz
+    highest = options.settings.scoring.max_cutoff_share * rate
+    windows = windows_for(rate, min(options.cutoff_hz, highest))
+    parts = segments(source.datasets, windows)
+    reference = reference_torque(source)
+    return windowed_rows(parts, windows, facts_of(source), base_columns(source), reference)
+
+
+def _select_forward(
+    source: Experiment, state: SelectionState, options: Options, tell: Tell
+) -> SelectionState:
+    """Forward selection: rounds until no candidate passes every test."""
+    again = True
+    while again and not state.is_full(options.settings.scoring.max_effects):
+        tell(f"scanning the catalogue, round {len(state.scores) + 1}")
+        state, again = _round(source, state, options, tell)
+    return state
+
+
+def _round(
+    source: Experiment, state: SelectionState, options: Options, tell: Tell
+) -> tuple[SelectionState, bool]:
+    """Score, accept, exclude transients, calibrate; the next state, and whether to go on."""
+    settings = options.settings
+    candidates = [
+        h
+        for h in all_candidates(state.current.model.facts)
+        if (h.effect, h.joints) not in state.dropped
+    ]
+    fresh, scores = next_effects(state, candidates, settings)
+    state = replace(state, scores=(*state.scores, scores))
+    larger = state.with_more(fresh) if fresh else state.current
+    without = _exclude_transients(source, state, larger, options)
+    if without is not state:
+        return without, True
+    if not fresh:
+        return state, False
+    if state.calibrations <= (1 if state.accepted else 0):
+        state = replace(state, calibrations=state.calibrations + 1)
+        state = _calibrated(source, state, larger, options, tell)
+        fresh = [a for a in fresh if a.score.gain >= state.threshold.of(a.candidate.effect)]
+    kept, larger = keep_significant(state, fresh, larger, settings.significance)
+    if kept:
+        accepted = (*state.accepted, *kept)
+        return replace(state, current=larger, accepted=accepted), True
+    dropped = [a.place for a in fresh if has_defining_coefficient(a.candidate)]
+    return state.with_dropped(dropped), bool(dropped)
+
+
+def _exclude_transients(
+    source: Experiment, state: SelectionState, larger: CurrentFit, options: Options
+) -> SelectionState:
+    """The state without transients that stand out beside the next effects.
+
+    Without such effects a transient must explain more than any candidate; with them a good share.
+    """
+    if not state.may_exclude:
+        return state
+    settings = options.settings
+    best = max((s.gain for s in state.scores[-1]), default=0.0)
+    if larger is not state.current:
+        best *= settings.transients.share_beside_effect
+    least = max(best, state.threshold.of(CONTACT.id))
+    before = Excluded(state.rows, state.current, state.transients)
+    now = exclude_transients(source, before, larger, least, settings)
+    if now is before:
+        return state
+    return replace(state, rows=now.rows, current=now.current, transients=now.transients)
+
+
+def _transients_stand_out(state: SelectionState, options: Options) -> bool:
+    now = Excluded(state.rows, state.current, state.transients)
+    least = state.threshold.of(CONTACT.id)
+    return still_stand_out(now, least, options.settings.transients)
+
+
+def _calibrated(
+    source: Experiment, state: SelectionState, larger: CurrentFit, options: Options, tell: Tell
+) -> SelectionState:
+    return replace(state, threshold=calibrated(source, state, larger, options, tell))
+
+
+def _lack_of_fit(
+    source: Experiment, state: SelectionState, options: Options, tell: Tell
+) -> tuple[SelectionState, tuple[UnexplainedStructure, ...]]:
+    """Structure that no effect explains, with a threshold from effect-free data."""
+    settings = options.settings
+    found = unexplained_structures(state, settings)
+    if found and not state.calibrations:
+        state = _calibrated(source, state, state.current, options, tell)
+    if not state.accepted:
+        least = least_threshold(settings.thresholds, source.reference_model is not None)
+        clear = max(settings.lack_of_fit.clear_gain, least.structure)
+        lower = min(state.threshold.structure, clear)
+        state = replace(state, threshold=replace(state.threshold, structure=lower))
+    found = unexplained_structures(state, settings)
+    if not state.accepted and not state.transients:
+        noted = excess_over_pure_error(state.noise, state.current, found, settings.repeats)
+        found = (found + noted) or inconsistent_effect(state, settings)
+    return state, found

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ident.gap.data.noise_regions import Region
 from ident.gap.results.held_out_error import BeforeAfter
-from ident.gap.results.outcome import Search
+from ident.gap.results.outcome import SearchResult
 from ident.report.words import number, share
 
 Array = NDArray[np.floating]
@@ -45,7 +45,7 @@ class EffectCurve:
     where: str
 
 
-def effect_curve(found: Search, both: BeforeAfter, index: int, joint: int) -> EffectCurve:
+def effect_curve(found: SearchResult, both: BeforeAfter, index: int, joint: int) -> EffectCurve:
     """One effect at one joint, where the joint slides.
 
     Args:
@@ -102,7 +102,7 @@ def _where(variable: str, x: Array, torque: Array) -> str:
     )
 
 
-def motion_of(found: Search) -> tuple[Array, Array, Array]:
+def motion_of(found: SearchResult) -> tuple[Array, Array, Array]:
     """Position, velocity, and acceleration of each row, each of shape (R, n)."""
     rows = found.rows
     q, qd, qdd = (
@@ -112,17 +112,14 @@ def motion_of(found: Search) -> tuple[Array, Array, Array]:
     return q, qd, qdd
 
 
-def _torque(found: Search, both: BeforeAfter, index: int, joint: int) -> Array:
+def _torque(found: SearchResult, both: BeforeAfter, index: int, joint: int) -> Array:
     """Of an effect at a joint [N m], shape (R,)."""
-    table = both.table
-    slot = table.slots[index]
-    if joint not in slot.joints:
-        return np.zeros(len(table.t))
-    first = table.grams.layouts[joint].first_extra + slot.starts[slot.joints.index(joint)]
-    return table.columns[joint][:, first : first + slot.width] @ found.end.fit.effects[index]
+    if joint not in both.design.index[index].joints:
+        return np.zeros(len(both.design.t))
+    return both.design.effect_columns(index, joint) @ found.end.fit.effects[index]
 
 
-def _variables(found: Search, both: BeforeAfter, joint: int) -> dict[str, Array]:
+def _variables(found: SearchResult, both: BeforeAfter, joint: int) -> dict[str, Array]:
     """What an effect may depend on, shape (R,) each, the likeliest first."""
     q, qd, qdd = motion_of(found)
     named = {"speed [rad/s]": qd[:, joint]}
@@ -134,8 +131,8 @@ def _variables(found: Search, both: BeforeAfter, joint: int) -> dict[str, Array]
     return named | {
         "position [rad]": q[:, joint],
         "acceleration [rad/s²]": qdd[:, joint],
-        "time [s]": both.table.t,
-        "measured torque [N·m]": both.table.columns[joint][:, -1],
+        "time [s]": both.design.t,
+        "measured torque [N·m]": both.design.columns[joint][:, -1],
     }
 
 

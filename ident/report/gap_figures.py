@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.gap.data.noise_regions import Region
-from ident.gap.regression.current_model import HELD_OUT, all_hypotheses
-from ident.gap.results.forward_simulation import Forward
+from ident.gap.data.segments import HELD_OUT
+from ident.gap.results.forward_simulation import ForwardSimulation
 from ident.gap.results.held_out_error import BeforeAfter
-from ident.gap.results.outcome import Search
+from ident.gap.results.outcome import SearchResult
+from ident.gap.selection.candidates import all_candidates
 from ident.report.charts import Chart, Curve, Panel, kept_samples, line_chart, map_chart, spans_of
 from ident.report.effect_curve import OWN_TORQUE, EffectCurve, effect_curve, motion_of
 from ident.report.page import Block, Column, Figure, Table
@@ -22,11 +23,11 @@ _CELLS = (24, 16)
 _MOST_JOINTS = 4
 
 
-def effect_figures(found: Search, both: BeforeAfter, labels: Sequence[str]) -> list[Figure]:
+def effect_figures(found: SearchResult, both: BeforeAfter, labels: Sequence[str]) -> list[Figure]:
     """One for each effect that was taken in: its torque over the quantity that it depends on."""
     figures = []
-    for i, effect in enumerate(found.verdict.found):
-        curves = {labels[j]: effect_curve(found, both, i, j) for j in effect.seat[:_MOST_JOINTS]}
+    for i, effect in enumerate(found.verdict.effects):
+        curves = {labels[j]: effect_curve(found, both, i, j) for j in effect.joints[:_MOST_JOINTS]}
         figures.append(_effect(curves))
     return figures
 
@@ -62,7 +63,7 @@ def _effect(curves: Mapping[str, EffectCurve]) -> Figure:
 
 def reversals(both: BeforeAfter) -> Array:
     """Rms residual on held-out data while a joint stands still or turns round [N m], (2, n)."""
-    kept = both.table.fold == HELD_OUT
+    kept = both.design.fold == HELD_OUT
     rms = np.full((2, len(both.after)), np.nan)
     for i, side in enumerate((both.before, both.after)):
         for j, r in enumerate(side):
@@ -71,14 +72,14 @@ def reversals(both: BeforeAfter) -> Array:
     return rms
 
 
-def sizes_of(found: Search) -> dict[str, tuple[str, str]]:
+def sizes_of(found: SearchResult) -> dict[str, tuple[str, str]]:
     """Name and unit of the coefficient that is an effect's size, by effect."""
-    first = {h.effect: h.coefficients[0] for h in reversed(all_hypotheses(found.end.model.facts))}
+    first = {h.effect: h.coefficients[0] for h in reversed(all_candidates(found.end.model.facts))}
     return {name: (c.name, c.unit) for name, c in first.items()}
 
 
 def left_figure(
-    found: Search, both: BeforeAfter, joints: Sequence[int], labels: Sequence[str]
+    found: SearchResult, both: BeforeAfter, joints: Sequence[int], labels: Sequence[str]
 ) -> list[Block]:
     """Rms residual over position and velocity of some joints, as it is left."""
     q, qd = motion_of(found)[:2]
@@ -108,19 +109,19 @@ def _rms(x: Array, y: Array, edges: tuple[Array, Array], values: Array) -> Array
 
 
 def torque_figure(
-    found: Search, both: BeforeAfter, joints: Sequence[int], labels: Sequence[str]
+    found: SearchResult, both: BeforeAfter, joints: Sequence[int], labels: Sequence[str]
 ) -> list[Block]:
     """Torque of the first recording's joints over time, without and with the effects."""
-    table = both.table
-    log = np.array([s.log for s in found.rows.segments])[table.segment]
+    design = both.design
+    log = found.rows.log[design.segment]
     order = np.flatnonzero(log == 0)
-    order = order[np.argsort(table.t[order], kind="stable")]
+    order = order[np.argsort(design.t[order], kind="stable")]
     runs = []
     for j in joints[:_MOST_JOINTS]:
-        torque = table.columns[j][order, -1]
+        torque = design.columns[j][order, -1]
         sides = [torque - side[j].values[order] for side in (both.before, both.after)]
         turning = both.after[j].region[order] == Region.REVERSAL
-        runs.append((labels[j], table.t[order], [torque, *sides], turning))
+        runs.append((labels[j], design.t[order], [torque, *sides], turning))
     caption = (
         "First recording: measured torque and the model's, and below the residual on the same"
         " scale for both models. Grey: the joint stands still or turns round, where the residual"
@@ -131,8 +132,8 @@ def torque_figure(
 
 
 def motion_figure(
-    before: Sequence[Forward],
-    after: Sequence[Forward],
+    before: Sequence[ForwardSimulation],
+    after: Sequence[ForwardSimulation],
     joints: Sequence[int],
     labels: Sequence[str],
 ) -> list[Block]:

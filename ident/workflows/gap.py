@@ -13,16 +13,22 @@ from ident.checks.remark import Grade, RefusedError, Remark
 from ident.effects.bound_effects import load_model
 from ident.effects.catalogue import catalogue
 from ident.effects.events import EVENTS
-from ident.gap.data.experiment import Experiment, read_experiment, trusting
+from ident.gap.data.experiment import Experiment, read_experiment, with_reference_model
 from ident.gap.regression.feasible_fit import FeasibleModel, feasible_fit
-from ident.gap.results.error_by_term import steps
-from ident.gap.results.forward_simulation import Forward, forward, rms
+from ident.gap.results.error_by_term import error_by_term
+from ident.gap.results.forward_simulation import ForwardSimulation, forward_simulations, rms
 from ident.gap.results.full_model import model_with
-from ident.gap.results.held_out_error import BeforeAfter, held_out, sides, where
+from ident.gap.results.held_out_error import (
+    BeforeAfter,
+    before_and_after,
+    gap_location,
+    held_out,
+)
 from ident.gap.results.minimum_detectable import minimum_detectable
-from ident.gap.results.outcome import Options, Search
+from ident.gap.results.outcome import SearchResult
 from ident.gap.search import search
 from ident.gap.selection.estimates import FinalEstimates, final_estimates
+from ident.gap.settings import Options
 from ident.model.identified_model import Model
 from ident.model.model_writing import write_model
 from ident.recordings.loading import Reading
@@ -62,22 +68,24 @@ _MOST_JOINTS = 3
 
 @dataclass(frozen=True)
 class _Outcome:
-    """A search with everything that is told of it.
+    """A search with its final estimates and simulations.
 
     Attributes:
         found: the search.
         final: values of the effects on all data.
-        whole: the possible arm with all effects, on all data.
-        both: residuals before and after, held-out ones honest.
+        whole: the feasible arm with all effects, on all data.
+        both: residuals before and after, of fits on the searched folds.
         before, after: simulations of the recordings.
+        remarks: fits that took another way than the usual one.
     """
 
-    found: Search
+    found: SearchResult
     final: FinalEstimates
     whole: FeasibleModel
     both: BeforeAfter
-    before: list[Forward]
-    after: list[Forward]
+    before: list[ForwardSimulation]
+    after: list[ForwardSimulation]
+    remarks: tuple[Remark, ...]
 
 
 @dataclass(frozen=True)
@@ -129,8 +137,8 @@ def gap_logs(
 
     Args:
         paths: the logs.
-        known: file that describes the arm, None: what travels inside the logs; and a model that
-            was trusted before, None: the links are fitted to the logs.
+        known: file that describes the arm, None: the one attached to the logs; and a reference
+            model, None: the links are fitted to the logs.
         out: folder for the results.
         reading: topics and torque to read.
         options: of the search.
@@ -145,7 +153,7 @@ def gap_logs(
     robot, trusted = known
     source = read_experiment(paths, robot, reading)
     if trusted is not None:
-        source = trusting(source, load_model(trusted), str(trusted))
+        source = with_reference_model(source, load_model(trusted), str(trusted))
     try:
         done = gap_of(source, options, tell, paths)
     except RefusedError as refusal:
@@ -175,7 +183,7 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
         raise RefusedError(examined.remarks)
     source = replace(source, datasets=examined.data)
     outcome = searched(source, options, examined.remarks, tell)
-    content = _content(outcome) | trust_content(examined.remarks)
+    content = _content(outcome) | trust_content((*examined.remarks, *outcome.remarks))
     content["provenance"] = provenance(source.arm, paths)
     tell("preparing the report")
     report = _report(outcome, content)
@@ -185,7 +193,7 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
         outcome.found.rows.windows,
         outcome.whole,
         outcome.final.fit,
-        outcome.final.hypotheses,
+        outcome.final.effects,
         outcome.found.end.model.slow,
     )
     return Gap(report, model, content)
@@ -212,35 +220,40 @@ def searched(
     raise RefusedError((Remark(code, (), text, Grade.REFUSED), *remarks))
 
 
-def _outcome(found: Search, tell: Tell) -> _Outcome:
+def _outcome(found: SearchResult, tell: Tell) -> _Outcome:
     tell("fitting all data")
-    final = final_estimates(found.rows, found.end, found.verdict.found)
-    b = len(found.rows.kept)
+    significance = found.options.settings.significance
+    final = final_estimates(found.rows, found.end, significance, found.verdict.effects)
+    b = len(found.rows.base_parameters)
     before, after = (feasible_fit(found.source, p.fit, b) for p in (found.start, found.end))
     last = final.fit if found.end.accepted else found.end.fit
     whole = feasible_fit(found.source, last, b, near_cad=True)
     tell("simulating the recordings")
-    old = forward(found.source, before, ())
-    new = forward(found.source, whole, final.hypotheses) if found.end.accepted else old
-    return _Outcome(found, final, whole, sides(found, before.x, after.x), old, new)
+    old = forward_simulations(found.source, before, ())
+    new = forward_simulations(found.source, whole, final.effects) if found.end.accepted else old
+    both = before_and_after(found, before.x, after.x)
+    notes = dict.fromkeys(f.note for f in (before, after, whole) if f.note)
+    remarks = tuple(Remark("no_fit", (), note, Grade.DOUBTFUL) for note in notes)
+    return _Outcome(found, final, whole, both, old, new, remarks)
 
 
 def _content(outcome: _Outcome) -> dict[str, Any]:
     """The content of `gap.json`, but for provenance and time."""
     found, both = outcome.found, outcome.both
     source = found.source
-    unseen, sizes = visibility_content(minimum_detectable(found))
+    unobservable, sizes = visibility_content(minimum_detectable(found))
     errors = (rms(runs, source.moving) for runs in (outcome.before, outcome.after))
     return {
         "verdict": str(found.verdict.kind),
         "effects": effects_content(found, outcome.final),
-        "where": where_content(where(found, both)),
-        "not_observable": unseen,
+        "where": where_content(gap_location(found, both)),
+        "not_observable": unobservable,
         "held_out": held_out_content(held_out(found, both)),
-        "steps": steps_content(steps(found)),
+        "steps": steps_content(error_by_term(found)),
         "forward_simulation": forward_content(*errors),
         "minimum_detectable": sizes,
         "unexplained": unexplained_content(found),
+        "settings": found.options.content(),
         "arm": source.arm.name,
         "joints": list(source.arm.robot.joint_names),
     }

@@ -11,14 +11,14 @@ from ident.checks.remark import RefusedError, Remark, verdict_content
 from ident.effects.candidate import Value
 from ident.effects.catalogue import catalogue
 from ident.effects.events import CONTACT
-from ident.gap.regression.scoring import Score
 from ident.gap.results.error_by_term import Step
 from ident.gap.results.held_out_error import Errors, HeldOut, Share
 from ident.gap.results.minimum_detectable import MinimumDetectable
-from ident.gap.results.outcome import Search
-from ident.gap.results.verdict import UnexplainedStructure
-from ident.gap.selection.acceptance import AcceptedEffect
+from ident.gap.results.outcome import SearchResult
+from ident.gap.results.unexplained import UnexplainedStructure
 from ident.gap.selection.estimates import FinalEstimates
+from ident.gap.selection.scoring import Score
+from ident.gap.selection.state import AcceptedEffect
 from ident.gap.transients.detect import Transient
 from ident.model.arm import Arm
 from ident.workflows.run_json import numbers
@@ -55,8 +55,8 @@ def refused_gap(arm: Arm, refusal: RefusedError, seconds: float) -> Content:
     }
 
 
-def effects_content(found: Search, final: FinalEstimates | None) -> list[Content]:
-    """All effects, with the first rivals first.
+def effects_content(found: SearchResult, final: FinalEstimates | None) -> list[Content]:
+    """Entries of all effects and transients, or of the data's faults.
 
     Args:
         found: the search.
@@ -70,13 +70,13 @@ def effects_content(found: Search, final: FinalEstimates | None) -> list[Content
         ]
     parameters = final.parameters if final is not None else ()
     entries = [
-        _found(found, f, values) for f, values in zip(verdict.found, parameters, strict=True)
+        _accepted(found, e, values) for e, values in zip(verdict.effects, parameters, strict=True)
     ]
     return [*entries, *(_contact(found, b) for b in verdict.transients)]
 
 
-def _found(found: Search, item: AcceptedEffect, values: Mapping[str, Value]) -> Content:
-    h = item.hypothesis
+def _accepted(found: SearchResult, item: AcceptedEffect, values: Mapping[str, Value]) -> Content:
+    h = item.candidate
     effect = catalogue()[h.effect]
     evidence = {
         "gain_nats_per_sample": item.score.gain,
@@ -87,7 +87,7 @@ def _found(found: Search, item: AcceptedEffect, values: Mapping[str, Value]) -> 
         "effect_free_runs": found.threshold.draws,
     }
     if item.next_best is not None:
-        rival = item.next_best.hypothesis
+        rival = item.next_best.candidate
         evidence["next_best"] = f"{rival.effect} at {[j + 1 for j in rival.joints]}"
         evidence["next_best_gain"] = item.next_best.gain
     parameters = {
@@ -99,16 +99,16 @@ def _found(found: Search, item: AcceptedEffect, values: Mapping[str, Value]) -> 
 
 
 def _rival(score: Score) -> Content:
-    h = score.hypothesis
+    h = score.candidate
     return {"name": h.effect, "joints": [j + 1 for j in h.joints], "evidence": score.gain}
 
 
 def _experiment(effect: str, joints: Sequence[int]) -> str:
-    """What `ident design --for` takes."""
+    """The argument of `ident design --for`."""
     return f"{effect}:{joints[0] + 1}" if joints else effect
 
 
-def _contact(found: Search, transient: Transient) -> Content:
+def _contact(found: SearchResult, transient: Transient) -> Content:
     sd = found.end.fit.sigma.max(axis=1)
     count = max(int(transient.rows.sum()), 1)
     parameters: dict[str, Any] = {
@@ -119,7 +119,7 @@ def _contact(found: Search, transient: Transient) -> Content:
         }
         for j, torque in zip(transient.joints, transient.torque, strict=True)
     }
-    step = found.rows.windows.hop / found.rows.windows.rate_hz
+    step = found.rows.hop_s
     parameters["start"] = {"value": transient.start_s, "sd": step, "unit": "s"}
     parameters["end"] = {"value": transient.end_s, "sd": step, "unit": "s"}
     evidence = {
@@ -150,22 +150,22 @@ def _entry(
     }
 
 
-def unexplained_content(found: Search) -> list[Content]:
-    """Structure without a name: where, on what it depends, and which effects come nearest."""
-    return [_nameless(found, n) for n in found.verdict.unexplained_structures]
+def unexplained_content(found: SearchResult) -> list[Content]:
+    """Unexplained structure: where it is, what it depends on, and the nearest effects."""
+    return [_unexplained(found, n) for n in found.verdict.unexplained]
 
 
-def _nameless(found: Search, item: UnexplainedStructure) -> Content:
-    left = item.leftover
+def _unexplained(found: SearchResult, item: UnexplainedStructure) -> Content:
+    left = item.structure
     nearest: dict[str, float] = {}
     for score in (*found.last_scores, *found.first_scores):
-        if left.joint in score.hypothesis.rows:
-            nearest.setdefault(score.hypothesis.effect, score.gain)
+        if left.joint in score.candidate.rows:
+            nearest.setdefault(score.candidate.effect, score.gain)
     return {
         "joint": left.joint + 1,
         "depends_on": left.group,
         "share_of_residual": left.share,
-        "unexplained": item.unexplained,
+        "unexplained": item.share_of_gap,
         "nearest": [{"name": k, "evidence": v} for k, v in list(nearest.items())[:_NEAREST]],
     }
 
@@ -217,11 +217,12 @@ def forward_content(before: Array, after: Array) -> Content:
 
 def visibility_content(seen: MinimumDetectable) -> tuple[list[Content], Content]:
     """`not_observable` and `minimum_detectable`."""
-    unseen = [
-        {"name": name, "joints": [j + 1 for j in joints]} for name, joints in seen.unseen.items()
+    unobservable = [
+        {"name": name, "joints": [j + 1 for j in joints]}
+        for name, joints in seen.unobservable.items()
     ]
     sizes = {
         name: {str(j + 1): size for j, size in sorted(by.items())}
         for name, by in seen.sizes.items()
     }
-    return unseen, sizes
+    return unobservable, sizes

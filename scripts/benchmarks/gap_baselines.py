@@ -26,13 +26,15 @@ from sklearn.linear_model import ARDRegression, OrthogonalMatchingPursuit
 
 from ident.effects.candidate import Candidate
 from ident.gap.data.experiment import base_columns, experiment, facts_of
-from ident.gap.data.segments import segments
+from ident.gap.data.segments import SEARCHED, segments
 from ident.gap.data.windows import windows_for
-from ident.gap.regression.current_model import SEARCHED, all_hypotheses, nominal_fit
-from ident.gap.regression.design_matrix import Table, build_design_matrix, windowed_rows
-from ident.gap.regression.weighted_fit import places
-from ident.gap.results.outcome import CUTOFF_HZ, Options
+from ident.gap.regression.current_model import nominal_fit
+from ident.gap.regression.design_matrix import DesignMatrix
+from ident.gap.regression.rows import windowed_rows
+from ident.gap.regression.weighted_fit import Fit, joint_columns
 from ident.gap.search import search
+from ident.gap.selection.candidates import all_candidates
+from ident.gap.settings import Options
 
 Array = NDArray[np.floating]
 
@@ -47,24 +49,23 @@ class Problem:
     Attributes:
         columns: shape (R, k), of length one.
         residual: shape (R,), of length one.
-        hypotheses: which one each column belongs to, k of them.
+        candidates: which one each column belongs to, k of them.
     """
 
     columns: Array
     residual: Array
-    hypotheses: list[Candidate]
+    candidates: list[Candidate]
 
 
 def problem_of(recorded: Run, log: str) -> Problem:
     """The columns of one recording, everything nominal projected off."""
     source = experiment([getattr(recorded, log)], [log])
     facts = facts_of(source)
-    windows = windows_for(source.datasets[0].rate_hz, CUTOFF_HZ)
+    windows = windows_for(source.datasets[0].rate_hz, Options().cutoff_hz)
     rows = windowed_rows(segments(source.datasets, windows), windows, facts, base_columns(source))
-    present = nominal_fit(rows, facts)
-    hypotheses = all_hypotheses(present.model.facts)
-    table = build_design_matrix(rows, present.model, (), hypotheses)
-    model, effects, torque = _stacked(table, present.fit)
+    current = nominal_fit(rows, facts)
+    candidates = all_candidates(current.model.facts)
+    model, effects, torque = _stacked(current.design(rows, candidates), current.fit)
     basis = np.linalg.qr(model)[0]
     left = torque - basis @ (basis.T @ torque)
     clear = {i: c - basis @ (basis.T @ c) for i, c in effects.items()}
@@ -72,38 +73,36 @@ def problem_of(recorded: Run, log: str) -> Problem:
     for i, c in clear.items():
         if (np.sum(c**2, axis=0) <= _ABSORBED * np.sum(effects[i] ** 2, axis=0)).any():
             continue
-        h = hypotheses[i]
+        h = candidates[i]
         gain = float(np.sum((np.linalg.qr(c)[0].T @ left) ** 2))
         key = (h.effect, h.joints, h.numbers.get("order"))
         if key not in best or gain > best[key][0]:
             best[key] = (gain, i)
     chosen = [i for _, i in best.values()]
     columns = np.column_stack([clear[i] for i in chosen])
-    owners = [hypotheses[i] for i in chosen for _ in range(clear[i].shape[1])]
+    owners = [candidates[i] for i in chosen for _ in range(clear[i].shape[1])]
     lengths = np.linalg.norm(columns, axis=0)
     return Problem(columns / lengths, left / np.linalg.norm(left), owners)
 
 
-def _stacked(table: Table, fit) -> tuple[Array, dict[int, Array], Array]:
-    """Nominal columns, each hypothesis' columns, and torque, all joints' searched rows whitened."""
-    searched = np.isin(table.fold, SEARCHED)
-    moving = [j for j, c in enumerate(table.columns) if len(c)]
+def _stacked(design: DesignMatrix, fit: Fit) -> tuple[Array, dict[int, Array], Array]:
+    """Nominal columns, each candidate's columns, and torque, all joints' searched rows whitened."""
+    searched = np.isin(design.fold, SEARCHED)
+    moving = [j for j, c in enumerate(design.columns) if len(c)]
     count, size = int(searched.sum()), len(fit.x)
     total = count * len(moving)
     model, torque = np.zeros((total, size)), np.zeros(total)
-    effects = {i: np.zeros((total, s.width)) for i, s in table.slots.items()}
+    effects = {i: np.zeros((total, s.width)) for i, s in enumerate(design.index)}
     for part, j in enumerate(moving):
         here = slice(part * count, (part + 1) * count)
-        scale = fit.sigma[j][table.region[searched, j]][:, None]
-        columns = table.columns[j][searched] / scale
-        place = places(table.grams, fit.choice)[j]
-        model[here, place.unknown] = place.of(columns)
+        scale = fit.sigma[j][design.region[searched, j]][:, None]
+        columns = design.columns[j][searched] / scale
+        nominal = joint_columns(design.equations, fit.structure)[j]
+        model[here, nominal.unknown] = nominal.of(columns)
         torque[here] = columns[:, -1]
-        first = table.grams.layouts[j].first_extra
-        for i, s in table.slots.items():
+        for i, s in enumerate(design.index):
             if j in s.joints:
-                start = first + s.starts[s.joints.index(j)]
-                effects[i][here] = columns[:, start : start + s.width]
+                effects[i][here] = columns[:, design.places(i, j)]
     return model[:, np.abs(model).max(axis=0) > 0], effects, torque
 
 
@@ -133,10 +132,10 @@ _PENALTIES = np.geomspace(0.02, 0.8, 20)
 def name_of(p: Problem, coefficients: Array) -> Candidate | None:
     """The effect at a place whose columns explain most."""
     sizes: dict[tuple[object, ...], float] = {}
-    for h, value in zip(p.hypotheses, coefficients, strict=True):
+    for h, value in zip(p.candidates, coefficients, strict=True):
         sizes[h.key] = sizes.get(h.key, 0.0) + value**2
     key = max(sizes, key=lambda k: sizes[k])
-    return next(h for h in p.hypotheses if h.key == key) if sizes[key] > 0.0 else None
+    return next(h for h in p.candidates if h.key == key) if sizes[key] > 0.0 else None
 
 
 def penalty_for(method: Callable[[Problem, float], Array], nulls: list[Problem]) -> float:
@@ -159,7 +158,7 @@ def right(recorded: Run, named: Candidate | None) -> bool:
 def searched(recorded: Run, log: str) -> bool:
     """Whether `ident gap` is right on one of the recordings."""
     told = search(experiment([getattr(recorded, log)], [log]), Options(), lambda _: None).verdict
-    named = [(f.hypothesis.effect, f.hypothesis.joints) for f in told.found]
+    named = [(f.candidate.effect, f.candidate.joints) for f in told.effects]
     named += [("contact", b.joints) for b in told.transients]
     truth = recorded if log == "log" else replace(recorded, cases=())
     return judged(truth, told.kind, named)[0]

@@ -23,29 +23,25 @@ from gap_tables import Told, append, print_tables, read
 
 from ident.gap.data.experiment import Experiment, base_columns, experiment, facts_of
 from ident.gap.data.noise_regions import Region
-from ident.gap.data.reference_model import known_torque
-from ident.gap.data.segments import segments
+from ident.gap.data.reference_model import reference_torque
+from ident.gap.data.segments import HELD_OUT, segments
 from ident.gap.regression.current_model import CurrentFit, nominal_fit
-from ident.gap.regression.design_matrix import (
-    FOLDS,
-    WindowedRows,
-    build_design_matrix,
-    windowed_rows,
-)
+from ident.gap.regression.rows import WindowedRows, windowed_rows
 from ident.gap.regression.weighted_fit import Fit, predicted_rms
-from ident.gap.results.outcome import Options, Search
+from ident.gap.results.outcome import SearchResult
 from ident.gap.results.verdict import Kind
 from ident.gap.search import search
 from ident.gap.selection.estimates import final_estimates
+from ident.gap.settings import Options
 from ident.identification.identify import identify, model_of
 from ident.model.identified_model import Model
 from wamctl.arm.recording import Recording
 
 
-def squares(rows: WindowedRows, present: CurrentFit) -> np.ndarray:
+def squares(rows: WindowedRows, current: CurrentFit) -> np.ndarray:
     """Mean squared residual of the held-out fold where the joints slide, shape (7,)."""
-    there = build_design_matrix(rows, present.model, present.accepted).grams.of([FOLDS - 1])
-    return _sliding(predicted_rms(there, present.fit), there.counts[:, 0])
+    there = current.design(rows).equations.of([HELD_OUT])
+    return _sliding(predicted_rms(there, current.fit), there.counts[:, 0])
 
 
 def _sliding(sigma: np.ndarray, counts: np.ndarray) -> np.ndarray:
@@ -59,19 +55,19 @@ def fitted(model: Fit) -> np.ndarray:
     return _sliding(model.sigma, model.counts)
 
 
-def nominal_of(log: Recording, like: Search) -> tuple[WindowedRows, CurrentFit]:
+def nominal_of(log: Recording, like: SearchResult) -> tuple[WindowedRows, CurrentFit]:
     """The nominal model of another recording of the same arm."""
-    source = source_of(log, like.source.trusted)
+    source = source_of(log, like.source.reference_model)
     windows = like.rows.windows
     facts = facts_of(source)
     parts = segments(source.datasets, windows)
-    rows = windowed_rows(parts, windows, facts, base_columns(source), known_torque(source))
+    rows = windowed_rows(parts, windows, facts, base_columns(source), reference_torque(source))
     return rows, nominal_fit(rows, facts)
 
 
 def source_of(log: Recording, trusted: Model | None) -> Experiment:
     """A recording, beside a model that is trusted."""
-    return replace(experiment([log], ["log"]), trusted=trusted)
+    return replace(experiment([log], ["log"]), reference_model=trusted)
 
 
 def identified(log: Recording) -> Model:
@@ -88,7 +84,7 @@ def levels(present: CurrentFit, free: CurrentFit) -> np.ndarray:
     return np.sqrt(np.maximum(fitted(present.fit) / fitted(free.fit) - 1.0, 0.0))
 
 
-def told(recorded: Run, found: Search, seed: int, seconds: float) -> Told:
+def told(recorded: Run, found: SearchResult, seed: int, seconds: float) -> Told:
     """What is written of a run."""
     verdict = found.verdict
     free_rows, free = nominal_of(recorded.free, found)
@@ -100,8 +96,10 @@ def told(recorded: Run, found: Search, seed: int, seconds: float) -> Told:
     before, after = (squares(found.rows, p) for p in (found.start, found.end))
     seat = int(level.argmax())
     gap = before[seat] - squares(free_rows, free)[seat]
-    named = [(f.hypothesis.effect, f.hypothesis.joints) for f in verdict.found]
+    named = [(f.candidate.effect, f.candidate.joints) for f in verdict.effects]
     named += [("contact", b.joints) for b in verdict.transients]
+    settings = found.options.settings.significance
+    values = final_estimates(found.rows, found.end, settings, verdict.effects).parameters
     right, wrong = judged(recorded, verdict.kind, named)
     return Told(
         seed,
@@ -113,15 +111,9 @@ def told(recorded: Run, found: Search, seed: int, seconds: float) -> Told:
         str(verdict.kind),
         [name for name, _ in named],
         [[j + 1 for j in joints] for _, joints in named],
-        sorted({r.hypothesis.effect for f in verdict.found for r in f.rivals}),
-        [
-            f"joint {n.leftover.joint + 1} by {n.leftover.group}"
-            for n in verdict.unexplained_structures
-        ],
-        [
-            {name: [v.value, v.sd] for name, v in effect.items()}
-            for effect in final_estimates(found.rows, found.end, verdict.found).parameters
-        ],
+        sorted({r.candidate.effect for f in verdict.effects for r in f.rivals}),
+        [f"joint {n.structure.joint + 1} by {n.structure.group}" for n in verdict.unexplained],
+        [{name: [v.value, v.sd] for name, v in effect.items()} for effect in values],
         [truth_of(c, h) for c, h in zip(recorded.cases, recorded.hidden, strict=True)],
         float((before[seat] - after[seat]) / gap) if gap > 0.0 else 0.0,
         right,

@@ -18,8 +18,9 @@ from scipy.signal import savgol_filter
 
 from ident.gap.data.experiment import Experiment, read_experiment
 from ident.gap.regression.weighted_fit import mean_squares
-from ident.gap.results.outcome import Options, Search
+from ident.gap.results.outcome import SearchResult
 from ident.gap.search import search
+from ident.gap.settings import Options
 from ident.recordings.dataset import in_memory
 
 Array = NDArray[np.floating]
@@ -81,18 +82,18 @@ def with_effect(source: Experiment, effect: str, joint: int, rms: float) -> Expe
     return replace(source, datasets=tuple(data))
 
 
-def named(found: Search) -> set[tuple[str, int]]:
+def named(found: SearchResult) -> set[tuple[str, int]]:
     """Effects with their joints, from 1."""
-    return {(f.hypothesis.effect, j + 1) for f in found.verdict.found for j in f.hypothesis.joints}
+    return {(f.candidate.effect, j + 1) for f in found.verdict.effects for j in f.candidate.joints}
 
 
-def rivals(found: Search) -> set[tuple[str, int]]:
+def rivals(found: SearchResult) -> set[tuple[str, int]]:
     """What could not be told from the named ones."""
     return {
-        (r.hypothesis.effect, j + 1)
-        for f in found.verdict.found
+        (r.candidate.effect, j + 1)
+        for f in found.verdict.effects
         for r in f.rivals
-        for j in r.hypothesis.joints
+        for j in r.candidate.joints
     }
 
 

@@ -1,4 +1,4 @@
-"""Faults of the data, looked for before any physics."""
+"""Faults of the data: lost, repeated or skipped samples, torque of the wrong sign or unit."""
 
 from dataclasses import dataclass
 
@@ -9,31 +9,28 @@ from ident.dynamics.compiled_chain import chain_of, torques
 from ident.effects.catalogue import torque_scale_effect
 from ident.effects.events import DROPPED_SAMPLES
 from ident.gap.data.experiment import Experiment
+from ident.gap.settings import DataChecks
 from wamctl.arm.recording import Recording
 from wamctl.arm.robot import cad_parameters
 
 Array = NDArray[np.floating]
 
-_FAST_STEPS = 12.0  # a move of so many smallest ones, or usual errors, shows a lost sample
-_SHARE = 2e-4  # of the samples
-_LEAST_EVENTS = 4
-_CLEAR = 0.7  # correlation that makes a gain meaningful
-_GAIN = (0.25, 4.0)
-_HELD, _JUMPED = 0.25, 1.75  # of the expected move
-_HOLE = 1.5  # periods
-_MADE_UP = 4  # steps within which a late sample is made up for
 _ROUNDING = 1e-9  # rad: two motors' counts that cancel leave no more
+_MODEL_RATE_HZ = 20.0  # the CAD model is compared at this rate
+_INDEPENDENT = 40.0  # rows at that rate that count as one, since power is correlated
+_SMALLEST_QUANTILE = 0.02  # of the moves that are not zero: the encoder's step
+_USUAL_FACTOR = 1.5  # from the median of an absolute error to its standard deviation
 
 
 @dataclass(frozen=True)
 class Fault:
-    """Something wrong with the data.
+    """A fault of the data.
 
     Attributes:
-        name: id of the effect that stands for it.
-        joints: from 0; empty where all are affected.
-        text: the whole sentence.
-        count: how often, or the gain that was found.
+        name: id of the effect that it is reported as.
+        joints: affected joints, from 0; empty for all.
+        text: the fault in a sentence.
+        count: number of faulty samples, or the torque's scale.
     """
 
     name: str
@@ -42,78 +39,83 @@ class Fault:
     count: float
 
 
-def faults(source: Experiment) -> list[Fault]:
+def data_faults(source: Experiment, checks: DataChecks) -> list[Fault]:
     """All faults of some recordings."""
     found = []
     for recording, data in zip(source.recordings, source.datasets, strict=True):
-        found += _stamps(recording, data.name)
-        found += _samples(recording, data.name)
-    return found + _channels(source)
+        found += _stamps(recording, data.name, checks)
+        found += _samples(recording, data.name, checks)
+    return found + _channels(source, checks)
 
 
-def _stamps(recording: Recording, name: str) -> list[Fault]:
+def _few(count: int, steps: int, checks: DataChecks) -> bool:
+    return count < max(checks.min_fault_count, checks.min_fault_share * steps)
+
+
+def _stamps(recording: Recording, name: str, checks: DataChecks) -> list[Fault]:
+    """Time stamps that repeat or leave holes."""
     steps = np.diff(recording.stamp_ns)
     period = float(np.median(steps))
     repeated = int((steps <= 0).sum())
-    lost = _lost(steps, period)
-    count = lost + repeated
-    if count < max(_LEAST_EVENTS, _SHARE * len(steps)):
+    lost = _lost(steps, period, checks)
+    if _few(lost + repeated, len(steps), checks):
         return []
     text = f"{name}: {lost} samples are missing by their stamps, and {repeated} stamps repeat."
-    return [Fault(DROPPED_SAMPLES.id, (), text, count)]
+    return [Fault(DROPPED_SAMPLES.id, (), text, lost + repeated)]
 
 
-def _lost(steps: NDArray[np.int64], period: float) -> int:
-    """Samples that are missing; a late one is made up for by the short steps after it."""
+def _lost(steps: NDArray[np.int64], period: float, checks: DataChecks) -> int:
+    """Number of missing samples; a late sample followed by short steps is not missing."""
     lost, end = 0, 0
-    for i in np.flatnonzero(steps > _HOLE * period):
+    for i in np.flatnonzero(steps > checks.gap_periods * period):
         if i >= end:
-            end = i + _MADE_UP
+            end = i + checks.catch_up_samples
             lost += max(round(float(steps[i:end].sum()) / period) - len(steps[i:end]), 0)
     return lost
 
 
-def _samples(recording: Recording, name: str) -> list[Fault]:
-    """Positions that repeat, or jump by two samples' way, on all joints at once."""
+def _samples(recording: Recording, name: str, checks: DataChecks) -> list[Fault]:
+    """Positions that repeat, or move by two samples' distance, on all joints at once."""
     step = np.diff(recording.q, axis=0)
     before, after = step[:-4], step[4:]
     expected = 0.25 * (before + step[1:-3] + step[3:-1] + after)
     here = step[2:-2]
     least = np.maximum([_smallest(s) for s in step.T], _usual(here - expected))
-    fast = np.abs(expected) > _FAST_STEPS * np.maximum(least, _ROUNDING)
+    fast = np.abs(expected) > checks.fast_steps * np.maximum(least, _ROUNDING)
     ratio = here / np.where(fast, expected, np.inf)
     enough = fast.sum(axis=1) >= 2
-    repeated = int((enough & (~fast | (ratio < _HELD)).all(axis=1)).sum())
-    jumped = int((enough & (~fast | (ratio > _JUMPED)).all(axis=1)).sum())
-    count = repeated + jumped
-    if count < max(_LEAST_EVENTS, _SHARE * len(step)):
+    repeated = int((enough & (~fast | (ratio < checks.repeated_step)).all(axis=1)).sum())
+    skipped = int((enough & (~fast | (ratio > checks.skipped_step)).all(axis=1)).sum())
+    if _few(repeated + skipped, len(step), checks):
         return []
     text = (
-        f"{name}: {repeated} samples repeat the one before, and {jumped} times a sample is lost,"
+        f"{name}: {repeated} samples repeat the one before, and {skipped} times a sample is lost,"
         " on all moving joints at once, although the stamps are even."
     )
-    return [Fault(DROPPED_SAMPLES.id, (), text, count)]
+    return [Fault(DROPPED_SAMPLES.id, (), text, repeated + skipped)]
 
 
 def _smallest(step: Array) -> float:
-    """The smallest move of a joint from sample to sample [rad]."""
+    """Smallest move of a joint from sample to sample [rad]: the encoder's step."""
     moved = np.abs(step[np.abs(step) > _ROUNDING])
-    return float(np.quantile(moved, 0.02)) if len(moved) else 1.0
+    return float(np.quantile(moved, _SMALLEST_QUANTILE)) if len(moved) else 1.0
 
 
 def _usual(error: Array) -> Array:
-    """Size of most errors of each joint [rad], shape (n,)."""
-    return 1.5 * np.median(np.abs(error), axis=0) if len(error) else np.zeros(error.shape[1])
+    """Robust size of each joint's errors [rad], shape (n,)."""
+    if len(error) == 0:
+        return np.zeros(error.shape[1])
+    return _USUAL_FACTOR * np.median(np.abs(error), axis=0)
 
 
-def _channels(source: Experiment) -> list[Fault]:
-    """Sign and unit of the torque, against the CAD model and against the work of friction."""
+def _channels(source: Experiment, checks: DataChecks) -> list[Fault]:
+    """Sign and unit of the torque, against the CAD model and the dissipation by friction."""
     robot = source.arm.robot
     chain, delta = chain_of(robot), cad_parameters(robot)
     model, torque, power = [], [], []
     for data in source.datasets:
         for segment in data.segments:
-            every = max(1, round(data.rate_hz / 20.0))
+            every = max(1, round(data.rate_hz / _MODEL_RATE_HZ))
             q = np.ascontiguousarray(segment.q[::every])
             tau = segment.tau[::every]
             speed = np.gradient(q, every / data.rate_hz, axis=0)
@@ -121,30 +123,49 @@ def _channels(source: Experiment) -> list[Fault]:
             model.append(torques(chain, delta, q, speed, rate))
             torque.append(tau)
             power.append(tau * speed)
-    return _signs(source, np.concatenate(model), np.concatenate(torque), np.concatenate(power))
+    both = np.concatenate(model), np.concatenate(torque)
+    found, scales = _signs(source, both, np.concatenate(power), checks)
+    return found or _scale(scales, checks)
 
 
-def _signs(source: Experiment, model: Array, torque: Array, power: Array) -> list[Fault]:
-    found = []
-    known = []
+def _signs(
+    source: Experiment, both: tuple[Array, Array], power: Array, checks: DataChecks
+) -> tuple[list[Fault], list[float]]:
+    """Joints whose torque has the wrong sign, and the scale of each joint that shows it.
+
+    Args:
+        source: arm and recordings.
+        both: torque of the CAD model and of the recordings [N m], each of shape (S, n).
+        power: of the joints [W], shape (S, n).
+        checks: the settings.
+    """
+    found: list[Fault] = []
+    scales: list[float] = []
     for j in np.flatnonzero(source.moving):
-        size = float(np.linalg.norm(model[:, j]) * np.linalg.norm(torque[:, j]))
+        model, torque, work = both[0][:, j], both[1][:, j], power[:, j]
+        size = float(np.linalg.norm(model) * np.linalg.norm(torque))
         if size == 0.0:
             continue
-        inner = float(model[:, j] @ torque[:, j])
-        work = power[:, j]
-        against = work.mean() < -4.0 * work.std() / np.sqrt(max(len(work) / 40.0, 1.0))
-        if inner / size < -_CLEAR or (against and inner / size < 0.3):
+        inner = float(model @ torque)
+        error = work.std() / np.sqrt(max(len(work) / _INDEPENDENT, 1.0))
+        driven = work.mean() < -checks.dissipation_z * error
+        if inner / size < -checks.clear_correlation or (
+            driven and inner / size < checks.weak_correlation
+        ):
             text = f"The torque of joint {j + 1} has the wrong sign: it takes energy from friction."
             found.append(Fault(torque_scale_effect().id, (int(j),), text, -1.0))
-        elif inner / size > _CLEAR:
-            known.append(inner / float(model[:, j] @ model[:, j]))
-    if known and not found:
-        gain = float(np.median(known))
-        if not _GAIN[0] < gain < _GAIN[1]:
-            text = (
-                f"The torque is {gain:.3g} times what the arm's own weight asks for: its unit is"
-                " wrong; give joint torque in N m."
-            )
-            found.append(Fault(torque_scale_effect().id, (), text, gain))
-    return found
+        elif inner / size > checks.clear_correlation:
+            scales.append(inner / float(model @ model))
+    return found, scales
+
+
+def _scale(scales: list[float], checks: DataChecks) -> list[Fault]:
+    """A torque in another unit."""
+    scale = float(np.median(scales)) if scales else 1.0
+    if checks.min_torque_scale < scale < checks.max_torque_scale:
+        return []
+    text = (
+        f"The torque is {scale:.3g} times what the arm's own weight asks for: its unit is"
+        " wrong; give joint torque in N m."
+    )
+    return [Fault(torque_scale_effect().id, (), text, scale)]

@@ -1,4 +1,4 @@
-"""The recordings of one arm, and what is known of the loop that made them."""
+"""The recordings of one arm, with its configuration, controller and drives."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -36,14 +36,15 @@ class Experiment:
         file: the arm's configuration, where one is known.
         recordings: as read.
         datasets: the same, uniform, joints in the robot's order.
-        trusted: a model that was known before; None: the links are fitted to the recordings.
+        reference_model: model from earlier recordings, against which changes are searched; None:
+            the links are fitted to these recordings.
     """
 
     arm: Arm
     file: RobotFile | ArmFile | None
     recordings: tuple[Recording, ...]
     datasets: tuple[Dataset, ...]
-    trusted: Model | None = None
+    reference_model: Model | None = None
 
     @property
     def moving(self) -> NDArray[np.bool_]:
@@ -52,7 +53,7 @@ class Experiment:
 
     @property
     def motor_from_joint(self) -> Array | None:
-        """Motor angles from joint angles, shape (n, n), or None where nobody says."""
+        """Motor angles from joint angles, shape (n, n), or None if unknown."""
         if self.file is None or self.file.transmission is None:
             return None
         return np.array(self.file.transmission.motor_from_joint)
@@ -65,7 +66,7 @@ def read_experiment(
 
     Args:
         paths: the logs.
-        robot: file that describes the arm; None: what travels inside the logs.
+        robot: file that describes the arm; None: the one attached to the logs.
         reading: topics and torque to read.
 
     Raises:
@@ -116,7 +117,7 @@ def of_arm(
 
 
 def file_of(recording: Recording, name: str, robot: Path | None) -> RobotFile | ArmFile | None:
-    """The arm's configuration: as given, or as it travels inside a log; None where neither is.
+    """The arm's configuration, as given or as attached to a log; None if there is neither.
 
     Raises:
         ConfigurationError: it is invalid.
@@ -127,11 +128,11 @@ def file_of(recording: Recording, name: str, robot: Path | None) -> RobotFile | 
 
 
 def base_columns(source: Experiment) -> NDArray[np.int64]:
-    """Places of the base inertial parameters among the links' parameters, shape (b,).
+    """Positions of the base inertial parameters among the links' parameters, shape (b,).
 
-    None are left to fit where a model is trusted.
+    Empty with a reference model, whose links are not fitted again.
     """
-    if source.trusted is not None:
+    if source.reference_model is not None:
         return np.zeros(0, dtype=np.int64)
     terms = Terms(
         viscous=False,
@@ -145,24 +146,26 @@ def base_columns(source: Experiment) -> NDArray[np.int64]:
 
 
 def facts_of(source: Experiment) -> ArmFacts:
-    """What the effects may know, with the trusted parameters, or those of the CAD."""
-    trusted = source.trusted
+    """Facts for the effects, with inertial parameters of the reference model or of the CAD."""
+    reference = source.reference_model
     segments = [s for d in source.datasets for s in d.segments]
     return ArmFacts(
         chain_of(source.arm.robot),
-        cad_parameters(source.arm.robot) if trusted is None else trusted.inertial,
+        cad_parameters(source.arm.robot) if reference is None else reference.inertial,
         source.motor_from_joint,
         source.moving,
         np.nan_to_num(np.concatenate([s.q for s in segments]).mean(axis=0)),
         np.max([np.abs(s.tau).max(axis=0) for s in segments], axis=0),
         max(d.samples / d.rate_hz for d in source.datasets),
-        trusted is not None,
+        reference is not None,
         all(d.torque == "commanded" for d in source.datasets),
     )
 
 
-def trusting(source: Experiment, model: Model, path: str = "The reference model") -> Experiment:
-    """The same with a model that was known before.
+def with_reference_model(
+    source: Experiment, model: Model, path: str = "The reference model"
+) -> Experiment:
+    """The same recordings, to be compared with a reference model.
 
     Args:
         source: the recordings.
@@ -181,21 +184,21 @@ def trusting(source: Experiment, model: Model, path: str = "The reference model"
     if model.effects.records:
         names = ", ".join(e.name for e in model.effects.records)
         raise DataError(
-            f"{path} holds effects already ({names}); changes are told against a model of"
+            f"{path} holds effects already ({names}); changes are searched against a model of"
             " ident run: give that one with --model."
         )
-    return replace(source, trusted=model)
+    return replace(source, reference_model=model)
 
 
 def controller_of(source: Experiment) -> Controller | None:
-    """The controller of the recordings, with the CAD model, where the configuration names it."""
+    """The controller of the recordings, with the CAD model; None if no configuration names it."""
     if not isinstance(source.file, ArmFile):
         return None
     return controller_for(source.file, source.arm.robot)
 
 
 def wire_of(source: Experiment) -> Wire | None:
-    """Encoders and drives of the recordings, where the configuration names them."""
+    """Encoders and drives of the recordings; None if no configuration names them."""
     if not isinstance(source.file, ArmFile):
         return None
     return wire_for(source.file)

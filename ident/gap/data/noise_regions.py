@@ -1,4 +1,7 @@
-"""Regions of motion with errors of their own size: reversals, sliding, shared motors' reversals."""
+"""Noise regions: rows at reversals, while sliding, and at reversals of shared motors.
+
+Each joint and region has a noise variance of its own in the weighted fit.
+"""
 
 from enum import IntEnum
 
@@ -11,16 +14,16 @@ Array = NDArray[np.floating]
 
 
 class Region(IntEnum):
-    """Where a row of one joint lies."""
+    """Noise region of a row of one joint."""
 
     REVERSAL = 0
-    """The joint stands still or turns round inside the window."""
+    """The joint stands still or reverses inside the window."""
 
     SLIDING = 1
-    """It moves, and so do the motors that it shares."""
+    """The joint moves, and so do the motors that it shares with other joints."""
 
     MOTOR_REVERSAL = 2
-    """It moves, and a motor that it shares with another joint turns round."""
+    """The joint moves, and a motor that it shares with another joint reverses."""
 
 
 def regions(
@@ -30,9 +33,9 @@ def regions(
 
     Args:
         speed: joint velocity [rad/s], shape (S, n).
-        slow: speed below which each joint counts as turning [rad/s], shape (n,).
-        motor_from_joint: motor angles from joint angles, shape (n, n), or None.
-        windows: of the rows.
+        slow: speed below which each joint counts as reversing [rad/s], shape (n,).
+        motor_from_joint: motor angles from joint angles, shape (n, n), or None if unknown.
+        windows: the averaging windows of the rows.
     """
     found = np.full((len(speed) // windows.hop - 1, speed.shape[1]), int(Region.SLIDING))
     if motor_from_joint is not None:

@@ -1,4 +1,4 @@
-"""The torque of a model that was trusted before."""
+"""Torque that a reference model predicts, to be subtracted before the search."""
 
 from collections.abc import Callable
 
@@ -11,17 +11,16 @@ from ident.gap.data.experiment import Experiment
 from ident.model.identified_model import Model
 
 Array = NDArray[np.floating]
-Known = Callable[[SmoothedSegment], Array]
+PredictedTorque = Callable[[SmoothedSegment], Array]
 
 
-def known_torque(source: Experiment) -> tuple[Known, Array] | None:
-    """What the trusted model says of a segment, but for the joints' own friction, and its error.
+def reference_torque(source: Experiment) -> tuple[PredictedTorque, Array] | None:
+    """Torque of the reference model, and its error per joint [N m], shape (n,).
 
-    None without a trusted model. The error is the residual of the model's own fit, per joint [N m].
-
-    The joints' viscous and Coulomb friction are fitted anew: they change from day to day.
+    None without a reference model. The error is the residual of the model's own fit. The joints'
+    viscous and Coulomb friction are left out: they change from day to day and are fitted anew.
     """
-    model = source.trusted
+    model = source.reference_model
     if model is None:
         return None
     chain = chain_of(source.arm.robot)

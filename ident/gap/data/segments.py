@@ -1,28 +1,36 @@
-"""Unbroken segments of the recordings, smoothed and differentiated."""
+"""Unbroken segments of the recordings, smoothed, differentiated, and divided into folds."""
 
 import itertools
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.effects.smoothed_segment import SmoothedSegment, smoothed
 from ident.gap.data.windows import Windows
 from ident.recordings.dataset import Dataset
 from wamctl.arm.errors import DataError
 
-Array = NDArray[np.floating]
+FOLDS = 3
 
+SEARCHED = (0, 1)
+"""Folds on which effects are searched and fitted."""
 
-_FOLDS = 3
+HELD_OUT = 2
+"""The fold that no search sees."""
+
+EXCLUDED = -1
+"""Fold number of rows that no fit uses: those inside transients."""
+
+# enough blocks that each fold sees all of the motion; long logs need no more
 _BLOCKS_OF_SHORT_LOG, _BLOCKS_OF_LONG_LOG, _SHORT_S = 18, 9, 30.0
+_MIN_HOPS_PER_BLOCK = 6
 
 
 def segments(datasets: Sequence[Dataset], windows: Windows) -> list[SmoothedSegment]:
     """All segments of some recordings, divided into folds.
 
-    Three recordings or more are divided as whole recordings; fewer in blocks, every third of which
-    goes to the same fold.
+    Three or more recordings are assigned to the folds as a whole; one or two are cut into blocks
+    of time, which are dealt out to the folds in turn.
 
     Raises:
         DataError: no unbroken stretch is long enough to be smoothed.
@@ -33,8 +41,8 @@ def segments(datasets: Sequence[Dataset], windows: Windows) -> list[SmoothedSegm
             whole = smoothed(segment, data.rate_hz, log)
             if whole is None:
                 continue
-            if len(datasets) >= _FOLDS:
-                found.append(whole.part(slice(None), log % _FOLDS))
+            if len(datasets) >= FOLDS:
+                found.append(whole.part(slice(None), log % FOLDS))
             else:
                 found += _blocks(whole, windows)
     if not found:
@@ -47,10 +55,11 @@ def segments(datasets: Sequence[Dataset], windows: Windows) -> list[SmoothedSegm
 
 def _blocks(whole: SmoothedSegment, windows: Windows) -> list[SmoothedSegment]:
     duration = len(whole.t) / whole.rate_hz
-    count = _BLOCKS_OF_SHORT_LOG if duration < _SHORT_S else _BLOCKS_OF_LONG_LOG
+    most = _BLOCKS_OF_SHORT_LOG if duration < _SHORT_S else _BLOCKS_OF_LONG_LOG
     hops = len(whole.t) // windows.hop
-    edges = np.linspace(0, hops, min(count, max(3, hops // 6)) + 1).astype(int) * windows.hop
+    count = min(most, max(FOLDS, hops // _MIN_HOPS_PER_BLOCK))
+    edges = np.linspace(0, hops, count + 1).astype(int) * windows.hop
     return [
-        whole.part(slice(int(a), int(b)), i % _FOLDS)
+        whole.part(slice(int(a), int(b)), i % FOLDS)
         for i, (a, b) in enumerate(itertools.pairwise(edges))
     ]

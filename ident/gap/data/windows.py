@@ -1,7 +1,8 @@
 """Averages of the equation of motion over short overlapping windows.
 
-A row of the gap's regression is the mean of (2) over a Hann window: torque and every column alike,
-so that nothing is gained or lost by the filter, and a row depends on nothing outside its window.
+A row of the regression is the mean of the equation of motion (2) over a Hann window. Torque and
+all columns are averaged alike, so the filter adds no error, and a row depends only on the samples
+in its window.
 """
 
 from dataclasses import dataclass
@@ -26,11 +27,11 @@ class Windows:
 
     @property
     def cutoff_hz(self) -> float:
-        """The mean's gain is one half here (-6 dB)."""
+        """Frequency at which the mean has a gain of one half (-6 dB) [Hz]."""
         return self.rate_hz / (2 * self.hop)
 
     def coarser(self, factor: int) -> "Windows":
-        """The same windows over every so-manieth sample; `factor` must divide the hop."""
+        """The same windows on decimated samples; `factor` must divide the hop."""
         return Windows(self.hop // factor, self.rate_hz / factor)
 
     def mean(self, samples: Array) -> Array:
@@ -66,13 +67,13 @@ def windows_for(rate_hz: float, cutoff_hz: float) -> Windows:
     return Windows(max(2, round(rate_hz / (2 * cutoff_hz))), rate_hz)
 
 
-_BODY_RATE_HZ = 100.0
+_BODY_RATE_HZ = 100.0  # enough for links that move below 40 Hz
 
 
 def body_step(windows: Windows) -> int:
-    """Every so-manieth sample suffices for what varies as slowly as the links move.
+    """Decimation factor for columns that vary as slowly as the links move.
 
-    The step is odd, so that the middle one of so many samples stands for all of them.
+    It divides the hop, and is odd, so that the centre of each block is a sample.
     """
     most = max(1, int(windows.rate_hz / _BODY_RATE_HZ))
     return next(k for k in range(most, 0, -1) if windows.hop % k == 0 and k % 2 == 1)

@@ -1,7 +1,7 @@
-"""Structure beyond the catalogue's effects: free curves of position, speed and time.
+"""Free curves of position, speed and time: basis functions for a test of lack of fit.
 
-They take no part in naming. What they still explain when the catalogue is exhausted is a gap
-without a name, and what they depend on says where to look.
+They take no part in naming. If they still explain something once no effect is left to accept, the
+gap has no name yet, and the variable that they depend on says where to look.
 """
 
 from collections.abc import Callable
@@ -14,14 +14,15 @@ from ident.effects.effect import FormUncertainty
 from ident.effects.observation import Observed
 from ident.effects.observing import CurrentModel, observed
 from ident.gap.data.windows import body_step
-from ident.gap.regression.design_matrix import WindowedRows
+from ident.gap.regression.rows import WindowedRows
 
 Array = NDArray[np.floating]
 
 _KNOTS = 12
 _WAVES = 59
-_WAVE_NUMBERS = (2.0, 60.0)  # per rad
-_BEATS_HZ = (0.2, 4.0)
+_WAVE_NUMBERS = (2.0, 60.0)  # [1/rad]: from a few waves over a joint's range to a motor's ripple
+_BEATS_HZ = (0.2, 4.0)  # above the excitation's fundamental, below the windows' cut-off
+_FULL_SPEED = 1.5  # [rad/s] at which the hats over speed end
 
 
 @dataclass(frozen=True)
@@ -29,9 +30,9 @@ class Group:
     """Free columns on one joint.
 
     Attributes:
-        name: what the torque would depend on, in words with {j} for the joint.
+        name: the variable that the torque would depend on, with {j} for the joint.
         size: number of columns.
-        single: whether the best one of several pairs counts, not all together.
+        single: only the best of several pairs of columns counts, not all together.
     """
 
     name: str
@@ -40,7 +41,7 @@ class Group:
 
 
 PERIODIC_IN_TIME = Group("time, periodically", 0, single=True)
-"""Its columns are formed by `beat_columns`: too many frequencies to form all."""
+"""Its columns are formed by `beat_columns`, for the strongest frequency only."""
 
 GROUPS = (
     Group("the position of joint {j}", _KNOTS),
@@ -59,7 +60,7 @@ GROUPS = (
 
 @dataclass(frozen=True)
 class Range:
-    """What free curves span.
+    """Range of the variables of the free curves.
 
     Attributes:
         low, high: positions of each joint in all recordings [rad], each of shape (n,).
@@ -71,8 +72,8 @@ class Range:
     end_s: float
 
 
-class Views:
-    """All segments, as often as the links move, to form free columns of."""
+class FreeCurves:
+    """Decimated observations of all segments, from which free columns are formed."""
 
     def __init__(self, rows: WindowedRows, model: CurrentModel) -> None:
         whole = np.concatenate([s.q for s in rows.segments])
@@ -84,7 +85,11 @@ class Views:
         self._counts = [len(y) for y in rows.torque]
 
     def windowed(self, curves: Callable[[Observed, Range], list[Array]]) -> list[Array]:
-        """Columns of all rows, each of shape (R, size), of those of each segment."""
+        """Windowed columns of all rows, each of shape (R, size).
+
+        Args:
+            curves: forms the columns of one segment, each of shape (S, size).
+        """
         formed = [curves(seen, self._extent) for seen in self._seen]
         return [
             np.concatenate(
@@ -97,14 +102,14 @@ class Views:
 def form_columns(
     seen: Observed, extent: Range, joint: int, freedom: FormUncertainty
 ) -> list[Array]:
-    """What the form of an effect on a joint may get wrong, shape (S, size); nothing: no column."""
+    """Curves by which the form of an effect may be wrong, shape (S, size); no column for none."""
     place, fast, late = _over(seen, extent, joint)
-    qd, way = seen.qd[:, [joint]], seen.direction[:, [joint]]
+    qd, direction = seen.qd[:, [joint]], seen.direction[:, [joint]]
     columns = {
-        FormUncertainty.SPEED: fast * way,
+        FormUncertainty.SPEED: fast * direction,
         FormUncertainty.EITHER_WAY: fast,
         FormUncertainty.POSITION: place,
-        FormUncertainty.TIME: np.column_stack([late * way, late * qd]),
+        FormUncertainty.TIME: np.column_stack([late * direction, late * qd]),
     }
     return [columns.get(freedom, np.zeros((len(qd), 0)))]
 
@@ -114,14 +119,14 @@ def _over(seen: Observed, extent: Range, joint: int) -> tuple[Array, Array, Arra
     low, high = extent.low[joint], extent.high[joint]
     return (
         _hat_functions((seen.q[:, joint] - low) / max(high - low, 1e-9)),
-        _hat_functions(np.sqrt(np.minimum(np.abs(seen.qd[:, joint]) / 1.5, 1.0))),
+        _hat_functions(np.sqrt(np.minimum(np.abs(seen.qd[:, joint]) / _FULL_SPEED, 1.0))),
         _hat_functions(seen.t / extent.end_s),
     )
 
 
 def group_columns(seen: Observed, extent: Range, joint: int) -> list[Array]:
     """Columns of each group on a joint, each of shape (S, size)."""
-    q, qd, way = seen.q[:, joint], seen.qd[:, joint], seen.direction[:, joint]
+    q, qd, direction = seen.q[:, joint], seen.qd[:, joint], seen.direction[:, joint]
     place, fast, late = _over(seen, extent, joint)
     waves = np.linspace(*_WAVE_NUMBERS, _WAVES)
     others = [k for k in range(seen.arm.dof) if k != joint and seen.arm.moving[k]]
@@ -139,12 +144,12 @@ def group_columns(seen: Observed, extent: Range, joint: int) -> list[Array]:
     ]
     return [
         place,
-        place * way[:, None],
+        place * direction[:, None],
         place * qd[:, None],
-        fast * way[:, None],
+        fast * direction[:, None],
         fast,
         late,
-        late * way[:, None],
+        late * direction[:, None],
         _pairs(np.outer(q, waves)),
         np.zeros((len(q), 0)),
         np.column_stack(cross) if cross else np.zeros((len(q), 0)),
@@ -152,7 +157,7 @@ def group_columns(seen: Observed, extent: Range, joint: int) -> list[Array]:
 
 
 def beat_columns(t: Array, rows: NDArray[np.bool_], error: Array) -> tuple[Array, int]:
-    """Sine and cosine of the loudest frequency in some rows, shape (R, 2), and how many there are.
+    """Sine and cosine of the strongest frequency, shape (R, 2), and the number of frequencies.
 
     Args:
         t: time of each row [s], shape (R,).

@@ -1,4 +1,4 @@
-"""How much structure the model so far leaves, and on what it depends."""
+"""Test for lack of fit: structure in the residual that free curves explain on held-out data too."""
 
 import functools
 from collections.abc import Iterator
@@ -9,29 +9,26 @@ from numpy.typing import NDArray
 
 from ident.effects.observing import CurrentModel
 from ident.gap.data.noise_regions import Region
+from ident.gap.data.segments import EXCLUDED, HELD_OUT, SEARCHED
 from ident.gap.lack_of_fit.basis_functions import (
     GROUPS,
     PERIODIC_IN_TIME,
-    Views,
+    FreeCurves,
     beat_columns,
     group_columns,
 )
-from ident.gap.regression.current_model import HELD_OUT, SEARCHED, CurrentFit
-from ident.gap.regression.design_matrix import EXCLUDED, Table, WindowedRows, build_design_matrix
-from ident.gap.regression.projection import joint_rows, projected
-from ident.gap.regression.residuals import Residual, memory_of, residuals
-from ident.gap.regression.weighted_fit import Fit, trusted
+from ident.gap.regression.current_model import CurrentFit
+from ident.gap.regression.design_matrix import DesignMatrix
+from ident.gap.regression.projection import JointRows, joint_rows, projected
+from ident.gap.regression.residuals import Residual, autocorrelation_length, residuals
+from ident.gap.regression.rows import WindowedRows
+from ident.gap.regression.weighted_fit import Fit, noise_floor
+from ident.gap.settings import LackOfFit
 
 Array = NDArray[np.floating]
 
-_FREE = 1e-4  # of the largest direction of all free curves: the rest is left to the noise
-_LEAST_FREEDOM = 0.1
-OF_TRUSTED = 2.0
-"""Times the error of its own fit: so much of another recording a trusted model may get wrong."""
-
-_DISAGREE = 0.7  # nats: twice the residual where no fit has looked
-_USUAL = 0.95  # of the rows: what only fewer show is a moment, not a part of the recordings
-_APART = 6  # rows: noise has forgotten itself by then, the motion has not
+_RANK = 1e-4  # of the largest direction of all free curves: smaller ones are left to the noise
+_MIN_FREEDOM = 0.1  # share of the rows that always counts as free when noise is estimated
 
 
 @dataclass(frozen=True)
@@ -40,11 +37,12 @@ class RemainingStructure:
 
     Attributes:
         joint: from 0.
-        group: what it depends on, in words.
-        gain: nats per sample, less what chance would give, and on held-out data, whichever is less.
-        share: part of the squared residual that it explains.
+        group: the variable that it depends on, in words.
+        gain: [nats per sample]: the smaller of the searched folds' gain, less what chance would
+            give, and the held-out fold's.
+        share: share of the squared residual that it explains.
         detail: which wave of a periodic group.
-        ahead: whether only the held-out data show it.
+        held_out_only: only the held-out data show it.
     """
 
     joint: int
@@ -52,66 +50,70 @@ class RemainingStructure:
     gain: float
     share: float
     detail: int = 0
-    ahead: bool = False
+    held_out_only: bool = False
+
+
+def share_of(gain: float) -> float:
+    """Share of the squared residual that a gain [nats per sample] stands for."""
+    return float(1 - np.exp(-2 * gain))
 
 
 def remaining_structures(
-    rows: WindowedRows, model: CurrentModel, table: Table, now: Fit
+    rows: WindowedRows, current: CurrentFit, settings: LackOfFit
 ) -> list[RemainingStructure]:
-    """Structure of all joints and groups, the strongest first.
+    """Structure of all joints and groups of curves, the strongest first.
 
-    It is searched where effects are, and counts as far as it holds on what no search has seen.
-
-    Args:
-        rows: the recordings.
-        model: what the columns are formed with.
-        table: with the accepted effects' columns.
-        now: the present fit.
+    The curves are fitted on the searched folds and judged on the held-out one.
     """
-    left = residuals(table, now)
+    design = current.design(rows)
+    left = residuals(design, current.fit)
     found = []
-    for j, groups in _groups(rows, model):
-        sliding = table.region[:, j] != Region.REVERSAL
-        here = [sliding & np.isin(table.fold, SEARCHED), sliding & (table.fold == HELD_OUT)]
-        found += _joint(table, now, j, groups, here, left[j].values)
-    found += elsewhere(left, table.fold, trusted(table.grams))
+    for j, groups in _groups(rows, current.model):
+        sliding = design.region[:, j] != Region.REVERSAL
+        folds = np.isin(design.fold, SEARCHED), design.fold == HELD_OUT
+        searched, unseen = (
+            joint_rows(design, current.fit, j, sliding & fold, left[j].values) for fold in folds
+        )
+        allowed = _allowed(design, current.fit, j, settings)
+        found += _joint_structures(design, current.fit, j, groups, (searched, unseen), allowed)
+    found += held_out_mismatch(left, design.fold, noise_floor(design.equations), settings)
     return sorted(found, key=lambda x: -x.gain)
 
 
-def elsewhere(
-    left: list[Residual], fold: NDArray[np.int64], least: Array
+def held_out_mismatch(
+    left: list[Residual], fold: NDArray[np.int64], floor: Array, settings: LackOfFit
 ) -> list[RemainingStructure]:
     """Joints at which the model fails on the held-out data alone: the recordings disagree.
 
-    A moment, as when a joint that is held slips, is no such failure, and neither is louder noise:
-    what does not last from one window to another that is some tenths of a second away.
+    Only failures that last count. Short ones are clipped, and louder noise is removed by
+    multiplying each row with one some tenths of a second later.
 
     Args:
-        left: of each joint.
+        left: residuals of each joint.
         fold: of each row, shape (R,).
-        least: rms residual of each joint that is believed [N m], shape (n,).
+        floor: smallest rms residual of each joint that is believed [N m], shape (n,).
+        settings: of the test.
     """
     found = []
     for j, r in enumerate(left):
         sliding = r.region != Region.REVERSAL
         folds = fold[: len(sliding)]
-        here = _usual_square(r, sliding & np.isin(folds, SEARCHED), 0)
-        beyond = _usual_square(r, sliding & (folds == HELD_OUT), _APART)
-        floor = float(least[j]) ** 2
-        gain = 0.5 * float(np.log(max(beyond, floor) / max(here, floor)))
-        if gain > _DISAGREE:
+        quantile, lag = settings.usual_quantile, settings.memory_rows
+        here = _clipped_square(r, sliding & np.isin(folds, SEARCHED), quantile, 0)
+        beyond = _clipped_square(r, sliding & (folds == HELD_OUT), quantile, lag)
+        least = float(floor[j]) ** 2
+        gain = 0.5 * float(np.log(max(beyond, least) / max(here, least)))
+        if gain > settings.disagreement:
             name = "which part of the recordings it is"
-            found.append(
-                RemainingStructure(j, name, gain, float(1 - np.exp(-2 * gain)), ahead=True)
-            )
+            found.append(RemainingStructure(j, name, gain, share_of(gain), held_out_only=True))
     return found
 
 
-def _usual_square(left: Residual, chosen: NDArray[np.bool_], lag: int) -> float:
-    """Mean product of rows so far apart, the largest values cut; of none, zero."""
+def _clipped_square(left: Residual, chosen: NDArray[np.bool_], quantile: float, lag: int) -> float:
+    """Mean product of rows a lag apart, values clipped at a quantile; zero without rows."""
     values = np.where(chosen, left.values, 0.0)
     if chosen.any():
-        most = np.quantile(np.abs(values[chosen]), _USUAL)
+        most = np.quantile(np.abs(values[chosen]), quantile)
         values = np.clip(values, -most, most)
     ahead = slice(lag, None)
     back = slice(0, len(values) - lag)
@@ -119,74 +121,76 @@ def _usual_square(left: Residual, chosen: NDArray[np.bool_], lag: int) -> float:
     return float(values[ahead] @ (values[back] * both)) / max(int(both.sum()), 1)
 
 
-def noise(rows: WindowedRows, present: CurrentFit) -> list[Residual]:
-    """What the model leaves, without what free curves can explain of it, of all joints."""
-    table = build_design_matrix(rows, present.model, present.accepted)
-    left = residuals(table, present.fit)
-    for j, groups in _groups(rows, present.model):
-        sliding = (table.fold != EXCLUDED) & (table.region[:, j] != Region.REVERSAL)
+def structureless_noise(rows: WindowedRows, current: CurrentFit) -> list[Residual]:
+    """Residuals of all joints without the part that free curves explain."""
+    design = current.design(rows)
+    left = residuals(design, current.fit)
+    for j, groups in _groups(rows, current.model):
+        sliding = (design.fold != EXCLUDED) & (design.region[:, j] != Region.REVERSAL)
         columns = np.column_stack([g[sliding] for g in groups])
         values = left[j].values.copy()
-        curves, _, rank, _ = np.linalg.lstsq(columns, values[sliding], rcond=_FREE)
+        curves, _, rank, _ = np.linalg.lstsq(columns, values[sliding], rcond=_RANK)
         rest = values[sliding] - columns @ curves
-        values[sliding] = rest / np.sqrt(max(1 - rank / len(rest), _LEAST_FREEDOM))
+        values[sliding] = rest / np.sqrt(max(1 - rank / max(len(rest), 1), _MIN_FREEDOM))
         left[j] = replace(left[j], values=values)
     return left
 
 
 def _groups(rows: WindowedRows, model: CurrentModel) -> Iterator[tuple[int, list[Array]]]:
     """Windowed columns of each group, for each moving joint."""
-    views = Views(rows, model)
+    curves = FreeCurves(rows, model)
     for j in model.facts.moving_joints:
-        yield j, views.windowed(functools.partial(group_columns, joint=j))
+        yield j, curves.windowed(functools.partial(group_columns, joint=j))
 
 
-def _joint(
-    table: Table,
+def _joint_structures(
+    design: DesignMatrix,
     now: Fit,
     joint: int,
     groups: list[Array],
-    rows: list[NDArray[np.bool_]],
-    residual: Array,
+    rows: tuple[JointRows, JointRows],
+    allowed: float,
 ) -> list[RemainingStructure]:
-    """Structure of one joint; `rows` are those to search, and those to test it on."""
-    searched, unseen = (joint_rows(table, now, joint, chosen, residual) for chosen in rows)
+    """Structure of one joint, on the rows to search, and on those to judge it by."""
+    searched, unseen = rows
     e = searched.error
-    square = float(e @ e)
-    most = max(square, len(e) * _allowed(table, now, joint))
+    if len(e) == 0:
+        return []
     tried = []
     for group, formed in zip(GROUPS, groups, strict=True):
         columns, choices = formed, max(formed.shape[1] // 2, 1)
-        if group is PERIODIC_IN_TIME and len(e):
-            columns, choices = beat_columns(table.t, searched.chosen, e / searched.sigma)
+        if group is PERIODIC_IN_TIME:
+            columns, choices = beat_columns(design.t, searched.chosen, e / searched.sigma)
         if columns.shape[1] == 0:
             continue
         curves = projected(now, searched, columns)
         fitted = curves.fitted(e, group.single)
-        explained = (curves.scaled - searched.windowed_rows @ curves.absorbed) @ fitted.values
-        there = unseen.scaled(columns) - unseen.windowed_rows @ curves.absorbed
+        explained = (curves.scaled - searched.model @ curves.absorbed) @ fitted.values
+        there = unseen.scaled(columns) - unseen.model @ curves.absorbed
         beyond = unseen.error - there @ fitted.values
-        many = np.log(choices) + 1 if group.single else len(fitted.values) / 2
-        tried.append((group, fitted, e - explained, beyond, many))
+        freedom = np.log(choices) + 1 if group.single else len(fitted.values) / 2
+        tried.append((group, fitted, e - explained, beyond, freedom))
     if not tried:
         return []
+    square = float(e @ e)
+    most = max(square, len(e) * allowed)
     least = min((rest for _, _, rest, _, _ in tried), key=lambda r: float(r @ r))
-    effective = len(e) / memory_of(least, table.segment[searched.chosen])
+    effective = len(e) / autocorrelation_length(least, design.segment[searched.chosen])
     found = []
-    for group, fitted, rest, beyond, many in tried:
+    for group, fitted, rest, beyond, freedom in tried:
         share = float(np.clip((square - float(rest @ rest)) / most, 0.0, 1 - 1e-9))
-        nats = -0.5 * np.log(1 - share) - many / effective
+        nats = -0.5 * np.log(1 - share) - freedom / effective
         held = _log_ratio(unseen.error, beyond)
         name = group.name.format(j=joint + 1)
         found.append(RemainingStructure(joint, name, float(min(nats, held)), share, fitted.place))
     return found
 
 
-def _allowed(table: Table, now: Fit, joint: int) -> float:
-    """Mean square of a residual, in units of its noise, that says nothing."""
-    if table.grams.least is None:
+def _allowed(design: DesignMatrix, now: Fit, joint: int, settings: LackOfFit) -> float:
+    """Mean squared residual, in units of its noise, that a reference model's error explains."""
+    if design.equations.reference_error is None:
         return 1.0
-    known = OF_TRUSTED * float(table.grams.least[joint])
+    known = settings.reference_error_factor * float(design.equations.reference_error[joint])
     return max(1.0, (known / float(now.sigma[joint, Region.SLIDING])) ** 2)
 
 

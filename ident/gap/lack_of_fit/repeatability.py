@@ -1,96 +1,128 @@
-"""The noise floor: how much the residual differs when the same motion is repeated."""
+"""Pure error: how much the residual differs when the same motion is repeated.
+
+A textbook test of lack of fit compares the residual with the scatter among replicates. Errors of
+the model repeat with the motion and cancel in the difference of two periods; noise does not.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ident.gap.data.experiment import Experiment
 from ident.gap.data.noise_regions import Region
-from ident.gap.regression.design_matrix import Table, WindowedRows
-from ident.gap.regression.residuals import Residual
+from ident.gap.regression.current_model import CurrentFit
+from ident.gap.regression.design_matrix import DesignMatrix
+from ident.gap.regression.residuals import Residual, residuals
+from ident.gap.regression.rows import WindowedRows
+from ident.gap.settings import LackOfFit, Repeats
 from ident.model.attachments import attached_trajectory
 
 Array = NDArray[np.floating]
 
-_SAME_PLACE = 0.01  # rad: two rows count as repeats when no joint is further away
-_LEAST_PAIRS = 20
-_APART = 10.0  # times `_SAME_PLACE`: so far the motion must go before it can come again
-_LEAST_SHARE = 0.1  # of a recording's rows must come again
 
-
-def noise_floor(
-    source: Experiment, rows: WindowedRows, table: Table, left: list[Residual]
+def pure_error(
+    source: Experiment,
+    rows: WindowedRows,
+    design: DesignMatrix,
+    left: list[Residual],
+    settings: Repeats,
 ) -> Array | None:
     """Rms noise per joint and region [N m], shape (n, regions), from one period to the next.
 
-    What the model gets wrong in the same way each time cancels in the difference of two periods.
-    None where no motion is repeated; not-a-number for a region without repeats, and for joints
-    that are held.
+    None where no motion is repeated; not-a-number for regions without repeats and held joints.
     """
-    first, second = pairs(source, rows, table)
-    if len(first) < _LEAST_PAIRS:
+    first, second = repeated_rows(source, rows, design, settings)
+    if len(first) < settings.min_rows:
         return None
-    floor = np.full((len(left), len(Region)), np.nan)
+    noise = np.full((len(left), len(Region)), np.nan)
     for j, r in enumerate(left):
         if len(r.values) == 0:
             continue
         for region in Region:
             here = (r.region[first] == region) & (r.region[second] == region)
-            if here.sum() >= _LEAST_PAIRS:
+            if here.sum() >= settings.min_rows:
                 change = r.values[second[here]] - r.values[first[here]]
-                floor[j, region] = np.sqrt(np.mean(change**2) / 2)
-    return floor
+                noise[j, region] = np.sqrt(np.mean(change**2) / 2)
+    return noise
 
 
-def pairs(
-    source: Experiment, rows: WindowedRows, table: Table
+def sliding_noise(
+    source: Experiment,
+    rows: WindowedRows,
+    current: CurrentFit,
+    repeats: Repeats,
+    lack_of_fit: LackOfFit,
+) -> Array | None:
+    """Rms noise of each joint while it slides [N m], shape (n,); None without repeats.
+
+    Not-a-number for joints without repeats. Errors of a reference model count as noise: they
+    repeat, but nothing has changed.
+    """
+    design = current.design(rows)
+    noise = pure_error(source, rows, design, residuals(design, current.fit), repeats)
+    if noise is None:
+        return None
+    sliding = noise[:, Region.SLIDING]
+    if rows.reference_error is None:
+        return sliding
+    return np.fmax(sliding, lack_of_fit.reference_error_factor * rows.reference_error)
+
+
+def repeated_rows(
+    source: Experiment, rows: WindowedRows, design: DesignMatrix, settings: Repeats
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Rows of one period, and the same rows of the next.
 
-    Where no trajectory travels inside a log, its period is the one after which the most rows find
-    the arm in the same place.
+    The period is that of the trajectory attached to the log. Without one it is the lag after which
+    the arm is back in the same place in the most rows.
     """
-    hop_s = rows.windows.hop / rows.windows.rate_hz
-    log = np.array([s.log for s in rows.segments])[table.segment]
+    log = rows.log[design.segment]
     q = np.concatenate([rows.windows.mean(s.q) for s in rows.segments])
-    first, second = [], []
+    none = np.zeros(0, dtype=np.int64)
+    first, second = [none], [none]
     for number, (recording, data) in enumerate(
         zip(source.recordings, source.datasets, strict=True)
     ):
         here = np.flatnonzero(log == number)
-        hops = np.round(table.t[here] / hop_s).astype(int)
-        place = np.full(hops.max(initial=-1) + 1, -1)
-        place[hops] = here
+        hops = np.round(design.t[here] / rows.hop_s).astype(int)
+        row = np.full(hops.max(initial=-1) + 1, -1)
+        row[hops] = here
         file = attached_trajectory(recording, data.name)
-        lag = _period(q, place) if file is None else 2 * np.pi / file.fundamental_rad_s / hop_s
+        if file is None:
+            lag = _period(q, row, settings)
+        else:
+            lag = round(2 * np.pi / file.fundamental_rad_s / rows.hop_s)
         if lag is not None:
-            one, two = _together(q, place, round(lag))
-            first.append(one)
-            second.append(two)
-    none = np.zeros(0, dtype=np.int64)
-    return np.concatenate([none, *first]), np.concatenate([none, *second])
+            one, two = _rows_apart(row, lag)
+            same = np.abs(q[two] - q[one]).max(axis=1, initial=0.0) < settings.same_place_rad
+            first.append(one[same])
+            second.append(two[same])
+    return np.concatenate(first), np.concatenate(second)
 
 
-def _period(q: Array, place: NDArray[np.int64]) -> int | None:
-    """Number of hops after which a recording's motion comes again, or None if it does not."""
-    there = place[place >= 0]
-    most, best, left = max(_LEAST_PAIRS, _LEAST_SHARE * len(there)), None, False
-    for lag in range(1, len(place) - _LEAST_PAIRS):
-        one, two = place[:-lag], place[lag:]
-        both = (one >= 0) & (two >= 0)
-        apart = np.abs(q[two[both]] - q[one[both]]).max(axis=1)
-        left = left or float(np.median(apart)) > _APART * _SAME_PLACE
-        close = int((apart < _SAME_PLACE).sum())
-        if left and close > most:
+def _period(q: Array, row: NDArray[np.int64], settings: Repeats) -> int | None:
+    """Number of hops after which a recording's motion repeats; None if it does not.
+
+    Args:
+        q: position of each row [rad], shape (R, n).
+        row: number of the row at each hop, -1 where there is none.
+        settings: of repeats.
+    """
+    rows = int((row >= 0).sum())
+    most, best, away = max(settings.min_rows, settings.min_row_share * rows), None, False
+    for lag in range(1, len(row) - settings.min_rows):
+        one, two = _rows_apart(row, lag)
+        if len(one) == 0:
+            continue
+        distance = np.abs(q[two] - q[one]).max(axis=1)
+        away = away or float(np.median(distance)) > settings.excursion * settings.same_place_rad
+        close = int((distance < settings.same_place_rad).sum())
+        if away and close > most:
             most, best = close, lag
     return best
 
 
-def _together(
-    q: Array, place: NDArray[np.int64], lag: int
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Rows that lie so many hops apart and find the arm in the same place."""
-    one, two = place[:-lag], place[lag:]
+def _rows_apart(row: NDArray[np.int64], lag: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Rows that lie so many hops apart."""
+    one, two = row[:-lag], row[lag:]
     both = (one >= 0) & (two >= 0)
-    one, two = one[both], two[both]
-    same = np.abs(q[two] - q[one]).max(axis=1, initial=0.0) < _SAME_PLACE
-    return one[same], two[same]
+    return one[both], two[both]

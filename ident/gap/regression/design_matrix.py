@@ -1,138 +1,99 @@
-"""From segments to inner products: nominal columns, reversal curves, and candidates."""
+"""The design matrix: columns of the nominal model, of accepted effects and of candidates."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.dynamics.compiled_regressor import regressor
 from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
-from ident.effects.observation import ArmFacts, Observed
+from ident.effects.observation import Observed
 from ident.effects.observing import CurrentModel, observed
-from ident.effects.reversal_friction import BASIS
 from ident.effects.smoothed_segment import SmoothedSegment
 from ident.gap.data.noise_regions import Region, regions
-from ident.gap.data.reference_model import Known
+from ident.gap.data.segments import EXCLUDED, FOLDS
 from ident.gap.data.windows import Windows, body_step
 from ident.gap.regression.normal_equations import Layout, NormalEquations, joint_products
-from ident.gap.regression.weighted_fit import ColumnIndex
+from ident.gap.regression.rows import WindowedRows
+from ident.gap.regression.weighted_fit import ColumnIndex, ModelStructure
 
 Array = NDArray[np.floating]
 
-FOLDS = 3
-EXCLUDED = -1
-"""Fold of the rows that stand apart."""
-
-_ABSENT = 1e-12  # a base column this small beside the joint's torque is rounding
+_ABSENT = 1e-12  # a base column this small is rounding: the joint does not feel the parameter
 
 
 @dataclass(frozen=True)
-class WindowedRows:
-    """Rows that do not depend on the present model.
+class DesignMatrix:
+    """Rows and columns, with the inner products made of them.
 
     Attributes:
-        segments: the samples.
-        windows: of the rows.
-        kept: the inertial parameters that the base columns stand for, shape (b,).
-        base: windowed base columns, per segment, shape (R, n, b).
-        turnings: windowed reversal curves, per segment, shape (R, n, T).
-        viscous, torque: per segment, shape (R, n).
-        least: error that a trusted model brings [N m], shape (n,), or None.
-        apart: rows that no fit may see, shape (R,), or None.
-        formed: windowed columns of hypotheses that later models can use again.
-    """
-
-    segments: tuple[SmoothedSegment, ...]
-    windows: Windows
-    kept: NDArray[np.int64]
-    base: tuple[Array, ...]
-    turnings: tuple[Array, ...]
-    viscous: tuple[Array, ...]
-    torque: tuple[Array, ...]
-    least: Array | None = None
-    apart: NDArray[np.bool_] | None = None
-    formed: dict[tuple[object, ...], Array] = field(default_factory=dict, repr=False)
-
-
-@dataclass(frozen=True)
-class Table:
-    """All rows, as inner products, and where each hypothesis' columns stand.
-
-    Attributes:
-        grams: inner products.
-        slots: columns of each hypothesis, by its number.
-        hypotheses: what the candidate columns stand for.
-        columns: per joint, shape (R, p), in the order of its layout.
+        equations: inner products by fold and region.
+        index: columns of each effect.
+        effects: accepted effects first, then candidates.
+        accepted: number of accepted effects.
+        columns: per joint, shape (R, p), in the order of its layout; no rows for held joints.
         fold: of each row, shape (R,).
-        region: of each row and joint, shape (R, n).
+        region: noise region of each row and joint, shape (R, n).
         segment: of each row, shape (R,).
         t: time of each row since its recording's start [s], shape (R,).
     """
 
-    grams: NormalEquations
-    slots: dict[int, ColumnIndex]
-    hypotheses: tuple[Candidate, ...]
+    equations: NormalEquations
+    index: tuple[ColumnIndex, ...]
+    effects: tuple[Candidate, ...]
+    accepted: int
     columns: tuple[Array, ...]
     fold: NDArray[np.int64]
     region: NDArray[np.int64]
     segment: NDArray[np.int64]
     t: Array
 
-    def searched(self, folds: Sequence[int]) -> "Table":
-        """The same with the inner products of some folds, taken together."""
-        return replace(self, grams=self.grams.of(folds))
+    def of(self, folds: Sequence[int]) -> "DesignMatrix":
+        """The same with the inner products of some folds, as one fold."""
+        return replace(self, equations=self.equations.of(folds))
 
+    def structure(self, shapes: Array) -> ModelStructure:
+        """The model with all accepted effects."""
+        return ModelStructure(shapes, self.index[: self.accepted])
 
-def windowed_rows(
-    parts: Sequence[SmoothedSegment],
-    windows: Windows,
-    facts: ArmFacts,
-    kept: NDArray[np.int64],
-    known: tuple[Known, Array] | None = None,
-) -> WindowedRows:
-    """The rows of the rigid-body model with friction.
+    def with_folds(self, fold: NDArray[np.int64]) -> "DesignMatrix":
+        """The same rows divided into other folds, shape (R,)."""
+        products = [self._products(j, layout, fold) for j, layout in enumerate(self.layouts)]
+        equations = replace(
+            self.equations,
+            products=tuple(p for p, _ in products),
+            counts=np.array([count for _, count in products]),
+        )
+        return replace(self, fold=fold, equations=equations)
 
-    Args:
-        parts: the samples.
-        windows: of the rows.
-        facts: of the arm.
-        kept: base inertial parameters, to be fitted.
-        known: of a trusted model: its torque [N m], shape (S, n), which is taken off the measured
-            one, and its error [N m], shape (n,).
-    """
-    every = body_step(windows)
-    coarse = windows.coarser(every)
-    base, turnings = [], []
-    for s in parts:
-        still = np.where(facts.moving, 1.0, 0.0)
-        middle = slice(every // 2, None, every)
-        motion = (s.q[middle], s.qd[middle] * still, s.qdd[middle] * still)
-        columns = regressor(facts.chain, *(np.ascontiguousarray(m) for m in motion))[:, :, kept]
-        base.append(coarse.mean(columns))
-        turnings.append(_turning_columns(s, windows))
-    return WindowedRows(
-        tuple(parts),
-        windows,
-        kept,
-        tuple(base),
-        tuple(turnings),
-        tuple(windows.mean(s.qd) for s in parts),
-        tuple(windows.mean(s.tau if known is None else s.tau - known[0](s)) for s in parts),
-        None if known is None else known[1],
-    )
+    @property
+    def layouts(self) -> tuple[Layout, ...]:
+        """Order of the columns, per joint."""
+        return self.equations.layouts
 
+    def places(self, index: int, joint: int) -> slice:
+        """Columns of an effect on one of its joints."""
+        effect = self.index[index]
+        start = self.layouts[joint].first_effect + effect.starts[effect.joints.index(joint)]
+        return slice(start, start + effect.width)
 
-def _turning_columns(s: SmoothedSegment, windows: Windows) -> Array:
-    joints = range(s.q.shape[1])
-    return np.stack(
-        [
-            windows.mean(np.stack([t(s.q[:, j], s.speeds[..., j]) for j in joints], axis=-1))
-            for t in BASIS
-        ],
-        axis=-1,
-    )
+    def effect_columns(self, index: int, joint: int) -> Array:
+        """Columns of an effect on one of its joints, shape (R, k); no rows for a held joint."""
+        return self.columns[joint][:, self.places(index, joint)]
+
+    def _products(
+        self, joint: int, layout: Layout, fold: NDArray[np.int64]
+    ) -> tuple[Array, NDArray[np.int64]]:
+        columns = self.columns[joint]
+        used = slice(len(columns))
+        candidates = [
+            (layout.first_effect + e.starts[e.joints.index(joint)], e.width)
+            for e in self.index[self.accepted :]
+            if joint in e.joints
+        ]
+        size = (FOLDS, len(Region))
+        return joint_products(columns, fold[used], self.region[used, joint], size, candidates)
 
 
 def build_design_matrix(
@@ -140,110 +101,85 @@ def build_design_matrix(
     model: CurrentModel,
     accepted: Sequence[Candidate],
     candidates: Sequence[Candidate] = (),
-) -> Table:
-    """Inner products of the model's columns, and of each candidate's with them.
+) -> DesignMatrix:
+    """All columns and their inner products.
 
     Args:
-        rows: what does not depend on the model.
-        model: what columns of effects are formed with.
+        rows: torque and nominal columns.
+        model: current estimates, with which the effects' columns are formed.
         accepted: effects that are in the model together.
-        candidates: effects of which at most one is looked at in any fit.
+        candidates: effects of which any fit has one at most.
     """
-    dof = model.facts.dof
-    hypotheses = [*accepted, *candidates]
-    slots, widths = _slots(hypotheses, dof)
-    extras = [
-        _extra_columns(rows, model, hypotheses, slots, widths, i) for i in range(len(rows.segments))
-    ]
-    region = np.concatenate(
-        [
-            regions(s.speeds[1], model.slow, model.facts.motor_from_joint, rows.windows)
-            for s in rows.segments
-        ]
+    effects = (*accepted, *candidates)
+    index, widths = _index(effects, model.facts.dof)
+    formed = [_effect_columns(rows, model, effects, i) for i in range(len(rows.segments))]
+    base, reversals = np.concatenate(rows.base), np.concatenate(rows.reversals)
+    viscous, torque = np.concatenate(rows.viscous), np.concatenate(rows.torque)
+    layouts, columns = [], []
+    for j in range(model.facts.dof):
+        felt = np.flatnonzero(np.abs(base[:, j]).max(axis=0) > _ABSENT)
+        layouts.append(Layout(felt, reversals.shape[2], widths[j]))
+        own = [base[:, j, felt], viscous[:, j], reversals[:, j]]
+        extra = np.zeros((len(torque), widths[j]))
+        for where, parts in zip(index, zip(*formed, strict=True), strict=False):
+            if j in where.joints:
+                row = where.joints.index(j)
+                start = where.starts[row]
+                extra[:, start : start + where.width] = np.concatenate([p[:, row] for p in parts])
+        whole = np.column_stack([*own, extra, torque[:, j]])
+        columns.append(whole if model.facts.moving[j] else whole[:0])
+    region, fold, segment, t = _row_labels(rows, model)
+    empty = NormalEquations(
+        base.shape[2], tuple(layouts), (), np.zeros(0, dtype=int), rows.reference_error
     )
+    design = DesignMatrix(
+        empty, index, effects, len(accepted), tuple(columns), fold, region, segment, t
+    )
+    return design.with_folds(fold)
+
+
+def _row_labels(
+    rows: WindowedRows, model: CurrentModel
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], Array]:
+    """Region, fold, segment and time of each row."""
+    motors = model.facts.motor_from_joint
+    region = [regions(s.speeds[1], model.slow, motors, rows.windows) for s in rows.segments]
     lengths = [len(t) for t in rows.torque]
     fold = np.repeat([s.fold for s in rows.segments], lengths)
-    if rows.apart is not None:
-        fold[rows.apart] = EXCLUDED
+    if rows.excluded is not None:
+        fold[rows.excluded] = EXCLUDED
+    centres = [
+        rows.windows.centres(s.t)[:length] for s, length in zip(rows.segments, lengths, strict=True)
+    ]
     segment = np.repeat(np.arange(len(lengths)), lengths)
-    base, turnings = np.concatenate(rows.base), np.concatenate(rows.turnings)
-    viscous, torque = np.concatenate(rows.viscous), np.concatenate(rows.torque)
-    layouts, products, counts, kept = [], [], [], []
-    for j in range(dof):
-        extra = np.concatenate([e[j] for e in extras])
-        present = np.abs(base[:, j]).max(axis=0) > _ABSENT
-        where = np.flatnonzero(present)
-        columns = np.column_stack(
-            [base[:, j, where], viscous[:, j], turnings[:, j], extra, torque[:, j]]
-        )
-        if not model.facts.moving[j]:
-            columns = columns[:0]
-        use = slice(None) if len(columns) else slice(0)
-        layout = Layout(where, turnings.shape[2], extra.shape[1])
-        tried = _places_of(slots, range(len(accepted), len(hypotheses)), j, layout.first_extra)
-        size = (FOLDS, len(Region))
-        product, count = joint_products(columns, fold[use], region[use, j], size, tried)
-        kept.append(columns)
-        layouts.append(layout)
-        products.append(product)
-        counts.append(count)
-    grams = NormalEquations(
-        base.shape[2], tuple(layouts), tuple(products), np.array(counts), rows.least
-    )
-    t = np.concatenate(
-        [
-            rows.windows.centres(s.t)[: len(y)]
-            for s, y in zip(rows.segments, rows.torque, strict=True)
-        ]
-    )
-    return Table(grams, slots, tuple(hypotheses), tuple(kept), fold, region, segment, t)
+    return np.concatenate(region), fold, segment, np.concatenate(centres)
 
 
-def _slots(hypotheses: Sequence[Candidate], dof: int) -> tuple[dict[int, ColumnIndex], list[int]]:
+def _index(effects: Sequence[Candidate], dof: int) -> tuple[tuple[ColumnIndex, ...], list[int]]:
+    """Where each effect's columns are, and how many columns each joint has."""
     widths = [0] * dof
-    slots = {}
-    for i, h in enumerate(hypotheses):
+    index = []
+    for h in effects:
         k = len(h.coefficients)
-        slots[i] = ColumnIndex(h.rows, tuple(widths[j] for j in h.rows), k)
+        index.append(ColumnIndex(h.rows, tuple(widths[j] for j in h.rows), k))
         for j in h.rows:
             widths[j] += k
-    return slots, widths
+    return tuple(index), widths
 
 
-def _places_of(
-    slots: dict[int, ColumnIndex], which: Iterable[int], joint: int, first: int
-) -> list[tuple[int, int]]:
-    """First column and number of columns of some hypotheses on a joint."""
-    chosen = [slots[i] for i in which if joint in slots[i].joints]
-    return [(first + s.starts[s.joints.index(joint)], s.width) for s in chosen]
-
-
-def _extra_columns(
-    rows: WindowedRows,
-    model: CurrentModel,
-    hypotheses: Sequence[Candidate],
-    slots: dict[int, ColumnIndex],
-    widths: list[int],
-    segment: int,
+def _effect_columns(
+    rows: WindowedRows, model: CurrentModel, effects: Sequence[Candidate], segment: int
 ) -> list[Array]:
-    """Windowed columns of all hypotheses in one segment, per joint, shape (R, extra)."""
-    s, windows = rows.segments[segment], rows.windows
+    """Windowed columns of each effect in one segment, each of shape (R, len(rows), k)."""
+    views = _Views(rows.segments[segment], model, rows.windows)
     count = len(rows.torque[segment])
-    found: list[Array] = [np.zeros((count, w)) for w in widths]
-    if not hypotheses:
-        return found
-    views = _Views(s, model, windows)
-    for i, h in enumerate(hypotheses):
-        key = _key(h, model, segment)
-        if key not in rows.formed:
-            rows.formed[key] = views.mean(h)[:count]
-        for row, (j, start) in enumerate(zip(slots[i].joints, slots[i].starts, strict=True)):
-            found[j][:, start : start + slots[i].width] = rows.formed[key][:, row]
-    return found
+    return [
+        rows.cache.get(_key(h, model, segment), lambda h=h: views.mean(h)[:count]) for h in effects
+    ]
 
 
 def _key(h: Candidate, model: CurrentModel, segment: int) -> tuple[object, ...]:
-    """What the windowed columns of a hypothesis depend on."""
+    """Everything that the windowed columns of an effect depend on."""
     uses = catalogue()[h.effect].depends_on
     direction = model.shapes[list(h.joints)].tobytes() if "direction" in uses else b""
     parameters = model.facts.delta.tobytes() if "model" in uses else b""
@@ -254,18 +190,18 @@ def _key(h: Candidate, model: CurrentModel, segment: int) -> tuple[object, ...]:
 
 
 class _Views:
-    """What effects may look at in one segment, formed when the first of them asks."""
+    """Observations of one segment, at the full rate and decimated, formed on first use."""
 
     def __init__(self, s: SmoothedSegment, model: CurrentModel, windows: Windows) -> None:
-        self._stretch, self._model, self._windows = s, model, windows
+        self._segment, self._model, self._windows = s, model, windows
         self._every = body_step(windows)
         self._seen: tuple[Observed, Observed] | None = None
 
     def mean(self, h: Candidate) -> Array:
-        """Windowed columns of a hypothesis, shape (R, len(rows), k)."""
+        """Windowed columns of an effect, shape (R, len(rows), k)."""
         effect = catalogue()[h.effect]
         if self._seen is None:
-            self._seen = observed(self._stretch, self._model, self._every)
+            self._seen = observed(self._segment, self._model, self._every)
         fine, coarse = self._seen
         if effect.band_limited:
             return self._windows.coarser(self._every).mean(effect.columns(coarse, h))

@@ -1,20 +1,23 @@
-"""Joint refit of links, friction and effects under the pseudo-inertia constraints."""
+"""The physically possible arm nearest to a fit: links, friction and effects together."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ident.dynamics.base_parameters import BaseMap, base_map
 from ident.dynamics.parameters import Terms
+from ident.estimation.entropic import entropic_path
 from ident.estimation.feasible_sdp import feasible, nearest_to_cad
 from ident.estimation.feasible_set import feasible_set, link_sizes
-from ident.estimation.problem import Active, Problem, prior_parameters
+from ident.estimation.problem import Active, Estimate, Problem, prior_parameters
 from ident.estimation.regression_data import posture
 from ident.gap.data.experiment import Experiment
+from ident.gap.regression.projection import project_off_with_torque
 from ident.gap.regression.weighted_fit import Fit, solve
 from ident.model.arm import Arm
 from ident.model.identified_model import Model
+from wamctl.arm.errors import DataError
 
 Array = NDArray[np.floating]
 
@@ -23,19 +26,20 @@ _TIE = 1e-13  # of the largest entry: keeps the triangle of a rounding-tight fit
 
 @dataclass(frozen=True)
 class FeasibleModel:
-    """A physically possible arm.
+    """A physically possible arm with its effects.
 
     Attributes:
-        terms: what the model holds beside the links.
+        terms: friction terms of the model.
         standard: all parameters, in the order of `ident.dynamics.parameters`, shape (p,).
         inertial: the links' part, shape (10 n,).
         viscous: shape (n,).
         coulomb: shape (n,).
-        effects: coefficients of each effect beside them.
-        x: the same as unknowns of the fit.
-        sd: of the base parameters, were nothing constrained, shape (k,).
-        base: what the links' unknowns stand for.
-        active: constraints that hold the solution.
+        effects: coefficients of each effect.
+        x: all of these as unknowns of the fit.
+        sd: standard errors of the base parameters without constraints, shape (k,).
+        base: map from all parameters to base parameters.
+        active: active constraints of the solution.
+        note: how the parameters were found, if not by the semidefinite program.
     """
 
     terms: Terms
@@ -48,6 +52,7 @@ class FeasibleModel:
     sd: Array
     base: BaseMap
     active: tuple[Active, ...]
+    note: str = ""
 
 
 def friction_terms(arm: Arm) -> Terms:
@@ -65,48 +70,38 @@ def friction_terms(arm: Arm) -> Terms:
 def feasible_fit(
     source: Experiment, model: Fit, base_size: int, near_cad: bool = False
 ) -> FeasibleModel:
-    """The possible parameters nearest to a fit, in units of its noise.
+    """The physically possible parameters nearest to a fit, in units of its noise.
 
-    The effects' coefficients are left free; what they explain is projected off first. A trusted
-    model stays as it is; only the joints' friction beside it is the fit's.
+    The effects' coefficients are not constrained; their columns are projected off first. With a
+    reference model the links stay as they are, and only the joints' friction is taken from the fit.
 
     Args:
         source: the arm, and where its joints were.
         model: the free solution.
         base_size: number of base inertial parameters.
-        near_cad: choose what the data leave open nearest to CAD, as `ident run` does; else it is
-            anything possible, which moves the arm alike.
+        near_cad: choose parameters that the data do not determine nearest to CAD, as `ident run`
+            does; otherwise they are arbitrary, which does not change the motion.
     """
-    if source.trusted is not None:
-        return _trusted(source, source.trusted, model)
+    if source.reference_model is not None:
+        return _beside_reference(source, source.reference_model, model)
     arm = source.arm
     terms = friction_terms(arm)
     base = base_map(arm.robot, terms, [posture(d) for d in source.datasets])
     n, b = arm.robot.dof, base_size
-    order = np.array(_places(base, b, n))
+    order = np.array(_order(base, b, n))
     rest = np.arange(b + 2 * n, len(model.x))
     right = model.normal @ model.x
-    inner = model.normal[np.ix_(order, order)]
-    target = right[order]
-    across = model.normal[np.ix_(rest, order)]
-    own = model.normal[np.ix_(rest, rest)]
+    inner, target = model.normal[np.ix_(order, order)], right[order]
+    own, across = model.normal[np.ix_(rest, rest)], model.normal[np.ix_(rest, order)]
     if len(rest):
-        back = solve(own, np.column_stack([across, right[rest]]))
-        inner = inner - across.T @ back[:, :-1]
-        target = target - across.T @ back[:, -1]
-    rows = int(model.counts.sum())
-    problem = _problem(source, base, inner, target, rows)
-    found = feasible(problem)
-    if near_cad:
-        found = nearest_to_cad(problem, found)
+        inner, target = project_off_with_torque(own, across, inner, (right[rest], target))
+    problem = _problem(source, base, inner, target, int(model.counts.sum()))
+    found, note = _possible(problem, near_cad)
     delta = np.zeros(len(base.parameters)) if found.delta is None else found.delta
     x = np.zeros(len(model.x))
     x[order] = found.beta
-    effects = np.zeros(0)
     if len(rest):
-        effects = solve(own, right[rest] - across @ found.beta)
-        x[rest] = effects
-    widths = [s.width for s in model.choice.slots]
+        x[rest] = solve(own, right[rest] - across @ found.beta)
     kinds = [p.kind for p in base.parameters]
     return FeasibleModel(
         terms,
@@ -114,15 +109,33 @@ def feasible_fit(
         delta[[k == "inertial" for k in kinds]],
         delta[[k == "fv" for k in kinds]],
         delta[[k == "fc" for k in kinds]],
-        np.split(effects, np.cumsum(widths)[:-1]) if widths else [],
+        replace(model, x=x).effects,
         x,
-        _spread(inner),
+        _standard_errors(inner),
         base,
         found.active,
+        note,
     )
 
 
-def _trusted(source: Experiment, known: Model, model: Fit) -> FeasibleModel:
+def _possible(problem: Problem, near_cad: bool) -> tuple[Estimate, str]:
+    """Possible parameters, and how they were found if the semidefinite program fails.
+
+    A search is never lost for want of a solver: the entropic fit needs none, and CAD always exists.
+    """
+    try:
+        found = feasible(problem)
+        return (nearest_to_cad(problem, found) if near_cad else found), ""
+    except DataError as error:
+        reason = str(error).rstrip(".")
+    base, prior = problem.base, problem.prior
+    try:
+        return entropic_path(problem)[-1], f"{reason}: the links are those of an entropic fit."
+    except DataError:
+        return Estimate(base.K @ prior, prior), f"{reason}: the links are those of the CAD model."
+
+
+def _beside_reference(source: Experiment, known: Model, model: Fit) -> FeasibleModel:
     n = source.arm.robot.dof
     terms = friction_terms(source.arm)
     return FeasibleModel(
@@ -139,13 +152,13 @@ def _trusted(source: Experiment, known: Model, model: Fit) -> FeasibleModel:
     )
 
 
-def _spread(inner: Array) -> Array:
-    """Standard deviations from weighted inner products."""
+def _standard_errors(inner: Array) -> Array:
+    """Standard errors from weighted inner products."""
     return np.sqrt(np.maximum(np.diag(solve(inner, np.eye(len(inner)))), 0.0))
 
 
-def _places(base: BaseMap, size: int, n: int) -> list[int]:
-    """Place of each base parameter among the fit's unknowns: links, viscous, Coulomb."""
+def _order(base: BaseMap, size: int, n: int) -> list[int]:
+    """Index of each base parameter among the fit's unknowns: links, viscous, Coulomb."""
     link, order = 0, []
     for p in base.kept_parameters:
         if p.kind == "inertial":
@@ -159,7 +172,7 @@ def _places(base: BaseMap, size: int, n: int) -> list[int]:
 
 
 def _problem(source: Experiment, base: BaseMap, inner: Array, target: Array, rows: int) -> Problem:
-    """The reduced regression whose triangle has these inner products; its error is one per row."""
+    """The reduced regression with these inner products and an error of one per row."""
     beta = solve(inner, target)
     square = float(target @ beta) + rows
     whole = np.block([[inner, target[:, None]], [target[None, :], np.array([[square]])]])

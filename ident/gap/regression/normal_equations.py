@@ -1,4 +1,4 @@
-"""Inner products of all columns, joint by joint, from which every fit of the gap is made."""
+"""Inner products of all columns, joint by joint, from which every fit of the search is made."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,19 +11,17 @@ Array = NDArray[np.floating]
 
 @dataclass(frozen=True)
 class Layout:
-    """Where a joint's columns stand.
+    """Order of a joint's columns: base, viscous, reversal curves, effects, torque.
 
     Attributes:
-        base: places of the base inertial parameters, shape (b,): column by global number.
-        turnings: number of reversal curves.
-        extra: number of candidate columns.
-
-    The order is: base, viscous, reversal curves, candidates, torque.
+        base: numbers of the base inertial parameters that the joint feels, shape (b,).
+        reversals: number of reversal curves.
+        effects: number of columns of accepted effects and candidates.
     """
 
     base: NDArray[np.int64]
-    turnings: int
-    extra: int
+    reversals: int
+    effects: int
 
     @property
     def viscous(self) -> int:
@@ -31,38 +29,38 @@ class Layout:
         return len(self.base)
 
     @property
-    def first_turning(self) -> int:
+    def first_reversal(self) -> int:
         """Column of the first reversal curve."""
         return len(self.base) + 1
 
     @property
-    def first_extra(self) -> int:
-        """First candidate column."""
-        return self.first_turning + self.turnings
+    def first_effect(self) -> int:
+        """First column of an effect."""
+        return self.first_reversal + self.reversals
 
     @property
     def torque(self) -> int:
         """Column of the torque, the last one."""
-        return self.first_extra + self.extra
+        return self.first_effect + self.effects
 
 
 @dataclass(frozen=True)
 class NormalEquations:
-    """Inner products per joint, fold and region.
+    """Inner products per joint, fold and noise region.
 
     Attributes:
         base: number of base inertial parameters b.
         layouts: per joint.
         products: per joint, shape (folds, regions, p, p).
         counts: rows per joint, fold and region, shape (n, folds, regions).
-        least: error that a trusted model brings [N m], shape (n,), or None.
+        reference_error: error of a reference model [N m], shape (n,), or None.
     """
 
     base: int
     layouts: tuple[Layout, ...]
     products: tuple[Array, ...]
     counts: NDArray[np.int64]
-    least: Array | None = None
+    reference_error: Array | None = None
 
     @property
     def dof(self) -> int:
@@ -70,14 +68,14 @@ class NormalEquations:
         return len(self.layouts)
 
     def of(self, folds: Sequence[int]) -> "NormalEquations":
-        """The same of some folds, taken together as one."""
+        """The sum over some folds, as one fold."""
         chosen = list(folds)
         return NormalEquations(
             self.base,
             self.layouts,
             tuple(p[chosen].sum(axis=0, keepdims=True) for p in self.products),
             self.counts[:, chosen].sum(axis=1, keepdims=True),
-            self.least,
+            self.reference_error,
         )
 
 
@@ -90,7 +88,7 @@ def joint_products(
 ) -> tuple[Array, NDArray[np.int64]]:
     """Inner products of one joint's columns, and numbers of rows, by fold and region.
 
-    Those of two different candidates are left at zero: no fit has both.
+    Products of two different candidates stay zero, since no fit has both.
 
     Args:
         columns: shape (R, p).

@@ -1,17 +1,47 @@
-"""Further columns on one joint, with what the model absorbs of them projected off."""
+"""Columns with everything that the model can absorb of them projected off (Frisch-Waugh-Lovell)."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.gap.regression.design_matrix import Table
-from ident.gap.regression.weighted_fit import Fit, places, solve
+from ident.gap.regression.design_matrix import DesignMatrix
+from ident.gap.regression.weighted_fit import Fit, joint_columns, solve
 
 Array = NDArray[np.floating]
 
 _RIDGE = 1e-6
-_SEEN = 1e-5  # of the columns' own squares: what is left of a direction after projection
+_SEEN = 1e-5  # of the columns' own squares: smaller directions are in the model already
+
+
+def project_off(normal: Array, across: Array, own: Array) -> tuple[Array, Array]:
+    """Inner products of columns after the model is projected off, and what it absorbs of them.
+
+    Args:
+        normal: inner products of the model's columns, shape (p, p).
+        across: of the model's columns with others, shape (p, c).
+        own: of the others, shape (c, c).
+
+    Returns:
+        the Schur complement own - across' normal^-1 across, shape (c, c), and normal^-1 across.
+    """
+    absorbed = solve(normal, across)
+    return own - across.T @ absorbed, absorbed
+
+
+def project_off_with_torque(
+    normal: Array, across: Array, own: Array, right: tuple[Array, Array]
+) -> tuple[Array, Array]:
+    """The same for the columns, shape (c, c), and for their products with the torque, shape (c,).
+
+    Args:
+        normal: inner products of the model's columns, shape (p, p).
+        across: of the model's columns with others, shape (p, c).
+        own: of the others, shape (c, c).
+        right: of the model's columns, shape (p,), and of the others, shape (c,), with the torque.
+    """
+    absorbed = solve(normal, np.column_stack([across, right[0]]))
+    return own - across.T @ absorbed[:, :-1], right[1] - across.T @ absorbed[:, -1]
 
 
 @dataclass(frozen=True)
@@ -21,14 +51,14 @@ class JointRows:
     Attributes:
         chosen: which rows, shape (R,).
         sigma: their noise [N m], shape (m,).
-        nominal: the model's columns, shape (m, k).
-        unknown: which of the model's unknowns multiplies each, shape (k,).
+        model: the model's columns, shape (m, k).
+        unknown: index of the unknown that multiplies each, shape (k,).
         error: residual, shape (m,).
     """
 
     chosen: NDArray[np.bool_]
     sigma: Array
-    windowed_rows: Array
+    model: Array
     unknown: NDArray[np.int64]
     error: Array
 
@@ -38,26 +68,26 @@ class JointRows:
 
 
 def joint_rows(
-    table: Table, now: Fit, joint: int, chosen: NDArray[np.bool_], residual: Array
+    design: DesignMatrix, now: Fit, joint: int, chosen: NDArray[np.bool_], residual: Array
 ) -> JointRows:
     """Some rows of a joint.
 
     Args:
-        table: all rows.
-        now: the present fit.
+        design: all rows.
+        now: the current fit.
         joint: from 0.
         chosen: which rows, shape (R,).
         residual: of all rows [N m], shape (R,).
     """
-    place = places(table.grams, now.choice)[joint]
-    sigma = now.sigma[joint][table.region[chosen, joint]]
-    windowed_rows = place.of(table.columns[joint][chosen]) / sigma[:, None]
-    return JointRows(chosen, sigma, windowed_rows, place.unknown, residual[chosen] / sigma)
+    model = joint_columns(design.equations, now.structure)[joint]
+    sigma = now.sigma[joint][design.region[chosen, joint]]
+    columns = model.of(design.columns[joint][chosen]) / sigma[:, None]
+    return JointRows(chosen, sigma, columns, model.unknown, residual[chosen] / sigma)
 
 
 @dataclass(frozen=True)
 class Fitted:
-    """Coefficients of some columns, half the drop of the squares, and the best pair's place."""
+    """Coefficients of columns, half the drop of the squares, and the number of the best pair."""
 
     values: Array
     gain: float
@@ -70,8 +100,8 @@ class Projected:
 
     Attributes:
         scaled: in units of the noise, shape (m, c).
-        absorbed: what the model takes up of each, by its columns, shape (k, c).
-        products: inner products of what it leaves, shape (c, c).
+        absorbed: coefficients of the model's columns that stand for them, shape (k, c).
+        products: inner products after projection, shape (c, c).
     """
 
     scaled: Array
@@ -83,14 +113,14 @@ class Projected:
 
         Args:
             error: in units of the noise.
-            single: whether the best of several pairs of columns counts, not all together.
+            single: use the best pair of columns only, not all together.
         """
         scale = np.sqrt(np.maximum((self.scaled**2).sum(axis=0), 1e-300))
         products = self.products / scale[:, None] / scale + _RIDGE * np.eye(len(scale))
         right = (self.scaled.T @ error) / scale
         if not single:
             lengths, axes = np.linalg.eigh(products)
-            seen = axes[:, lengths > _SEEN]  # the rest is in the model already
+            seen = axes[:, lengths > _SEEN]
             values = seen @ ((seen.T @ right) / lengths[lengths > _SEEN])
             return Fitted(values / scale, float(right @ values) / 2)
         blocks = np.stack([products[i : i + 2, i : i + 2] for i in range(0, len(scale), 2)])
@@ -104,9 +134,9 @@ class Projected:
 
 
 def projected(now: Fit, rows: JointRows, columns: Array) -> Projected:
-    """Columns of all rows, shape (R, c), beside the present model."""
+    """Columns of all rows, shape (R, c), beside the current model."""
     scaled = rows.scaled(columns)
     across = np.zeros((len(now.normal), scaled.shape[1]))
-    across[rows.unknown] = rows.windowed_rows.T @ scaled
-    back = solve(now.normal, across)
-    return Projected(scaled, back[rows.unknown], scaled.T @ scaled - across.T @ back)
+    across[rows.unknown] = rows.model.T @ scaled
+    left, absorbed = project_off(now.normal, across, scaled.T @ scaled)
+    return Projected(scaled, absorbed[rows.unknown], left)

@@ -1,16 +1,17 @@
-"""What the model so far leaves, row by row."""
+"""Residuals of the current model, row by row, and their autocorrelation."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.gap.regression.design_matrix import EXCLUDED, Table
-from ident.gap.regression.weighted_fit import Fit, places
+from ident.gap.data.segments import EXCLUDED
+from ident.gap.regression.design_matrix import DesignMatrix
+from ident.gap.regression.weighted_fit import Fit, joint_columns
 
 Array = NDArray[np.floating]
 
-_FORGOTTEN = 0.05  # correlation below which the sum ends
+_NEGLIGIBLE = 0.05  # autocorrelation at which the sum over lags ends
 
 
 @dataclass(frozen=True)
@@ -21,33 +22,33 @@ class Residual:
         values: [N m], shape (R,).
         region: of each row, shape (R,).
         segment: of each row, shape (R,).
-        apart: which rows no fit has seen, shape (R,).
+        excluded: rows that no fit uses, shape (R,).
     """
 
     values: Array
     region: NDArray[np.int64]
     segment: NDArray[np.int64]
-    apart: NDArray[np.bool_]
+    excluded: NDArray[np.bool_]
 
 
-def residuals(table: Table, model: Fit) -> list[Residual]:
+def residuals(design: DesignMatrix, model: Fit) -> list[Residual]:
     """Residuals of each joint on all rows; held joints have none."""
     found = []
-    for j, pl in enumerate(places(table.grams, model.choice)):
-        columns = table.columns[j]
-        values = columns[:, -1] - pl.of(columns) @ model.x[pl.unknown]
-        rows = slice(None) if len(columns) else slice(0)
-        apart = table.fold[rows] == EXCLUDED
-        found.append(Residual(values, table.region[rows, j], table.segment[rows], apart))
+    for j, c in enumerate(joint_columns(design.equations, model.structure)):
+        columns = design.columns[j]
+        values = columns[:, -1] - c.of(columns) @ model.x[c.unknown]
+        rows = slice(len(columns))
+        excluded = design.fold[rows] == EXCLUDED
+        found.append(Residual(values, design.region[rows, j], design.segment[rows], excluded))
     return found
 
 
-def memory_of(values: Array, segment: NDArray[np.int64]) -> float:
-    """Rows that count as one: 1 + 2 sum of the autocorrelation.
+def autocorrelation_length(values: Array, segment: NDArray[np.int64]) -> float:
+    """Rows that count as one independent row: 1 + 2 times the sum of the autocorrelation.
 
     Args:
         values: residual, rows in order of time, shape (R,).
-        segment: of each row; neighbours of different segments do not count as such, shape (R,).
+        segment: of each row; rows of different segments are not neighbours, shape (R,).
     """
     total, lag = 0.0, 1
     while lag < len(values) // 8:
@@ -55,7 +56,7 @@ def memory_of(values: Array, segment: NDArray[np.int64]) -> float:
         here, there = values[lag:][same], values[:-lag][same]
         size = float(np.sqrt((here @ here) * (there @ there)))
         rho = float(here @ there) / size if size > 0.0 else 0.0
-        if rho < _FORGOTTEN:
+        if rho < _NEGLIGIBLE:
             break
         total += rho
         lag += 1

@@ -1,4 +1,8 @@
-"""Least squares over all joints, each joint and region with its own noise, from inner products."""
+"""Weighted least squares over all joints, each joint and noise region with its own variance.
+
+Feasible generalised least squares: coefficients and variances are estimated in turn until they
+agree, which is the maximum of the normal likelihood.
+"""
 
 from dataclasses import dataclass
 
@@ -12,19 +16,19 @@ from ident.gap.regression.normal_equations import NormalEquations
 Array = NDArray[np.floating]
 
 _ROUNDS = 6
-_SETTLED = 1e-4  # change of log sigma
-_DOUBT = 30.0  # times: what a joint holds at rest tells little; believed at first, it may win
+_CONVERGED = 1e-4  # change of log sigma
+_REVERSAL_INFLATION = 30.0  # of the first noise guess at reversals, where friction may be anything
 _RIDGE = 1e-11  # of a column's own length: fixes what the data do not
-_TRUST = 1e-4  # of a joint's rms torque: smaller errors are rounding, not knowledge
+_ROUNDING = 1e-4  # of a joint's rms torque: smaller residuals are rounding
 
 
 @dataclass(frozen=True)
 class ColumnIndex:
-    """Columns of one hypothesis.
+    """Position of one effect's columns.
 
     Attributes:
-        joints: the joints whose torque they change, from 0.
-        starts: first column in each of those joints' layouts, counted from `first_extra`.
+        joints: the joints whose torque the effect changes, from 0.
+        starts: first column on each of those joints, counted from `Layout.first_effect`.
         width: number of coefficients.
     """
 
@@ -35,35 +39,36 @@ class ColumnIndex:
 
 @dataclass(frozen=True)
 class ModelStructure:
-    """Which columns the model has.
+    """Which columns a model has.
 
     Attributes:
-        shapes: parts of the reversal curves in each joint's friction, shape (n, T).
-        slots: effects in the model.
+        shapes: share of each reversal curve in each joint's friction, shape (n, T).
+        effects: columns of the effects in the model.
     """
 
     shapes: Array
-    slots: tuple[ColumnIndex, ...] = ()
+    effects: tuple[ColumnIndex, ...] = ()
 
-    def turned(self, joint: int, shape: Array) -> "ModelStructure":
+    def with_shape(self, joint: int, shape: Array) -> "ModelStructure":
         """The same with other reversal curves of one joint."""
         shapes = self.shapes.copy()
         shapes[joint] = shape
-        return ModelStructure(shapes, self.slots)
+        return ModelStructure(shapes, self.effects)
 
-    def with_slot(self, slot: ColumnIndex) -> "ModelStructure":
+    def with_effect(self, effect: ColumnIndex) -> "ModelStructure":
         """The same with one more effect."""
-        return ModelStructure(self.shapes, (*self.slots, slot))
+        return ModelStructure(self.shapes, (*self.effects, effect))
 
 
 @dataclass(frozen=True)
-class Places:
-    """The model's columns on one joint.
+class JointColumns:
+    """A model's columns on one joint.
 
     Attributes:
         local: the joint's columns that they are made of, shape (l,).
-        mix: how: reversal curves are mixed to one, all others stand for themselves, shape (l, k).
-        unknown: which unknown multiplies each, shape (k,).
+        mix: their weights, shape (l, k): reversal curves are mixed to one column, all other columns
+            are taken as they are.
+        unknown: index of the unknown that multiplies each, shape (k,).
     """
 
     local: NDArray[np.int64]
@@ -92,14 +97,14 @@ class Fit:
     """A solution.
 
     Attributes:
-        choice: the model's columns.
+        structure: the model's columns.
         x: unknowns: base inertial parameters, viscous, Coulomb, then the effects' coefficients.
         sigma: rms residual per joint and region [N m], shape (n, regions).
         counts: rows per joint and region, shape (n, regions).
         normal: weighted inner products of the unknowns' columns, shape (p, p).
     """
 
-    choice: ModelStructure
+    structure: ModelStructure
     x: Array
     sigma: Array
     counts: NDArray[np.int64]
@@ -108,21 +113,21 @@ class Fit:
     @property
     def effects(self) -> list[Array]:
         """Coefficients of each effect."""
-        widths = [s.width for s in self.choice.slots]
+        widths = [e.width for e in self.structure.effects]
         start = len(self.x) - sum(widths)
         return np.split(self.x[start:], np.cumsum(widths)[:-1]) if widths else []
 
     @property
     def viscous(self) -> Array:
         """Viscous friction of each joint [N m s/rad], shape (n,)."""
-        n, widths = len(self.sigma), sum(s.width for s in self.choice.slots)
+        n, widths = len(self.sigma), sum(e.width for e in self.structure.effects)
         first = len(self.x) - widths - 2 * n
         return self.x[first : first + n]
 
     def gains_over(self, other: "Fit") -> Array:
-        """Mean log ratio of the residuals of each joint [nats per sample], shape (n,).
+        """Log-likelihood beyond another fit's, per joint [nats per sample], shape (n,).
 
-        This is the difference of the log-likelihoods per sample.
+        For normal residuals it is the mean log ratio of the rms residuals.
         """
         return mean_log_ratio(other.sigma, self.sigma, self.counts)
 
@@ -138,87 +143,91 @@ def mean_log_ratio(before: Array, after: Array, counts: NDArray[np.int64]) -> Ar
 
 
 def mean_squares(model: Fit) -> Array:
-    """Mean squared residual of each joint where it slides [N^2 m^2], shape (n,)."""
+    """Mean squared residual of each joint away from its reversals [N^2 m^2], shape (n,)."""
     kept = np.arange(model.sigma.shape[1]) != Region.REVERSAL
     counts = model.counts[:, kept]
     return (model.sigma[:, kept] ** 2 * counts).sum(axis=1) / np.maximum(counts.sum(axis=1), 1)
 
 
-def places(grams: NormalEquations, choice: ModelStructure) -> list[Places]:
-    """The chosen columns of each joint."""
-    n, b = grams.dof, grams.base
-    starts = b + 2 * n + np.cumsum([0, *(s.width for s in choice.slots)])
+def joint_columns(equations: NormalEquations, structure: ModelStructure) -> list[JointColumns]:
+    """The model's columns on each joint."""
+    n, b = equations.dof, equations.base
+    starts = b + 2 * n + np.cumsum([0, *(e.width for e in structure.effects)])
     found = []
-    for j, layout in enumerate(grams.layouts):
-        used = np.flatnonzero(choice.shapes[j])
+    for j, layout in enumerate(equations.layouts):
+        used = np.flatnonzero(structure.shapes[j])
         alone = [*range(len(layout.base)), layout.viscous]
         effects: list[int] = []
         unknown = [*layout.base, b + j, b + n + j]
-        for slot, start in zip(choice.slots, starts, strict=False):
-            if j in slot.joints:
-                first = layout.first_extra + slot.starts[slot.joints.index(j)]
-                effects += range(first, first + slot.width)
-                unknown += range(start, start + slot.width)
-        local = np.array([*alone, *(layout.first_turning + used), *effects])
+        for effect, start in zip(structure.effects, starts, strict=False):
+            if j in effect.joints:
+                first = layout.first_effect + effect.starts[effect.joints.index(j)]
+                effects += range(first, first + effect.width)
+                unknown += range(start, start + effect.width)
+        local = np.array([*alone, *(layout.first_reversal + used), *effects])
         a, t, e = len(alone), len(used), len(effects)
         mix = np.zeros((a + t + e, a + 1 + e))
         mix[:a, :a] = np.eye(a)
-        mix[a : a + t, a] = choice.shapes[j, used]
+        mix[a : a + t, a] = structure.shapes[j, used]
         mix[a + t :, a + 1 :] = np.eye(e)
-        found.append(Places(local, mix, np.array(unknown)))
+        found.append(JointColumns(local, mix, np.array(unknown)))
     return found
 
 
-def trusted(grams: NormalEquations) -> Array:
-    """Smallest residual that is believed, per joint [N m], shape (n,)."""
-    squares = [p[..., -1, -1].sum() for p in grams.products]
-    rows = np.maximum(grams.counts.sum(axis=(1, 2)), 1)
-    rounding = np.maximum(_TRUST * np.sqrt(np.array(squares) / rows), 1e-12)
-    return rounding if grams.least is None else np.maximum(rounding, grams.least)
+def noise_floor(equations: NormalEquations) -> Array:
+    """Smallest rms residual that is believed, per joint [N m], shape (n,).
+
+    Rounding, or the error of a reference model, whichever is larger.
+    """
+    squares = [p[..., -1, -1].sum() for p in equations.products]
+    rows = np.maximum(equations.counts.sum(axis=(1, 2)), 1)
+    rounding = np.maximum(_ROUNDING * np.sqrt(np.array(squares) / rows), 1e-12)
+    error = equations.reference_error
+    return rounding if error is None else np.maximum(rounding, error)
 
 
-def fit(grams: NormalEquations, choice: ModelStructure, start: Array | None = None) -> Fit:
-    """The model's best coefficients, with the noise of each joint and region estimated alongside.
+def fit(equations: NormalEquations, structure: ModelStructure, start: Array | None = None) -> Fit:
+    """The model's best coefficients, with the noise of each joint and region.
 
     Args:
-        grams: inner products of the data to use, as one fold.
-        choice: the model's columns.
+        equations: inner products of the data to use, as one fold.
+        structure: the model's columns.
         start: first guess of the noise [N m], shape (n, regions).
     """
-    counts, chosen = grams.counts[:, 0], places(grams, choice)
-    parts = [pl.inner(p[0]) for p, pl in zip(grams.products, chosen, strict=True)]
-    rights = [pl.torque(p[0]) for p, pl in zip(grams.products, chosen, strict=True)]
-    squares = np.array([p[0][:, -1, -1] for p in grams.products])
-    least = trusted(grams)[:, None]
-    rows = np.maximum(counts, 1)
-    sigma = np.maximum(np.sqrt(squares / rows), least)
-    sigma[:, Region.REVERSAL] *= _DOUBT
+    counts, chosen = equations.counts[:, 0], joint_columns(equations, structure)
+    parts = [c.inner(p[0]) for p, c in zip(equations.products, chosen, strict=True)]
+    rights = [c.torque(p[0]) for p, c in zip(equations.products, chosen, strict=True)]
+    squares = np.array([p[0][:, -1, -1] for p in equations.products])
+    floor, rows = noise_floor(equations)[:, None], np.maximum(counts, 1)
+    sigma = np.maximum(np.sqrt(squares / rows), floor)
+    sigma[:, Region.REVERSAL] *= _REVERSAL_INFLATION
     sigma = sigma if start is None else start
-    size = 1 + max(int(pl.unknown.max()) for pl in chosen)
+    size = 1 + max(int(c.unknown.max()) for c in chosen)
     x, normal = np.zeros(size), np.zeros((size, size))
     for _ in range(_ROUNDS):
         normal, right = _normal(parts, rights, chosen, sigma, size)
         x = solve(normal, right)
         rss = np.array(
             [
-                s - 2 * (r @ x[pl.unknown]) + (p @ x[pl.unknown]) @ x[pl.unknown]
-                for s, r, p, pl in zip(squares, rights, parts, chosen, strict=True)
+                s - 2 * (r @ x[c.unknown]) + (p @ x[c.unknown]) @ x[c.unknown]
+                for s, r, p, c in zip(squares, rights, parts, chosen, strict=True)
             ]
         )
-        before, sigma = sigma, np.maximum(np.sqrt(np.maximum(rss, 0.0) / rows), least)
-        if np.abs(np.log(sigma / before)).max() < _SETTLED:
+        before, sigma = sigma, np.maximum(np.sqrt(np.maximum(rss, 0.0) / rows), floor)
+        if np.abs(np.log(sigma / before)).max() < _CONVERGED:
             break
-    return Fit(choice, x, sigma, counts, normal)
+    return Fit(structure, x, sigma, counts, normal)
 
 
 def _normal(
-    parts: list[Array], rights: list[Array], chosen: list[Places], sigma: Array, size: int
+    parts: list[Array], rights: list[Array], chosen: list[JointColumns], sigma: Array, size: int
 ) -> tuple[Array, Array]:
+    """Weighted normal matrix and right-hand side of all joints together."""
     normal, right = np.zeros((size, size)), np.zeros(size)
-    for part, r, pl, s in zip(parts, rights, chosen, sigma, strict=True):
+    for part, r, c, s in zip(parts, rights, chosen, sigma, strict=True):
         weight = 1 / s**2
-        normal[np.ix_(pl.unknown, pl.unknown)] += np.tensordot(weight, part, axes=1)
-        right[pl.unknown] += weight @ r
+        normal[np.ix_(c.unknown, c.unknown)] += np.tensordot(weight, part, axes=1)
+        right[c.unknown] += weight @ r
     return normal, right
 
 
@@ -233,11 +242,11 @@ def solve(normal: Array, right: Array) -> Array:
     return (scipy.linalg.cho_solve(factor, scaled, check_finite=False).T / scale).T
 
 
-def predicted_rms(grams: NormalEquations, model: Fit) -> Array:
+def predicted_rms(equations: NormalEquations, model: Fit) -> Array:
     """Rms residual [N m] of a fit on other data, given as one fold, shape (n, regions)."""
     found = np.zeros_like(model.sigma)
-    for j, pl in enumerate(places(grams, model.choice)):
-        x, products = model.x[pl.unknown], grams.products[j][0]
-        rss = products[:, -1, -1] - 2 * pl.torque(products) @ x + (pl.inner(products) @ x) @ x
-        found[j] = np.sqrt(np.maximum(rss, 0.0) / np.maximum(grams.counts[j, 0], 1))
-    return np.maximum(found, trusted(grams)[:, None])
+    for j, c in enumerate(joint_columns(equations, model.structure)):
+        x, products = model.x[c.unknown], equations.products[j][0]
+        rss = products[:, -1, -1] - 2 * c.torque(products) @ x + (c.inner(products) @ x) @ x
+        found[j] = np.sqrt(np.maximum(rss, 0.0) / np.maximum(equations.counts[j, 0], 1))
+    return np.maximum(found, noise_floor(equations)[:, None])

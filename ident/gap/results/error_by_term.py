@@ -1,4 +1,4 @@
-"""How the held-out error falls, step by step, from the rigid body to the model with all effects."""
+"""Held-out error with one term more at a time, from the rigid body to all effects."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -6,19 +6,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.gap.data.noise_regions import Region
-from ident.gap.regression.current_model import HELD_OUT, SEARCHED
-from ident.gap.regression.design_matrix import build_design_matrix
+from ident.gap.data.segments import HELD_OUT, SEARCHED
 from ident.gap.regression.normal_equations import NormalEquations
 from ident.gap.regression.weighted_fit import Fit, ModelStructure, fit, predicted_rms
-from ident.gap.results.outcome import Search
+from ident.gap.results.outcome import SearchResult
 
 FRICTION = ("coulomb", "viscous")
-"""What every nominal model has beside the rigid body."""
+"""Terms of the nominal model beside the rigid body."""
 
 
 @dataclass(frozen=True)
 class Step:
-    """A model with one thing more than the one before.
+    """A model with one term more than the one before.
 
     Attributes:
         added: `rigid_body`, one of `FRICTION`, or an effect's id.
@@ -31,51 +30,51 @@ class Step:
     relative_percent: float
 
 
-def steps(found: Search) -> list[Step]:
-    """The rigid body, the kind of friction that helps most, the other one, then each effect.
+def error_by_term(found: SearchResult) -> list[Step]:
+    """The rigid body, the friction term that helps more, the other one, then each effect.
 
-    Empty beside a trusted model, which has its friction already.
+    Empty with a reference model, which has its friction already.
     """
-    if found.source.trusted is not None:
+    if found.source.reference_model is not None:
         return []
-    table = build_design_matrix(found.rows, found.end.model, found.end.accepted)
-    none = ModelStructure(found.end.model.shapes)
-    sizes: dict[tuple[str, ...], float] = {
-        kinds: _error(_without(table.grams, kinds), none, found.end.fit)
+    end = found.end
+    design = end.design(found.rows)
+    structure = ModelStructure(end.model.shapes)
+    errors: dict[tuple[str, ...], float] = {
+        kinds: _error(_with_only(design.equations, kinds), structure, end.fit)
         for kinds in ((), ("coulomb",), ("viscous",), FRICTION)
     }
-    first = min(FRICTION, key=lambda kind: sizes[(kind,)])
-    second = next(kind for kind in FRICTION if kind != first)
-    told = [
-        Step("rigid_body", (), sizes[()]),
-        Step(first, (), sizes[(first,)]),
-        Step(second, (), sizes[FRICTION]),
+    first, second = sorted(FRICTION, key=lambda kind: errors[(kind,)])
+    found_steps = [
+        Step("rigid_body", (), errors[()]),
+        Step(first, (), errors[(first,)]),
+        Step(second, (), errors[FRICTION]),
     ]
-    choice = none
-    for i, h in enumerate(found.end.accepted):
-        choice = choice.with_slot(table.slots[i])
-        told.append(Step(h.effect, h.joints, _error(table.grams, choice, found.end.fit)))
-    return told
+    for h, index in zip(end.accepted, design.index, strict=True):
+        structure = structure.with_effect(index)
+        error = _error(design.equations, structure, end.fit)
+        found_steps.append(Step(h.effect, h.joints, error))
+    return found_steps
 
 
-def _without(grams: NormalEquations, kinds: Sequence[str]) -> NormalEquations:
-    """The inner products with only these kinds of friction; other columns are zero."""
+def _with_only(equations: NormalEquations, kinds: Sequence[str]) -> NormalEquations:
+    """Inner products with these friction terms only; columns of the others are zero."""
     products = []
-    for layout, product in zip(grams.layouts, grams.products, strict=True):
+    for layout, product in zip(equations.layouts, equations.products, strict=True):
         absent: list[int] = [] if "viscous" in kinds else [layout.viscous]
         if "coulomb" not in kinds:
-            absent += range(layout.first_turning, layout.first_extra)
+            absent += range(layout.first_reversal, layout.first_effect)
         kept = product.copy()
         kept[..., absent, :] = 0.0
         kept[..., :, absent] = 0.0
         products.append(kept)
-    return replace(grams, products=tuple(products))
+    return replace(equations, products=tuple(products))
 
 
-def _error(grams: NormalEquations, choice: ModelStructure, like: Fit) -> float:
-    """Residual beside torque on the held-out fold [%], fitted on the others."""
-    here = grams.of([HELD_OUT])
-    rms = predicted_rms(here, fit(grams.of(SEARCHED), choice, like.sigma))
+def _error(equations: NormalEquations, structure: ModelStructure, like: Fit) -> float:
+    """Relative error on the held-out fold [%], fitted on the others."""
+    here = equations.of([HELD_OUT])
+    rms = predicted_rms(here, fit(equations.of(SEARCHED), structure, like.sigma))
     moving = np.arange(len(Region)) != Region.REVERSAL
     squares = (rms**2 * here.counts[:, 0])[:, moving].sum()
     torque = sum(p[0][moving, -1, -1].sum() for p in here.products)

@@ -1,4 +1,4 @@
-"""The identified arm with its effects: to `model.yaml`, and back into a simulation."""
+"""The identified arm with its effects, as `model.yaml` keeps it."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -29,19 +29,19 @@ def model_with(
     accepted: Sequence[Candidate],
     slow: Array,
 ) -> Model:
-    """The possible arm with its effects, as `model.yaml` keeps it.
+    """The physically possible arm with its effects, as `model.yaml` keeps it.
 
     Args:
         source: arm and recordings.
-        windows: of the fit's rows.
-        fitted: the possible parameters.
-        fit: the free solution behind them.
+        windows: averaging windows of the fit.
+        fitted: the physically possible parameters.
+        fit: the unconstrained solution behind them.
         accepted: effects.
-        slow: speed below which each joint counts as turning [rad/s], shape (n,).
+        slow: speed below which each joint counts as reversing [rad/s], shape (n,).
     """
     effects = BoundEffects(tuple(zip(accepted, fitted.effects, strict=True)))
-    if source.trusted is not None:
-        return replace(source.trusted, effects=effects)
+    if source.reference_model is not None:
+        return replace(source.reference_model, effects=effects)
     return Model(
         arm=source.arm.name,
         estimator="feasible",

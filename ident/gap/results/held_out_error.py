@@ -1,4 +1,4 @@
-"""Before and after: the model's error on held-out data, beside the noise floor."""
+"""Held-out error of the nominal model and of the model with effects, beside the pure error."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -7,26 +7,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.gap.data.noise_regions import Region
-from ident.gap.lack_of_fit.repeatability import noise_floor
-from ident.gap.regression.current_model import HELD_OUT
-from ident.gap.regression.design_matrix import Table, build_design_matrix
+from ident.gap.data.segments import HELD_OUT
+from ident.gap.lack_of_fit.repeatability import pure_error
+from ident.gap.regression.design_matrix import DesignMatrix
 from ident.gap.regression.residuals import Residual, residuals
-from ident.gap.results.outcome import Search
+from ident.gap.results.outcome import SearchResult
 
 Array = NDArray[np.floating]
 
-_NEGLIGIBLE = 0.02  # of the gap: smaller shares are not told
+_NEGLIGIBLE = 0.02  # of the gap: smaller shares are not listed
 
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors on some rows, those left out in which the joint turns round.
+    """Errors on some rows, without reversals.
 
-    There dry friction is whatever holds the joint, which no motion tells; what an effect brings
-    there shows in `closed` and in the forward simulation.
+    At standstill dry friction takes any value that holds the joint, which the motion does not show.
+    Effects at reversals show in `closed` and in the forward simulation.
 
     Attributes:
-        relative_percent: size of the residual beside the torque's.
+        relative_percent: rms residual over rms torque [%].
         rms: per joint [N m], shape (n,); not-a-number for held joints.
     """
 
@@ -39,12 +39,12 @@ class BeforeAfter:
     """The same rows with the nominal model and with the effects.
 
     Attributes:
-        table: with the effects' columns.
+        design: with the effects' columns.
         before, after: residuals of all rows, from fits on the searched folds.
-        floor: noise per joint and region [N m], shape (n, regions), or None.
+        floor: pure error per joint and region [N m], shape (n, regions), or None.
     """
 
-    table: Table
+    design: DesignMatrix
     before: list[Residual]
     after: list[Residual]
     floor: Array | None
@@ -52,12 +52,12 @@ class BeforeAfter:
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Errors on the fold that no fit has seen.
+    """Errors on the held-out fold.
 
     Attributes:
         before, after: of the nominal model, and with the effects.
         noise_floor: None where no motion is repeated.
-        closed: part of the gap above the floor that the effects close at their joints.
+        closed: share of the gap above the floor that the effects close at their joints.
     """
 
     before: Errors
@@ -68,7 +68,7 @@ class HeldOut:
 
 @dataclass(frozen=True)
 class Share:
-    """A part of the gap.
+    """Share of one joint and region in the gap.
 
     Attributes:
         joint: from 0.
@@ -81,38 +81,37 @@ class Share:
     share: float
 
 
-def sides(found: Search, before: Array, after: Array) -> BeforeAfter:
+def before_and_after(found: SearchResult, before: Array, after: Array) -> BeforeAfter:
     """Residuals of both models on all rows.
 
     Args:
         found: the search.
-        before: unknowns of the possible nominal model, fitted on the searched folds.
+        before: unknowns of the feasible nominal model, fitted on the searched folds.
         after: the same with the effects.
     """
-    rows = found.rows
-    start = build_design_matrix(rows, found.start.model, ())
-    end = build_design_matrix(rows, found.end.model, found.end.accepted)
+    rows, repeats = found.rows, found.options.settings.repeats
+    start, end = found.start.design(rows), found.end.design(rows)
     left = residuals(end, replace(found.end.fit, x=after))
     return BeforeAfter(
         end,
         residuals(start, replace(found.start.fit, x=before)),
         left,
-        noise_floor(found.source, rows, end, left),
+        pure_error(found.source, rows, end, left, repeats),
     )
 
 
-def held_out(found: Search, both: BeforeAfter) -> HeldOut:
+def held_out(found: SearchResult, both: BeforeAfter) -> HeldOut:
     """Errors on the held-out fold."""
-    table = both.table
-    kept = table.fold == HELD_OUT
-    before, after = (_errors(table, side, kept) for side in (both.before, both.after))
+    design = both.design
+    kept = design.fold == HELD_OUT
+    before, after = (_errors(design, side, kept) for side in (both.before, both.after))
     floor = None if both.floor is None else _floor(both, kept)
-    seats = sorted({j for f in found.verdict.found for j in f.seat})
-    seats = sorted({*seats, *(j for b in found.verdict.transients for j in b.joints)})
-    return HeldOut(before, after, floor, _closed(found, both, kept, seats))
+    joints = sorted({j for e in found.verdict.effects for j in e.joints})
+    joints = sorted({*joints, *(j for b in found.verdict.transients for j in b.joints)})
+    return HeldOut(before, after, floor, _closed(found, both, kept, joints))
 
 
-def _errors(table: Table, side: Sequence[Residual], kept: NDArray[np.bool_]) -> Errors:
+def _errors(design: DesignMatrix, side: Sequence[Residual], kept: NDArray[np.bool_]) -> Errors:
     squares = torque = 0.0
     rms = np.full(len(side), np.nan)
     for j, r in enumerate(side):
@@ -121,22 +120,22 @@ def _errors(table: Table, side: Sequence[Residual], kept: NDArray[np.bool_]) -> 
             values = r.values[moving]
             rms[j] = np.sqrt(np.mean(values**2)) if len(values) else np.nan
             squares += float(values @ values)
-            torque += float((table.columns[j][moving, -1] ** 2).sum())
+            torque += float((design.columns[j][moving, -1] ** 2).sum())
     return Errors(100 * float(np.sqrt(squares / max(torque, 1e-300))), rms)
 
 
 def _floor(both: BeforeAfter, kept: NDArray[np.bool_]) -> Errors:
-    """The noise of each row's region, as if it were the residual."""
-    table = both.table
+    """Errors of a residual as large as the pure error of each row's region."""
+    design = both.design
     quiet = [
         replace(r, values=_noise(both, j)[r.region]) if len(r.values) else r
         for j, r in enumerate(both.after)
     ]
-    return _errors(table, quiet, kept)
+    return _errors(design, quiet, kept)
 
 
 def _noise(both: BeforeAfter, joint: int) -> Array:
-    """Noise of a joint by region; where no repeat says it, as much as in the other regions."""
+    """Pure error of a joint by region; in regions without repeats the least of the others."""
     if both.floor is None:
         return np.zeros(len(Region))
     noise = both.floor[joint]
@@ -145,11 +144,11 @@ def _noise(both: BeforeAfter, joint: int) -> Array:
 
 
 def _closed(
-    found: Search, both: BeforeAfter, kept: NDArray[np.bool_], seats: Sequence[int]
+    found: SearchResult, both: BeforeAfter, kept: NDArray[np.bool_], joints: Sequence[int]
 ) -> float:
-    """Part of the squared gap, in units of the fit's noise, at the joints of the effects."""
+    """Share of the squared gap at some joints that is closed, in units of the fit's noise."""
     gap = rest = 0.0
-    for j in seats:
+    for j in joints:
         old, new = both.before[j], both.after[j]
         if len(new.values) == 0:
             continue
@@ -160,18 +159,18 @@ def _closed(
     return float(np.clip(1 - rest / gap, 0.0, 1.0)) if gap > 0.0 else 0.0
 
 
-def where(found: Search, both: BeforeAfter) -> list[Share]:
+def gap_location(found: SearchResult, both: BeforeAfter) -> list[Share]:
     """Joints and regions of the gap, in units of the fit's noise there, the largest first.
 
-    With effects found it is what they remove; else what is left above the noise.
+    With accepted effects the gap is the part that they remove; else all above the pure error.
     """
-    named = bool(found.verdict.found or found.verdict.transients)
+    named = bool(found.verdict.effects or found.verdict.transients)
     sizes: list[tuple[int, Region, float]] = []
-    if not named and not found.verdict.unexplained_structures:
+    if not named and not found.verdict.unexplained:
         return []
-    unexplained_structures = {n.leftover.joint for n in found.verdict.unexplained_structures}
+    unexplained = {n.structure.joint for n in found.verdict.unexplained}
     for j, (old, new) in enumerate(zip(both.before, both.after, strict=True)):
-        if len(new.values) == 0 or (not named and j not in unexplained_structures):
+        if len(new.values) == 0 or (not named and j not in unexplained):
             continue
         noise = _noise(both, j) ** 2
         for region in Region:
@@ -189,7 +188,7 @@ def where(found: Search, both: BeforeAfter) -> list[Share]:
     return sorted(shares, key=lambda s: -s.share)
 
 
-def _words(found: Search, joint: int, region: Region) -> str:
+def _words(found: SearchResult, joint: int, region: Region) -> str:
     slow = found.end.model.slow[joint]
     return {
         Region.REVERSAL: f"|qd| < {slow:.2g} rad/s",

@@ -1,103 +1,101 @@
-"""What would have been seen: the smallest size of each effect at each joint, and what never."""
+"""Minimum detectable size of each effect at each joint, and effects that are not observable."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
-from ident.gap.regression.current_model import SEARCHED, all_hypotheses
-from ident.gap.regression.design_matrix import Table, build_design_matrix
-from ident.gap.regression.weighted_fit import Fit, fit, places, solve
-from ident.gap.results.outcome import Search
+from ident.gap.data.segments import SEARCHED
+from ident.gap.regression.design_matrix import DesignMatrix
+from ident.gap.regression.projection import project_off
+from ident.gap.regression.weighted_fit import Fit, fit, joint_columns
+from ident.gap.results.outcome import SearchResult
+from ident.gap.selection.candidates import all_candidates
 
 Array = NDArray[np.floating]
 
 _ABSORBED = 1e-5  # of a column's squares: with less left of it, other parameters stand for it
-
 _MOST_GAIN = 300.0  # nats: more overflows
 _NO_TORQUE = 1e-6  # of a joint's peak torque, per unit: rounding
 
 
 @dataclass(frozen=True)
 class MinimumDetectable:
-    """How small each effect may be, and which cannot be seen.
+    """Smallest detectable sizes, and unobservable effects.
 
     Attributes:
         sizes: smallest first coefficient [its SI unit], by effect and joint (from 0).
-        unseen: joints (from 0) at which this motion does not show an effect, by effect; none where
-            it shows nowhere.
+        unobservable: joints (from 0) at which this motion does not show an effect, by effect; empty
+            where it shows on no joint.
     """
 
     sizes: dict[str, dict[int, float]]
-    unseen: dict[str, tuple[int, ...]]
+    unobservable: dict[str, tuple[int, ...]]
 
 
-def minimum_detectable(found: Search) -> MinimumDetectable:
-    """Smallest sizes beside the model with all effects."""
-    facts = found.end.model.facts
-    hypotheses = all_hypotheses(facts)
-    table = build_design_matrix(found.rows, found.end.model, found.end.accepted, hypotheses)
-    searched = table.searched(SEARCHED)
-    now = fit(searched.grams, found.end.fit.choice, found.end.fit.sigma)
+def minimum_detectable(found: SearchResult) -> MinimumDetectable:
+    """Smallest sizes that would have been found beside the model with all effects."""
+    facts, end = found.end.model.facts, found.end
+    searched = end.design(found.rows, all_candidates(facts)).of(SEARCHED)
+    now = fit(searched.equations, end.fit.structure, end.fit.sigma)
     sizes: dict[str, dict[int, list[float]]] = {}
-    for i, h in enumerate(hypotheses, len(found.end.accepted)):
-        size = _smallest(searched, now, i, h, found.threshold.of(h.effect), facts.peak_torque)
+    for i, h in enumerate(searched.effects):
+        if i < searched.accepted:
+            continue
+        size = _smallest(searched, now, i, found.threshold.of(h.effect), facts.peak_torque)
         for j in h.joints or h.rows:
             sizes.setdefault(h.effect, {}).setdefault(j, []).append(size)
     medians = {e: {j: float(np.median(s)) for j, s in by.items()} for e, by in sizes.items()}
     seen = {e: {j: s for j, s in by.items() if np.isfinite(s)} for e, by in medians.items()}
-    return MinimumDetectable({e: by for e, by in seen.items() if by}, _unseen(found, seen))
+    unobservable = _unobservable(set(sizes), seen, facts.dof)
+    return MinimumDetectable({e: by for e, by in seen.items() if by}, unobservable)
 
 
-def _unseen(found: Search, seen: dict[str, dict[int, float]]) -> dict[str, tuple[int, ...]]:
-    dof = found.end.model.facts.dof
-    searched = {h.effect for h in all_hypotheses(found.end.model.facts)}
-    unseen: dict[str, tuple[int, ...]] = {}
+def _unobservable(
+    searched: set[str], seen: dict[str, dict[int, float]], dof: int
+) -> dict[str, tuple[int, ...]]:
+    found: dict[str, tuple[int, ...]] = {}
     for name, effect in catalogue().items():
         if not effect.needs_reference_model and name not in searched:
             continue  # it has no place on this arm, as a ripple where motors are unknown
         missing = tuple(j for j in range(dof) if j not in seen.get(name, {}))
         if len(missing) == dof:
-            unseen[name] = ()
+            found[name] = ()
         elif missing and not effect.acts_on_pairs:
-            unseen[name] = missing
-    return unseen
+            found[name] = missing
+    return found
 
 
-def _smallest(table: Table, now: Fit, index: int, h: Candidate, gain: float, peak: Array) -> float:
-    """First coefficient at which the effect gains as much as is asked of it; infinite if never."""
-    left, raw = _projected(table, now, index)
+def _smallest(design: DesignMatrix, now: Fit, index: int, gain: float, peak: Array) -> float:
+    """First coefficient at which an effect reaches its threshold; infinite if it never does."""
+    left, raw = _projected(design, now, index)
     if (np.diag(left) <= _ABSORBED * np.diag(raw)).any():
         return np.inf
-    rows = float(max(table.grams.counts[list(h.rows)].sum(axis=(1, 2)).max(), 1))
+    h = design.effects[index]
+    rows = float(max(design.equations.counts[list(h.rows)].sum(axis=(1, 2)).max(), 1))
     kept = 1 / np.linalg.inv(left)[0, 0]
     size = float(np.sqrt(max((np.exp(2 * min(gain, _MOST_GAIN)) - 1) * rows / kept, 0.0)))
-    torque = [
-        np.sqrt(_raw_square(table, index, row) / rows) / max(peak[j], 1e-9)
-        for row, j in enumerate(h.rows)
-    ]
+    torque = [np.sqrt(_first_square(design, index, j) / rows) / max(peak[j], 1e-9) for j in h.rows]
     never = max(torque) < _NO_TORQUE or size * max(torque) > 1.0
     return np.inf if never else max(size, h.coefficients[0].min_size)
 
 
-def _raw_square(table: Table, index: int, row: int) -> float:
-    slot = table.slots[index]
-    j = slot.joints[row]
-    at = table.grams.layouts[j].first_extra + slot.starts[row]
-    return float(table.grams.products[j][0, :, at, at].sum())
+def _first_square(design: DesignMatrix, index: int, joint: int) -> float:
+    """Sum of squares of an effect's first column on a joint."""
+    at = design.places(index, joint).start
+    return float(design.equations.products[joint][0, :, at, at].sum())
 
 
-def _projected(table: Table, now: Fit, index: int) -> tuple[Array, Array]:
-    """Weighted products of a hypothesis' columns, shape (k, k): model projected off, and raw."""
-    slot = table.slots[index]
-    chosen = places(table.grams, now.choice)
-    raw = np.zeros((slot.width, slot.width))
-    across = np.zeros((len(now.normal), slot.width))
-    for j, start in zip(slot.joints, slot.starts, strict=True):
-        weighted = np.tensordot(1 / now.sigma[j] ** 2, table.grams.products[j][0], axes=1)
-        own = table.grams.layouts[j].first_extra + start + np.arange(slot.width)
+def _projected(design: DesignMatrix, now: Fit, index: int) -> tuple[Array, Array]:
+    """Weighted products of an effect's columns, shape (k, k): model projected off, and raw."""
+    effect = design.index[index]
+    model = joint_columns(design.equations, now.structure)
+    raw = np.zeros((effect.width, effect.width))
+    across = np.zeros((len(now.normal), effect.width))
+    for j in effect.joints:
+        weighted = np.tensordot(1 / now.sigma[j] ** 2, design.equations.products[j][0], axes=1)
+        own = np.arange(len(weighted))[design.places(index, j)]
         raw += weighted[np.ix_(own, own)]
-        across[chosen[j].unknown] += chosen[j].across(weighted, own)
-    return raw - across.T @ solve(now.normal, across), raw
+        across[model[j].unknown] += model[j].across(weighted, own)
+    return project_off(now.normal, across, raw)[0], raw

@@ -1,74 +1,81 @@
-"""Letting go of effects that the data do not bear: held-out ones, or the sureness of their size."""
+"""Backward elimination: drop effects that are insignificant or that held-out data do not need."""
 
 import numpy as np
 
-from ident.effects.candidate import Candidate
-from ident.gap.regression.current_model import HELD_OUT, CurrentFit
-from ident.gap.regression.design_matrix import build_design_matrix
+from ident.gap.data.segments import HELD_OUT
+from ident.gap.regression.current_model import CurrentFit
 from ident.gap.regression.weighted_fit import mean_log_ratio, predicted_rms
-from ident.gap.selection.acceptance import AcceptedEffect, extend_model
 from ident.gap.selection.cross_validation import excites
-from ident.gap.selection.estimates import clear
-from ident.gap.selection.state import SelectionState, with_only
+from ident.gap.selection.significance import has_defining_coefficient, significant
+from ident.gap.selection.state import AcceptedEffect, SelectionState
+from ident.gap.settings import CrossValidation, GapSettings, Significance
 
-_BORNE = 0.1  # of an effect's gain: what it must bring on the held-out fold beside all others
 
-
-def drop_insignificant(way: SelectionState) -> bool:
-    """Let go of an effect that would be another one without what is no longer sure of it."""
-    if not way.found:
-        return False
-    sure = clear(way.rows, way.present, len(way.found))
-    lost = [f for f, c in zip(way.found, sure, strict=True) if not c]
-    lost = [f for f in lost if may_be_another(f.hypothesis)]
+def drop_insignificant(state: SelectionState, settings: Significance) -> SelectionState:
+    """Drop effects whose defining coefficient is no longer significant."""
+    if not state.accepted:
+        return state
+    sure = significant(state.rows, state.current, len(state.accepted), settings)
+    kept, lost = [], []
+    for effect, clear in zip(state.accepted, sure, strict=True):
+        keep = clear or not has_defining_coefficient(effect.candidate)
+        (kept if keep else lost).append(effect)
     if not lost:
-        return False
-    way.unsure |= {(f.hypothesis.effect, f.hypothesis.joints) for f in lost}
-    way.found = [f for f in way.found if not any(f is x for x in lost)]
-    way.present = with_only(way, way.found)
-    return True
+        return state
+    return state.with_only(kept).with_dropped(effect.place for effect in lost)
 
 
-def confirm(way: SelectionState) -> None:
-    """Let go of effects without which the held-out data are predicted as well."""
-    while way.found:
-        gains = [_held_gain(way, i) / f.score.gain for i, f in enumerate(way.found)]
+def drop_unconfirmed(state: SelectionState, settings: GapSettings) -> SelectionState:
+    """Drop effects, the worst first, without which the held-out fold is predicted as well."""
+    chosen = settings.cross_validation
+    while state.accepted:
+        gains = [
+            _held_out_gain(state, i, chosen) / a.score.gain for i, a in enumerate(state.accepted)
+        ]
         worst = int(np.argmin(gains))
-        if gains[worst] > _BORNE:
-            return
-        way.found = [f for i, f in enumerate(way.found) if i != worst]
-        way.present = with_only(way, way.found)
+        if gains[worst] > chosen.min_confirmed_share:
+            break
+        state = state.with_only([a for i, a in enumerate(state.accepted) if i != worst])
+    return state
 
 
-def _held_gain(way: SelectionState, index: int) -> float:
-    """By how much one of the effects shrinks the held-out residual of its joints [nats]."""
-    effect = way.found[index]
-    without = with_only(way, [f for i, f in enumerate(way.found) if i != index])
+def _held_out_gain(state: SelectionState, index: int, settings: CrossValidation) -> float:
+    """Gain of one effect beside all others at its joints on the held-out fold [nats per sample].
+
+    Infinite where that fold does not excite it.
+    """
+    design = state.current.design(state.rows)
+    if not excites(design, index, state.current.fit, HELD_OUT, settings):
+        return np.inf
+    without = state.with_only([a for i, a in enumerate(state.accepted) if i != index])
     errors = []
-    for present in (without, way.present):
-        table = build_design_matrix(way.rows, present.model, present.accepted)
-        if present is way.present and not excites(table, index, present.fit, HELD_OUT):
-            return np.inf
-        there = table.grams.of([HELD_OUT])
-        errors.append(predicted_rms(there, present.fit))
-    gains = mean_log_ratio(errors[0], errors[1], there.counts[:, 0])
-    return float(gains[list(effect.seat)].sum())
+    for current in (without.current, state.current):
+        here = current.design(state.rows).equations.of([HELD_OUT])
+        errors.append(predicted_rms(here, current.fit))
+    counts = design.equations.counts[:, HELD_OUT]
+    gains = mean_log_ratio(errors[0], errors[1], counts)
+    return float(gains[list(state.accepted[index].joints)].sum())
 
 
 def keep_significant(
-    way: SelectionState, fresh: list[AcceptedEffect], larger: CurrentFit
+    state: SelectionState,
+    fresh: list[AcceptedEffect],
+    larger: CurrentFit,
+    settings: Significance,
 ) -> tuple[list[AcceptedEffect], CurrentFit]:
-    """Those effects whose size is surely not zero, and the model with them."""
+    """Those of the next effects that are significant, and the model with them.
+
+    Args:
+        state: without them.
+        fresh: the next effects.
+        larger: the model with all of them, or more.
+        settings: of the test.
+    """
     while fresh:
-        if len(larger.accepted) != len(way.present.accepted) + len(fresh):
-            larger = extend_model(way.rows, way.present, fresh)
-        kept = [f for f, c in zip(fresh, clear(way.rows, larger, len(fresh)), strict=True) if c]
-        if len(kept) == len(fresh):
+        if len(larger.accepted) != len(state.current.accepted) + len(fresh):
+            larger = state.with_more(fresh)
+        sure = significant(state.rows, larger, len(fresh), settings)
+        if all(sure):
             break
-        fresh = kept
+        fresh = [a for a, s in zip(fresh, sure, strict=True) if s]
     return fresh, larger
-
-
-def may_be_another(h: Candidate) -> bool:
-    """Whether an effect without a part of it that is not sure is another one."""
-    return any(c.defining for c in h.coefficients)

@@ -1,4 +1,8 @@
-"""The thresholds of one data set, from effect-free data of the fitted arm."""
+"""Calibrate the thresholds: gains that the identical search finds where no effect is.
+
+A parametric bootstrap: the fitted arm is simulated without further effects and searched. Noise with
+the residual's spectrum and random phases adds what chance gives.
+"""
 
 import os
 from collections.abc import Callable, Iterator, Sequence
@@ -10,41 +14,30 @@ from numpy.typing import NDArray
 
 from ident.effects.events import CONTACT
 from ident.gap.data.experiment import Experiment, controller_of, wire_of
-from ident.gap.data.reference_model import known_torque
-from ident.gap.data.segments import segments
+from ident.gap.data.reference_model import reference_torque
+from ident.gap.data.segments import SEARCHED, segments
 from ident.gap.data.windows import Windows
-from ident.gap.lack_of_fit.remaining_structure import noise, remaining_structures
-from ident.gap.regression.current_model import (
-    SEARCHED,
-    CurrentFit,
-    all_hypotheses,
-    examine,
-    extend,
-    nominal_fit,
-)
-from ident.gap.regression.design_matrix import (
-    FOLDS,
-    Table,
-    WindowedRows,
-    build_design_matrix,
-    windowed_rows,
-)
+from ident.gap.lack_of_fit.remaining_structure import remaining_structures, structureless_noise
+from ident.gap.regression.current_model import CurrentFit, extend, nominal_fit
 from ident.gap.regression.feasible_fit import feasible_fit
 from ident.gap.regression.residuals import Residual, residuals
-from ident.gap.regression.scoring import noise_gains
-from ident.gap.regression.weighted_fit import Fit, fit
+from ident.gap.regression.rows import WindowedRows, windowed_rows
+from ident.gap.regression.weighted_fit import fit
+from ident.gap.selection.candidates import all_candidates, examine
 from ident.gap.selection.null_arms import (
-    Threshold,
     can_simulate,
     null_arm,
     phase_randomised,
-    raised,
     simulated_datasets,
 )
+from ident.gap.selection.scoring import is_too_small, noise_gains
+from ident.gap.selection.state import SelectionState
+from ident.gap.selection.thresholds import Threshold
+from ident.gap.settings import GapSettings, Options
 from ident.gap.transients.detect import find_transient
 from ident.recordings.dataset import Dataset
 from ident.regression.processes import in_processes
-from ident.simulation.arm import SimulatedArm, simulated_arm
+from ident.simulation.arm import SimulatedArm
 from ident.simulation.loop import Controller, Wire
 from wamctl.arm.errors import DataError
 
@@ -52,69 +45,68 @@ Array = NDArray[np.floating]
 Tell = Callable[[str], None]
 
 _CHANCE_DRAWS = 100
-_CHANCE_QUANTILE = 0.99
-_WORTH_PROCESSES = 40_000  # samples: fewer are searched before another process is ready
+_WORTH_PROCESSES = 40_000  # samples: fewer are searched before another process has started
 
 
 def calibrated(
-    source: Experiment,
-    rows: WindowedRows,
-    models: tuple[CurrentFit, CurrentFit],
-    threshold: Threshold,
-    runs: tuple[int, int],
-    tell: Tell,
+    source: Experiment, state: SelectionState, larger: CurrentFit, options: Options, tell: Tell
 ) -> Threshold:
-    """The threshold with simulated runs of the present model behind it.
+    """The state's threshold with effect-free runs of its current model behind it.
 
-    The noise is what the model with the effects in question leaves: were they no effects, it would
-    be the same.
+    The noise is the residual of the larger model: it is the same if the effects in question are
+    none. Without a known controller and reference only chance is taken into account.
 
     Args:
         source: the recordings.
-        rows: their rows.
-        models: the model so far, and with the effects in question.
-        threshold: what is asked for already.
-        runs: number of simulated runs, and the first one's seed.
-        tell: hears of the progress.
+        state: of the search.
+        larger: the current model with the effects in question.
+        options: of the search; the seed moves on with each calibration.
+        tell: is told the progress.
     """
-    present, larger = models
-    hypotheses = all_hypotheses(present.model.facts)
-    table = build_design_matrix(rows, present.model, present.accepted, hypotheses)
-    after = build_design_matrix(rows, larger.model, larger.accepted)
-    threshold = _with_chance(threshold, table, present, residuals(after, larger.fit))
-    left = noise(rows, larger)
+    threshold = _above_chance(state, larger, options.settings)
     loop = controller_of(source), wire_of(source)
-    if loop[0] is None or loop[1] is None or not can_simulate(source):
+    if options.null_runs == 0 or loop[0] is None or loop[1] is None or not can_simulate(source):
         return threshold
-    fitted = feasible_fit(source, present.fit, len(rows.kept))
-    n = source.arm.robot.dof
-    nothing = simulated_arm(present.model.facts.chain, np.zeros(10 * n), np.zeros(n), np.zeros(n))
-    arm = null_arm(fitted, present.accepted, nothing)
-    run = partial(_run, _Plan(source, arm, (loop[0], loop[1]), rows.windows, rows.kept, present))
+    rows, current = state.rows, state.current
+    left = structureless_noise(rows, larger)
+    arm = null_arm(
+        source, feasible_fit(source, current.fit, len(rows.base_parameters)), current.accepted
+    )
+    plan = _Plan(
+        source,
+        arm,
+        (loop[0], loop[1]),
+        rows.windows,
+        rows.base_parameters,
+        current,
+        options.settings,
+    )
     draws = []
-    for draw in range(runs[0]):
-        rng = np.random.default_rng(runs[1] + draw)
+    for draw in range(options.null_runs):
+        rng = np.random.default_rng(options.seed + 100 * state.calibrations + draw)
         noises = [_disturbance(rows, left, log, d, rng) for log, d in enumerate(source.datasets)]
         draws.append((noises, rng))
-    tell(f"simulating {runs[0]} effect-free runs")
+    tell(f"simulating {options.null_runs} effect-free runs")
     found = []
-    for done, outcome in enumerate(_in_turn(run, draws, source)):
-        tell(f"effect-free run {done + 1} of {runs[0]} searched")
+    for done, outcome in enumerate(_in_turn(partial(_run, plan), draws, source)):
+        tell(f"effect-free run {done + 1} of {options.null_runs} searched")
         if outcome is not None:
             found.append(outcome)
-    return raised(threshold, [gains for gains, _ in found], [most for _, most in found])
+    factor = options.settings.thresholds.safety_factor
+    return threshold.raised([g for g, _ in found], [most for _, most in found], factor)
 
 
 @dataclass(frozen=True)
 class _Plan:
-    """What an effect-free run needs, and no more: it may go to another process."""
+    """All that an effect-free run needs; it may go to another process."""
 
     source: Experiment
     arm: SimulatedArm
     loop: tuple[Controller, Wire]
     windows: Windows
-    kept: NDArray[np.int64]
-    present: CurrentFit
+    base_parameters: NDArray[np.int64]
+    current: CurrentFit
+    settings: GapSettings
 
 
 _Draw = tuple[list[Array], np.random.Generator]
@@ -132,39 +124,36 @@ def _in_turn(
 
 
 def _run(plan: _Plan, draw: _Draw) -> _Outcome:
-    """Largest gain of each effect, and of nameless structure; None: the arm does not follow."""
-    source, present, facts = plan.source, plan.present, plan.present.model.facts
+    """Largest gain of each effect, and of structure; None if the arm does not follow."""
+    source, settings, facts = plan.source, plan.settings, plan.current.model.facts
     try:
         data = simulated_datasets(source, plan.arm, plan.loop, *draw)
     except DataError:
         return None
     parts = segments(data, plan.windows)
-    simulated = windowed_rows(parts, plan.windows, facts, plan.kept, known_torque(source))
-    now = nominal_fit(simulated, facts)
-    if present.accepted:
-        now = extend(simulated, now, present.accepted)
-    _, scores = examine(simulated, now, all_hypotheses(now.model.facts))
+    reference = reference_torque(source)
+    rows = windowed_rows(parts, plan.windows, facts, plan.base_parameters, reference)
+    now = nominal_fit(rows, facts)
+    if plan.current.accepted:
+        now = extend(rows, now, plan.current.accepted)
+    _, scores = examine(rows, now, all_candidates(now.model.facts), settings.scoring)
     gains: dict[str, float] = {}
     for s in scores:
-        small = all(
-            abs(v) < c.min_size for v, c in zip(s.values, s.hypothesis.coefficients, strict=True)
-        )
-        if not small:
-            effect = s.hypothesis.effect
-            gains[effect] = max(gains.get(effect, 0.0), s.gain)
-    table = build_design_matrix(simulated, now.model, now.accepted)
-    transient = find_transient(simulated, table, now.fit, now.fit.choice)
+        if not is_too_small(s):
+            gains[s.candidate.effect] = max(gains.get(s.candidate.effect, 0.0), s.gain)
+    transient = find_transient(rows, now, settings.transients)
     gains[CONTACT.id] = 0.0 if transient is None else transient.gain
-    left = remaining_structures(simulated, now.model, table, now.fit)
+    left = remaining_structures(rows, now, settings.lack_of_fit)
     return gains, max((x.gain for x in left), default=0.0)
 
 
-def _with_chance(
-    threshold: Threshold, table: Table, present: CurrentFit, left: Sequence[Residual]
-) -> Threshold:
-    """What chance gives: the residual's spectrum with other phases, against all columns."""
+def _above_chance(state: SelectionState, larger: CurrentFit, settings: GapSettings) -> Threshold:
+    """The threshold raised to the gains that all columns have on noise with random phases."""
+    current = state.current
+    design = current.design(state.rows, all_candidates(current.model.facts))
+    left = residuals(larger.design(state.rows), larger.fit)
     rng = np.random.default_rng(0)
-    searched = np.isin(table.fold, SEARCHED)
+    searched = np.isin(design.fold, SEARCHED)
     draws = []
     for r in left:
         if len(r.values) == 0:
@@ -172,12 +161,12 @@ def _with_chance(
             continue
         drawn = np.column_stack([phase_randomised(r, rng) for _ in range(_CHANCE_DRAWS)])
         draws.append(drawn * searched[:, None])
-    now = fit(table.grams.of(SEARCHED), present.fit.choice, present.fit.sigma)
-    by_effect = noise_gains(table, now, draws, len(present.accepted))
-    gain = dict(threshold.gain)
-    for effect, values in by_effect.items():
-        gain[effect] = max(gain.get(effect, 0.0), float(np.quantile(values, _CHANCE_QUANTILE)))
-    return replace(threshold, gain=gain)
+    now = fit(design.equations.of(SEARCHED), current.fit.structure, current.fit.sigma)
+    gain = dict(state.threshold.gain)
+    for effect, values in noise_gains(design, now, draws).items():
+        chance = float(np.quantile(values, settings.thresholds.chance_quantile))
+        gain[effect] = max(gain[effect], chance)
+    return replace(state.threshold, gain=gain)
 
 
 def _disturbance(
@@ -195,8 +184,3 @@ def _disturbance(
         repeated = np.resize(np.roll(series, int(rng.integers(len(series)))), count)
         noise[:, j] = np.interp(np.arange(samples) / hop, np.arange(count), repeated)
     return noise
-
-
-def fit_all(table: Table, now: Fit) -> Fit:
-    """The fit on all folds."""
-    return fit(table.grams.of(range(FOLDS)), now.choice, now.sigma)

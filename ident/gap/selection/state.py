@@ -1,59 +1,103 @@
-"""How far a search has come: what it took in, set apart, and asked."""
+"""State of a search: data, current model, accepted effects, excluded transients."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.effects.candidate import Candidate
 from ident.gap.regression.current_model import CurrentFit, extend
-from ident.gap.regression.design_matrix import WindowedRows
-from ident.gap.regression.scoring import Score
-from ident.gap.selection.acceptance import AcceptedEffect
-from ident.gap.selection.null_arms import Threshold
+from ident.gap.regression.rows import WindowedRows
+from ident.gap.selection.scoring import Score
+from ident.gap.selection.thresholds import Threshold
 from ident.gap.transients.detect import Transient
 
 Array = NDArray[np.floating]
+Place = tuple[str, tuple[int, ...]]
+"""An effect and its joints."""
 
-_MOST_EFFECTS = 6
 
-
-@dataclass
-class SelectionState:
-    """How far the search has come.
+@dataclass(frozen=True)
+class AcceptedEffect:
+    """An effect that was accepted into the model.
 
     Attributes:
-        rows: the recordings' rows, but for those of transients.
-        present: the model with what was taken in.
-        threshold: what an effect has to gain.
-        noise: of the repeats, shape (n,), where motion is repeated.
-        found: effects taken in.
-        transients: contacts that were set apart, in order of time.
-        may_cut: whether any may be.
-        unsure: effects and joints that were let go, and are not asked for again.
-        scores: of all hypotheses, round by round.
-        calibrations: how often the threshold was calibrated.
+        score: with its nonlinear parameters refined.
+        joints: main joints, which carry its gain, from 0.
+        explained: squared residual that it removed per joint [N^2 m^2], shape (n,).
+        held_out: gain on each fold, fitted on the others [nats per sample].
+        rivals: other effects that cannot be told from it.
+        next_best: best other effect at the same joints, or None.
+        forms: its other forms that explain nearly as much, refined.
+    """
+
+    score: Score
+    joints: tuple[int, ...]
+    explained: Array
+    held_out: tuple[float, ...]
+    rivals: tuple[Score, ...] = ()
+    next_best: Score | None = None
+    forms: tuple[Score, ...] = ()
+
+    @property
+    def candidate(self) -> Candidate:
+        """The effect at its place."""
+        return self.score.candidate
+
+    @property
+    def place(self) -> Place:
+        """The effect's id and its joints."""
+        return self.candidate.effect, self.candidate.joints
+
+
+@dataclass(frozen=True)
+class SelectionState:
+    """How far a search has come. Each step returns the next state.
+
+    Attributes:
+        rows: all rows, those inside transients marked as excluded.
+        current: the model with all accepted effects.
+        threshold: gain that an effect must reach.
+        noise: pure error of each joint while it slides [N m], shape (n,); None without repeats.
+        accepted: effects, in the order of acceptance.
+        transients: excluded ones, in order of time.
+        may_exclude: whether transients may be excluded.
+        dropped: places that turned out insignificant and are not tried again.
+        scores: of all candidates, round by round.
+        calibrations: number of calibrations of the threshold.
     """
 
     rows: WindowedRows
-    present: CurrentFit
+    current: CurrentFit
     threshold: Threshold
     noise: Array | None
-    found: list[AcceptedEffect] = field(default_factory=list)
-    transients: list[Transient] = field(default_factory=list)
-    may_cut: bool = True
-    unsure: set[tuple[str, tuple[int, ...]]] = field(default_factory=set)
-    scores: list[list[Score]] = field(default_factory=list)
+    accepted: tuple[AcceptedEffect, ...] = ()
+    transients: tuple[Transient, ...] = ()
+    may_exclude: bool = True
+    dropped: frozenset[Place] = frozenset()
+    scores: tuple[tuple[Score, ...], ...] = ()
     calibrations: int = 0
 
-    @property
-    def full(self) -> bool:
-        """Whether there is enough for one answer."""
-        names = {f.hypothesis.effect for f in self.found}
-        return len(names) >= _MOST_EFFECTS or len(self.scores) >= 2 * _MOST_EFFECTS
+    def is_full(self, max_effects: int) -> bool:
+        """Whether the search ends here: enough effects, or twice as many rounds."""
+        names = {a.candidate.effect for a in self.accepted}
+        return len(names) >= max_effects or len(self.scores) >= 2 * max_effects
 
+    def with_current(self, current: CurrentFit) -> "SelectionState":
+        """The state with another current model."""
+        return replace(self, current=current)
 
-def with_only(way: SelectionState, found: Sequence[AcceptedEffect]) -> CurrentFit:
-    """The model with just these effects, as they stand."""
-    hypotheses = [f.hypothesis for f in found]
-    return extend(way.rows, replace(way.present, accepted=()), hypotheses)
+    def with_dropped(self, places: Iterable[Place]) -> "SelectionState":
+        """The state in which some places are not tried again."""
+        return replace(self, dropped=self.dropped | set(places))
+
+    def with_more(self, effects: Sequence[AcceptedEffect]) -> CurrentFit:
+        """The model with more effects."""
+        return extend(self.rows, self.current, [a.candidate for a in effects])
+
+    def with_only(self, effects: Sequence[AcceptedEffect]) -> "SelectionState":
+        """The state with just these of the accepted effects."""
+        none = replace(self.current, accepted=())
+        current = extend(self.rows, none, [a.candidate for a in effects])
+        return replace(self, current=current, accepted=tuple(effects))

@@ -1,1 +1,1 @@
-"""Transients: short intervals with excess residual power."""
+"""Transients: short intervals with excess residual power, such as pushes and collisions."""

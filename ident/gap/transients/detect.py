@@ -1,4 +1,8 @@
-"""A transient in the residual: a segment of time in which the model fails, and never else."""
+"""Detect transients: short intervals with excess residual power.
+
+The interval is the one whose rows gain the most log-likelihood from a noise variance of their own
+(a scan statistic for a change of variance).
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -7,40 +11,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.gap.data.noise_regions import Region
+from ident.gap.data.segments import EXCLUDED, FOLDS
 from ident.gap.regression.current_model import CurrentFit
-from ident.gap.regression.design_matrix import (
-    EXCLUDED,
-    FOLDS,
-    Table,
-    WindowedRows,
-    build_design_matrix,
-)
-from ident.gap.regression.normal_equations import joint_products
+from ident.gap.regression.design_matrix import DesignMatrix
 from ident.gap.regression.residuals import Residual, residuals
-from ident.gap.regression.weighted_fit import Fit, ModelStructure, fit
+from ident.gap.regression.rows import WindowedRows
+from ident.gap.regression.weighted_fit import Fit, fit
+from ident.gap.settings import Transients
 
 Array = NDArray[np.floating]
 
-_LENGTHS_S = tuple(np.geomspace(0.2, 4.0, 16))
-_ROUNDS = 2
-_AGAIN = 0.1  # of a transient's square above the usual, in another period: it comes with the motion
-_FARTHER = 0.01  # of its range: so much more than ever else is a place of its own
-_SLIDES = 0.05  # rad/s: a slower joint may lean on something and show nothing
-_SHARP = 9.0  # a joint takes part where its mean square in the transient is so many times the usual
+_LENGTHS_S = tuple(np.geomspace(0.2, 4.0, 16))  # tried intervals: from a blow to a slow push
+_ROUNDS = 2  # of finding the interval and fitting without it
+_SPLIT = 1.5  # rows of an interval may span this many times its length, if samples are missing
 
 
 @dataclass(frozen=True)
 class Transient:
-    """A segment of time that the model does not explain.
+    """An interval of time that the model does not explain.
 
     Attributes:
         log: number of the recording, from 0.
         start_s, end_s: since the recording's first sample.
-        joints: the joints that feel it, from 0.
-        torque: mean torque on each of them [N m].
-        gain: drop of the mean log residual when the segment has a noise of its own [nats].
-        rows: which rows of the table lie in it, shape (R,).
-        loudness: mean square of each row in units of the noise without it, shape (R,).
+        joints: affected joints, from 0.
+        torque: mean residual torque on each of them [N m].
+        gain: log-likelihood gained by giving the interval a noise of its own [nats per sample].
+        rows: rows inside the interval, shape (R,).
+        loudness: mean square of each row in units of the noise elsewhere, shape (R,).
     """
 
     log: int
@@ -52,50 +49,49 @@ class Transient:
     rows: NDArray[np.bool_]
     loudness: Array
 
-    def repeats_with_motion(self, repeats: tuple[NDArray[np.int64], NDArray[np.int64]]) -> bool:
-        """Whether the model fails as well where the motion is the same in another period.
-
-        What comes again with the motion is no event.
+    def repeats_with_motion(
+        self, repeats: tuple[NDArray[np.int64], NDArray[np.int64]], share: float
+    ) -> bool:
+        """Whether the excess power comes back when the motion is repeated: then it is no event.
 
         Args:
-            repeats: rows of one period, and the same rows of the next, see `repeats.pairs`.
+            repeats: rows of one period, and the same rows of the next, see `repeated_rows`.
+            share: of the excess power that counts as coming back.
         """
-        first, second = (np.concatenate(way) for way in (repeats, repeats[::-1]))
+        first, second = (np.concatenate(order) for order in (repeats, repeats[::-1]))
         known = self.rows[first] & ~self.rows[second]
         if not known.any():
             return False
         usual = np.median(self.loudness[~self.rows])
         here, again = (self.loudness[rows[known]].mean() - usual for rows in (first, second))
-        return bool(again > _AGAIN * here)
+        return bool(again > share * here)
 
 
 def find_transient(
-    rows: WindowedRows, table: Table, now: Fit, choice: ModelStructure
+    rows: WindowedRows, current: CurrentFit, settings: Transients
 ) -> Transient | None:
-    """The segment whose removal makes the residual of the rest smallest, if any stands out.
+    """The interval whose removal makes the residual of the rest smallest; None without one.
 
-    Rows that stand apart already are not looked at.
+    Rows that are excluded already are not looked at.
     """
-    log = np.array([s.log for s in rows.segments])[table.segment]
-    usual = now
-    chosen = None
-    outside = table
+    design = current.design(rows)
+    log, usual, structure = rows.log[design.segment], current.fit, current.fit.structure
+    chosen = np.zeros(0, dtype=bool)
     for _ in range(_ROUNDS):
-        power = _power(table, usual)
-        chosen = _loudest(power, log, table.t, rows.windows.hop / rows.windows.rate_hz)
-        if chosen is None:
+        power = _power(design, usual)
+        found = _loudest_interval(power, log, design.t, rows.hop_s)
+        if found is None:
             return None
-        outside = without(table, chosen)
-        usual = fit(outside.grams.of(range(FOLDS)), choice, usual.sigma)
-    if chosen is None:
-        return None
-    squares, count = _power(table, usual)
-    left = residuals(table, usual)
-    joints, torque = _felt(left, usual, chosen)
+        chosen = _extended(found, power, log, settings.loudness)
+        rest = design.with_folds(np.where(chosen, EXCLUDED, design.fold))
+        usual = fit(rest.equations.of(range(FOLDS)), structure, usual.sigma)
+    squares, count = _power(design, usual)
+    left = residuals(design, usual)
+    joints, torque = affected_joints(left, usual, chosen, settings.loudness)
     if not joints:
         return None
-    before = fit(table.grams.of(range(FOLDS)), choice, now.sigma)
-    t = table.t[chosen]
+    before = fit(design.equations.of(range(FOLDS)), structure, current.fit.sigma)
+    t = design.t[chosen]
     return Transient(
         int(log[chosen][0]),
         float(t.min()),
@@ -108,20 +104,27 @@ def find_transient(
     )
 
 
-def felt(rows: WindowedRows, transients: Sequence[Transient], now: CurrentFit) -> list[Transient]:
-    """The transients with the joints that feel them, and their torque, beside the model so far."""
-    left = residuals(build_design_matrix(rows, now.model, now.accepted), now.fit)
+def with_affected_joints(
+    rows: WindowedRows,
+    transients: Sequence[Transient],
+    current: CurrentFit,
+    settings: Transients,
+) -> list[Transient]:
+    """The transients with affected joints and torques beside the current model."""
+    left = residuals(current.design(rows), current.fit)
     found = []
     for b in transients:
-        joints, torque = _felt(left, now.fit, b.rows)
+        joints, torque = affected_joints(left, current.fit, b.rows, settings.loudness)
         found.append(replace(b, joints=joints, torque=torque) if joints else b)
     return found
 
 
-def at_end_stop(rows: WindowedRows, transients: Sequence[Transient]) -> tuple[int, ...]:
+def at_end_stop(
+    rows: WindowedRows, transients: Sequence[Transient], settings: Transients
+) -> tuple[int, ...]:
     """Joints whose transients all occur beyond every transient-free position: likely an end stop.
 
-    One passage alone tells nothing; several, of which no other is free of it, are no chance.
+    Needs at least two transients: one alone may be a coincidence.
     """
     if len(transients) < 2:
         return ()
@@ -129,12 +132,13 @@ def at_end_stop(rows: WindowedRows, transients: Sequence[Transient]) -> tuple[in
     t = np.concatenate([s.t for s in rows.segments])
     inside = np.array([(log == b.log) & (b.start_s <= t) & (t <= b.end_s) for b in transients])
     q = np.concatenate([s.q for s in rows.segments])
-    sliding = np.abs(np.concatenate([s.qd for s in rows.segments])) > _SLIDES
+    speed = np.abs(np.concatenate([s.qd for s in rows.segments]))
+    sliding = speed > settings.sliding_speed
     return tuple(
         j
         for j in sorted(set.intersection(*(set(b.joints) for b in transients)))
         for x in (q[:, j], -q[:, j])
-        if _reach(x, sliding[:, j] & ~inside.any(axis=0)) + _FARTHER * np.ptp(x)
+        if _reach(x, sliding[:, j] & ~inside.any(axis=0)) + settings.end_margin * np.ptp(x)
         < min(_reach(x, sliding[:, j] & here) for here in inside)
     )
 
@@ -143,40 +147,50 @@ def _reach(x: Array, chosen: NDArray[np.bool_]) -> float:
     return float(x[chosen].max(initial=-np.inf))
 
 
-def _felt(
-    left: Sequence[Residual], now: Fit, chosen: NDArray[np.bool_]
+def affected_joints(
+    left: Sequence[Residual], now: Fit, chosen: NDArray[np.bool_], loudness: float
 ) -> tuple[tuple[int, ...], Array]:
-    """The joints whose residual is loud in some rows, and its mean on each of them [N m]."""
-    calm = now.sigma[:, int(Region.SLIDING)]
-    loud = [float(np.mean(r.values[chosen] ** 2)) if len(r.values) else 0.0 for r in left]
-    joints = tuple(j for j, x in enumerate(loud) if x > _SHARP * calm[j] ** 2)
+    """Joints with a loud residual in some rows, and its mean on each of them [N m].
+
+    Args:
+        left: residuals of each joint.
+        now: the fit, with the usual noise.
+        chosen: the rows, shape (R,).
+        loudness: mean square in units of the noise from which a joint is affected.
+    """
+    usual = now.sigma[:, int(Region.SLIDING)]
+    square = [float(np.mean(r.values[chosen] ** 2)) if len(r.values) else 0.0 for r in left]
+    joints = tuple(j for j, x in enumerate(square) if x > loudness * usual[j] ** 2)
     return joints, np.array([left[j].values[chosen].mean() for j in joints])
 
 
-def _power(table: Table, usual: Fit) -> tuple[Array, Array]:
-    """Squared residual of all sliding joints in units of their noise, and their number, (R,)."""
-    total, joints = np.zeros(len(table.t)), np.zeros(len(table.t))
-    for j, r in enumerate(residuals(table, usual)):
+def _power(design: DesignMatrix, usual: Fit) -> tuple[Array, Array]:
+    """Squared residuals of all sliding joints in units of their noise, and how many slide, (R,)."""
+    total, joints = np.zeros(len(design.t)), np.zeros(len(design.t))
+    for j, r in enumerate(residuals(design, usual)):
         if len(r.values):
-            sliding = (r.region != Region.REVERSAL) & ~r.apart
+            sliding = (r.region != Region.REVERSAL) & ~r.excluded
             total += np.where(sliding, (r.values / usual.sigma[j][r.region]) ** 2, 0.0)
             joints += sliding
     return total, joints
 
 
-def _loudest(
-    power: tuple[Array, Array], log: NDArray[np.int64], t: Array, step: float
+def _loudest_interval(
+    power: tuple[Array, Array], log: NDArray[np.int64], t: Array, hop_s: float
 ) -> NDArray[np.bool_] | None:
-    """The window that a noise of its own makes most likely (twice the log-likelihood's rise)."""
+    """The interval with the largest likelihood ratio for a variance of its own, shape (R,).
+
+    For m values of mean square r it is m (r - 1 - log r), twice the log-likelihood's rise.
+    """
     best, chosen = 0.0, None
     sums = [np.concatenate([[0.0], np.cumsum(p)]) for p in power]
     for length in _LENGTHS_S:
-        width = max(2, round(length / step))
+        width = max(2, round(length / hop_s))
         if width >= len(t):
             break
         squares, joints = (s[width:] - s[:-width] for s in sums)
         same = log[width - 1 :] == log[: len(log) - width + 1]
-        close = t[width - 1 :] - t[: len(t) - width + 1] < 1.5 * length + step
+        close = t[width - 1 :] - t[: len(t) - width + 1] < _SPLIT * length + hop_s
         usable = same & close & (squares > joints) & (joints > 0)
         ratio = np.where(usable, squares / np.maximum(joints, 1.0), 1.0)
         value = joints * (ratio - 1.0 - np.log(ratio))
@@ -184,47 +198,29 @@ def _loudest(
             best, start = float(value.max()), int(value.argmax())
             chosen = np.zeros(len(t), dtype=bool)
             chosen[start : start + width] = True
-    return None if chosen is None else _whole(chosen, power, log)
+    return chosen
 
 
-def _whole(
-    chosen: NDArray[np.bool_], power: tuple[Array, Array], log: NDArray[np.int64]
+def _extended(
+    chosen: NDArray[np.bool_], power: tuple[Array, Array], log: NDArray[np.int64], loudness: float
 ) -> NDArray[np.bool_]:
-    """The window with the loud rows beside it, and one more at each end, in the same recording."""
+    """The interval extended by the loud rows beside it, and by one quiet row at each end."""
     inside = np.flatnonzero(chosen)
-    loud = power[0] > _SHARP * np.maximum(power[1], 1.0)
+    loud = power[0] > loudness * np.maximum(power[1], 1.0)
     usable = log == log[inside[0]]
     ends = []
-    for row, way in ((inside[0], -1), (inside[-1], 1)):
-        while 0 <= row + way < len(usable) and usable[row + way] and loud[row + way]:
-            row += way
-        beyond = row + way
+    for row, step in ((inside[0], -1), (inside[-1], 1)):
+        while 0 <= row + step < len(usable) and usable[row + step] and loud[row + step]:
+            row += step
+        beyond = row + step
         ends.append(beyond if 0 <= beyond < len(usable) and usable[beyond] else row)
     extended = np.zeros_like(chosen)
     extended[ends[0] : ends[1] + 1] = True
     return extended
 
 
-def without(table: Table, rows: NDArray[np.bool_]) -> Table:
-    """The table without some rows, and those that stand apart."""
-    products, counts = [], []
-    for j, columns in enumerate(table.columns):
-        keep = ~rows & (table.fold != EXCLUDED) if len(columns) else np.zeros(0, dtype=bool)
-        size = len(columns)
-        product, count = joint_products(
-            columns[keep],
-            table.fold[:size][keep],
-            table.region[:size, j][keep],
-            (FOLDS, len(Region)),
-        )
-        products.append(product)
-        counts.append(count)
-    grams = replace(table.grams, products=tuple(products), counts=np.array(counts))
-    return replace(table, grams=grams)
-
-
-def _gain(before: Fit, usual: Fit, left: list, chosen: NDArray[np.bool_]) -> float:
-    """Sum over joints of the mean log ratio, the transient's rows with a noise of their own."""
+def _gain(before: Fit, usual: Fit, left: list[Residual], chosen: NDArray[np.bool_]) -> float:
+    """Sum over joints of the mean log ratio, with a noise of its own in the interval."""
     gain = 0.0
     for j, r in enumerate(left):
         if not len(r.values):

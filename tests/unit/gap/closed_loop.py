@@ -6,7 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from ident.dynamics.compiled_chain import chain_of
+from ident.effects.candidate import Value
 from ident.gap.data.experiment import Experiment, experiment
+from ident.gap.results.outcome import SearchResult
+from ident.gap.selection.estimates import final_estimates
+from ident.gap.settings import Significance
 from ident.model.arm import arm_from_file
 from ident.simulation import recording as log
 from ident.simulation.arm import SimulatedArm, Term, simulated_arm, term
@@ -94,6 +98,11 @@ def moved(arm: SimulatedArm) -> np.ndarray:
     q = start + 0.2 * (1.0 - np.cos(w * t))
     wanted = (q, 0.2 * w * np.sin(w * t), 0.2 * w**2 * np.cos(w * t))
     return run(arm, controller_for(file, robot), wire_for(file), wanted).q
+
+
+def estimates_of(found: SearchResult) -> tuple[dict[str, Value], ...]:
+    """Values of all effects that a search accepted, with their standard errors."""
+    return final_estimates(found.rows, found.end, Significance(), found.verdict.effects).parameters
 
 
 def source_of(recording: Recording) -> Experiment:

@@ -4,8 +4,9 @@ import pytest
 from closed_loop import bump, recorded, source_of, wam
 
 from ident.gap.data.experiment import Experiment
-from ident.gap.results.outcome import Options, Search
+from ident.gap.results.outcome import SearchResult
 from ident.gap.search import search
+from ident.gap.settings import Options
 from ident.simulation.arm import Term
 from wamctl.arm.recording import Recording
 
@@ -21,7 +22,7 @@ def source(plain) -> Experiment:
 
 
 @pytest.fixture(scope="session")
-def nothing_hidden(source) -> Search:
+def nothing_hidden(source) -> SearchResult:
     return search(source, Options(null_runs=1), lambda _: None)
 
 

@@ -10,10 +10,9 @@ from ident.dynamics.compiled_chain import torques
 from ident.effects.catalogue import catalogue
 from ident.effects.observation import Observed
 from ident.gap.data.experiment import facts_of
-from ident.gap.regression.design_matrix import build_design_matrix
-from ident.gap.results.outcome import Options
 from ident.gap.results.verdict import Kind
 from ident.gap.search import search
+from ident.gap.settings import Options, Transients
 from ident.gap.transients.detect import Transient
 from ident.gap.transients.exclude import explained_by_accepted
 
@@ -49,24 +48,21 @@ def loosened(request):
 
 
 def test_play_is_named_with_its_joint_and_size(loosened):
-    (effect,) = loosened.verdict.found
-    assert (effect.hypothesis.effect, effect.hypothesis.joints) == ("backlash", (4,))
+    (effect,) = loosened.verdict.effects
+    assert (effect.candidate.effect, effect.candidate.joints) == ("backlash", (4,))
     assert loosened.verdict.kind == Kind.NAMED
     assert effect.score.values == pytest.approx([1.5e-3], rel=0.15)
 
 
-def test_what_a_blow_leaves_is_no_contact(loosened):
-    """Where the link meets its stop the model may fail; elsewhere a failure is an event."""
+def test_an_impact_at_the_end_of_the_play_is_no_transient(loosened):
+    """At the stop the model may fail; elsewhere a failure is an event."""
     rows, end = loosened.rows, loosened.end
-    table = build_design_matrix(rows, end.model, end.accepted)
-    slot, joint = table.slots[0], 4
-    first = table.grams.layouts[joint].first_extra + slot.starts[slot.joints.index(joint)]
-    blows = np.abs(table.columns[joint][:, first])
+    blows, joint = np.abs(end.design(rows).effect_columns(0, 4)[:, 0]), 4
     for at, blow in ((int(blows.argmax()), True), (int(blows.argmin()), False)):
         here = np.zeros(len(blows), dtype=bool)
         here[max(at - 1, 0) : at + 2] = True
         transient = Transient(0, 0.0, 1.0, (joint,), np.zeros(7), 1.0, here, blows)
-        assert explained_by_accepted(rows, end, transient) is blow
+        assert explained_by_accepted(rows, end, transient, Transients()) is blow
 
 
 def test_play_of_an_arm_on_a_tilted_base():
@@ -75,7 +71,7 @@ def test_play_of_an_arm_on_a_tilted_base():
     gravity = arm.chain.gravity + np.cross([-0.05, 0.02, 0.0], arm.chain.gravity)
     arm = replace(arm, chain=arm.chain._replace(gravity=gravity))
     verdict = search(source_of(recorded(arm)), Options(null_runs=1), lambda _: None).verdict
-    names = sorted(f.hypothesis.effect for f in verdict.found)
+    names = sorted(f.candidate.effect for f in verdict.effects)
     assert (verdict.kind, names) == (Kind.NAMED, ["backlash", "gravity_tilt"])
 
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 from closed_loop import recorded, source_of, wam
 
-from ident.gap.results.outcome import Options
 from ident.gap.search import search
 from ident.gap.selection.estimates import final_estimates
+from ident.gap.settings import Options, Significance
 from wamctl.arm.config import load_arm_file
 
 LEVELS = (0.12, 0.16)  # N m, of the two motors that turn joints 2 and 3
@@ -25,11 +25,11 @@ def test_shared_motors_are_named_with_their_sizes():
         bristle=np.append(arm.bristle, np.zeros(2)),
     )
     found = search(source_of(recorded(arm)), Options(null_runs=1), lambda _: None)
-    (only,) = found.verdict.found
-    assert (only.hypothesis.effect, only.hypothesis.joints) == ("coupled_friction", (1, 2))
+    (only,) = found.verdict.effects
+    assert (only.candidate.effect, only.candidate.joints) == ("coupled_friction", (1, 2))
     narrow, wide = (
-        final_estimates(found.rows, found.end, known).parameters[0]
-        for known in ((), found.verdict.found)
+        final_estimates(found.rows, found.end, Significance(), known).parameters[0]
+        for known in ((), found.verdict.effects)
     )
     sizes = sorted(value.value for name, value in wide.items() if name.startswith("coulomb"))
     assert np.allclose(sizes, LEVELS, rtol=0.01)

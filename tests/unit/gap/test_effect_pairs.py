@@ -5,29 +5,26 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from closed_loop import recorded, source_of, sticking, wam
+from closed_loop import estimates_of, recorded, source_of, sticking, wam
 
 from ident.dynamics.compiled_chain import torques
 from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
 from ident.effects.observation import ArmFacts, Observed
-from ident.gap.regression.current_model import (
-    SEARCHED,
-    all_hypotheses,
-    examine,
-    refine_nonlinear_parameters,
-)
-from ident.gap.regression.design_matrix import build_design_matrix
+from ident.gap.data.segments import SEARCHED
 from ident.gap.regression.weighted_fit import ModelStructure, fit
-from ident.gap.results.outcome import Options
 from ident.gap.search import search
 from ident.gap.selection.acceptance import try_pair
-from ident.gap.selection.estimates import final_estimates
-from ident.gap.selection.null_arms import least_threshold
+from ident.gap.selection.candidates import all_candidates, examine
+from ident.gap.selection.refinement import refine_nonlinear_parameters
+from ident.gap.selection.state import SelectionState
+from ident.gap.selection.thresholds import least_threshold
+from ident.gap.settings import Options
 from ident.identification.identify import identify, model_of
 from ident.simulation.arm import Term, term
 
 OPTIONS = Options(null_runs=1)
+SETTINGS = OPTIONS.settings
 
 
 @term
@@ -41,7 +38,7 @@ def named(*terms: Term, tilt: tuple[float, float] = (0.0, 0.0)) -> tuple[str, li
     gravity = arm.chain.gravity + np.cross([*tilt, 0.0], arm.chain.gravity)
     arm = replace(arm, chain=arm.chain._replace(gravity=gravity))
     verdict = search(source_of(recorded(arm)), OPTIONS, lambda _: None).verdict
-    return str(verdict.kind), sorted(f.hypothesis.effect for f in verdict.found)
+    return str(verdict.kind), sorted(f.candidate.effect for f in verdict.effects)
 
 
 def test_drag_in_one_direction_is_no_error_of_a_form_that_follows_the_direction():
@@ -72,20 +69,21 @@ def test_two_effects_of_one_joint_that_hold_beside_each_other():
     rotor = np.zeros((7, 7))
     rotor[5, 5] = 0.008
     start = search(source_of(recorded(replace(arm, armature=rotor))), OPTIONS, lambda _: None)
-    present = start.start
-    own = [h for h in all_hypotheses(present.model.facts) if h.joints == (5,)]
-    _, scores = examine(start.rows, present, own)
-    first = next(s for s in scores if s.hypothesis.effect == "rotor_inertia")
-    pair = try_pair(start.rows, present, first, own, least_threshold(), ())
-    assert [f.hypothesis.effect for f in pair] == ["rotor_inertia", "joint_spring"]
-    offset = next(s for s in scores if s.hypothesis.effect == "torque_offset")
-    assert try_pair(start.rows, present, offset, own, least_threshold(), ()) == []
+    settings = SETTINGS
+    state = SelectionState(start.rows, start.start, least_threshold(settings.thresholds), None)
+    own = [h for h in all_candidates(start.start.model.facts) if h.joints == (5,)]
+    _, scores = examine(start.rows, start.start, own, settings.scoring)
+    first = next(s for s in scores if s.candidate.effect == "rotor_inertia")
+    pair = try_pair(state, first, own, settings)
+    assert [f.candidate.effect for f in pair] == ["rotor_inertia", "joint_spring"]
+    offset = next(s for s in scores if s.candidate.effect == "torque_offset")
+    assert try_pair(state, offset, own, settings) == []
 
 
 def test_the_stiffness_of_a_spring_that_hardens_is_as_uncertain_as_its_form():
     arm = wam(Term(harness, 3, (0.6, 1.2, 0.03)))
     found = search(source_of(recorded(arm)), OPTIONS, lambda _: None)
-    (values,) = final_estimates(found.rows, found.end, found.verdict.found).parameters
+    (values,) = estimates_of(found)
     stiffness = values["stiffness"]
     assert 1.0 < stiffness.value / 0.6 < 1.1
     assert abs(stiffness.value - 0.6) < 1.6 * stiffness.sd < 0.15 * 0.6
@@ -127,20 +125,22 @@ def test_a_tilt_is_the_same_for_arms_that_a_level_base_cannot_tell_apart(tilt):
 
 def test_regions_and_reversal_curves_agree_once_settled(nothing_hidden):
     start = nothing_hidden.start
-    table = build_design_matrix(nothing_hidden.rows, start.model, ())
-    again = fit(table.grams.of(SEARCHED), ModelStructure(start.model.shapes), start.fit.sigma)
+    design = start.design(nothing_hidden.rows)
+    again = fit(design.equations.of(SEARCHED), ModelStructure(start.model.shapes), start.fit.sigma)
     ratio = np.log(again.sigma / start.fit.sigma)[again.counts > 0]
     assert np.abs(ratio).max() < 0.01
 
 
 def test_a_tuned_drag_never_turns_into_friction_that_falls_with_speed(nothing_hidden):
     rows, start = nothing_hidden.rows, nothing_hidden.start
-    drags = [s for s in nothing_hidden.first_scores if s.hypothesis.effect == "nonlinear_viscous"]
-    tried = [t for s in drags[:2] for t in refine_nonlinear_parameters(rows, start, s)]
+    drags = [s for s in nothing_hidden.first_scores if s.candidate.effect == "nonlinear_viscous"]
+    tried = [
+        t for s in drags[:2] for t in refine_nonlinear_parameters(rows, start, s, SETTINGS.scoring)
+    ]
     assert tried
     for score in tried:
-        (drag,) = score.hypothesis.coefficients
-        power = score.hypothesis.parameters.power
+        (drag,) = score.candidate.coefficients
+        power = score.candidate.parameters.power
         assert drag.unit == f"N m (s/rad)^{power:g}"
         assert (drag.lower == 0.0) == (power < 1.0)
         assert score.values[0] >= drag.lower
@@ -157,7 +157,7 @@ def test_a_small_rotor_of_the_wrist_is_no_delay_of_its_friction():
     arm = replace(arm, armature=np.diag([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 6e-4]))
     verdict = search(source_of(recorded(arm)), OPTIONS, lambda _: None).verdict
     assert str(verdict.kind) == "named"
-    assert [(f.hypothesis.effect, f.hypothesis.joints) for f in verdict.found] == [
+    assert [(f.candidate.effect, f.candidate.joints) for f in verdict.effects] == [
         ("rotor_inertia", (6,))
     ]
 
@@ -179,16 +179,16 @@ def bent(t, q, qd, load, joint, settings, resistance, level):
     resistance[joint] += settings[0] * np.sin(3.0 * q[joint])
 
 
-def test_what_a_trusted_model_always_got_wrong_is_no_change():
+def test_a_constant_error_of_the_reference_model_is_no_change():
     odd = Term(bent, 4, (0.004,))
     before = source_of(recorded(wam(odd)))
     known = model_of(identify(before.datasets, before.arm))
+    logs = (source_of(recorded(wam(*t), 1)) for t in ((odd,), (odd, Term(constant, 3, (0.3,)))))
     same, moved = (
-        search(replace(source_of(recorded(wam(*terms), 1)), trusted=known), OPTIONS, lambda _: None)
-        for terms in ((odd,), (odd, Term(constant, 3, (0.3,))))
+        search(replace(log, reference_model=known), OPTIONS, lambda _: None) for log in logs
     )
     assert str(same.verdict.kind) == "no_gap"
-    assert [(f.hypothesis.effect, f.hypothesis.joints) for f in moved.verdict.found] == [
+    assert [(f.candidate.effect, f.candidate.joints) for f in moved.verdict.effects] == [
         ("torque_offset", (3,))
     ]
     assert str(moved.verdict.kind) == "named"

@@ -8,8 +8,8 @@ import pytest
 from closed_loop import recorded, source_of, wam
 
 from ident.effects.catalogue import catalogue
-from ident.gap.results.outcome import Options
 from ident.gap.search import search
+from ident.gap.settings import Options
 from wamctl.arm.errors import DataError
 
 EXAMPLE = Path(__file__).parents[3] / "scripts" / "examples" / "eddy_brake"
@@ -46,10 +46,10 @@ def test_the_example_is_found_named_and_measured(brought):
         source_of(recorded(effect.simulated(wam(), brake, np.array([2.0])))),
         Options(null_runs=1),
         lambda _: None,
-    ).verdict.found
-    assert [(f.hypothesis.effect, f.hypothesis.joints) for f in found] == [("eddy_brake", (3,))]
+    ).verdict.effects
+    assert [(f.candidate.effect, f.candidate.joints) for f in found] == [("eddy_brake", (3,))]
     assert found[0].score.values[0] == pytest.approx(2.0, rel=0.05)
-    assert found[0].hypothesis.parameters.speed == pytest.approx(0.3, rel=0.1)
+    assert found[0].candidate.parameters.speed == pytest.approx(0.3, rel=0.1)
 
 
 def test_a_package_that_cannot_be_loaded_is_named(brought):

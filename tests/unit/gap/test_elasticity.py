@@ -5,9 +5,9 @@ import pytest
 from closed_loop import moved, recorded, source_of, wam
 
 from ident.effects.catalogue import catalogue
-from ident.gap.results.outcome import Options
 from ident.gap.results.verdict import Kind
 from ident.gap.search import search
+from ident.gap.settings import Options
 
 COUNT = 2.4e-4  # of the coarsest encoder, on the joint
 MOTOR = [0.2, 0.2, 0.06, 0.03, 3e-4, 3e-4, 1e-4]  # kg m^2
@@ -34,7 +34,7 @@ def test_an_arm_on_a_soft_spring_follows(joint):
 
 def test_a_spring_is_named_with_its_joint_and_size():
     found = search(source_of(recorded(springy(3, 1e-3))), Options(null_runs=1), lambda _: None)
-    (effect,) = found.verdict.found
-    assert (effect.hypothesis.effect, effect.hypothesis.joints) == ("joint_elasticity", (3,))
+    (effect,) = found.verdict.effects
+    assert (effect.candidate.effect, effect.candidate.joints) == ("joint_elasticity", (3,))
     assert found.verdict.kind == Kind.NAMED
     assert effect.score.values == pytest.approx([1e-3], rel=0.1)

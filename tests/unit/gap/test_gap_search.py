@@ -6,38 +6,40 @@ import numpy as np
 import pytest
 from closed_loop import cord, recorded, source_of, wam
 
-from ident.gap.data.data_checks import faults
+from ident.gap.data.data_checks import data_faults
 from ident.gap.data.experiment import base_columns, experiment, facts_of
 from ident.gap.data.noise_regions import Region
-from ident.gap.data.segments import segments
+from ident.gap.data.segments import SEARCHED, segments
 from ident.gap.data.windows import windows_for
-from ident.gap.lack_of_fit.repeatability import pairs
-from ident.gap.regression.current_model import SEARCHED, all_hypotheses, nominal_fit
-from ident.gap.regression.design_matrix import build_design_matrix, windowed_rows
+from ident.gap.lack_of_fit.repeatability import repeated_rows
+from ident.gap.regression.current_model import nominal_fit
+from ident.gap.regression.design_matrix import build_design_matrix
 from ident.gap.regression.feasible_fit import feasible_fit
-from ident.gap.regression.weighted_fit import places
-from ident.gap.results.error_by_term import steps
-from ident.gap.results.held_out_error import held_out, sides, where
+from ident.gap.regression.rows import windowed_rows
+from ident.gap.regression.weighted_fit import joint_columns
+from ident.gap.results.error_by_term import error_by_term
+from ident.gap.results.held_out_error import before_and_after, gap_location, held_out
 from ident.gap.results.minimum_detectable import minimum_detectable
-from ident.gap.results.outcome import Options
 from ident.gap.results.verdict import Kind
 from ident.gap.search import search
+from ident.gap.selection.candidates import all_candidates
+from ident.gap.settings import DataChecks, Options, Repeats
 from ident.simulation.arm import Term
 
 
-def brute_force(table, choice, sigma, rounds=40):
+def brute_force(design, choice, sigma, rounds=40):
     """Stacked least squares of all joints, weights by joint and region, until they settle."""
-    chosen = places(table.grams, choice)
+    chosen = joint_columns(design.equations, choice)
     size = 1 + max(int(p.unknown.max()) for p in chosen)
-    rows = np.isin(table.fold, SEARCHED)
+    rows = np.isin(design.fold, SEARCHED)
     for _ in range(rounds):
         blocks, rights = [], []
         for j, p in enumerate(chosen):
-            weight = 1 / sigma[j][table.region[rows, j]]
+            weight = 1 / sigma[j][design.region[rows, j]]
             block = np.zeros((rows.sum(), size))
-            block[:, p.unknown] = table.columns[j][rows][:, p.local] @ p.mix * weight[:, None]
+            block[:, p.unknown] = design.columns[j][rows][:, p.local] @ p.mix * weight[:, None]
             blocks.append(block)
-            rights.append(table.columns[j][rows, -1] * weight)
+            rights.append(design.columns[j][rows, -1] * weight)
         W = np.concatenate(blocks)
         scale = np.linalg.norm(W, axis=0)
         scale[scale == 0.0] = 1.0
@@ -45,11 +47,11 @@ def brute_force(table, choice, sigma, rounds=40):
         sigma = sigma.copy()
         for j, p in enumerate(chosen):
             left = (
-                table.columns[j][rows, -1]
-                - table.columns[j][rows][:, p.local] @ p.mix @ x[p.unknown]
+                design.columns[j][rows, -1]
+                - design.columns[j][rows][:, p.local] @ p.mix @ x[p.unknown]
             )
             for region in range(sigma.shape[1]):
-                here = table.region[rows, j] == region
+                here = design.region[rows, j] == region
                 if here.any():
                     sigma[j, region] = np.sqrt(np.mean(left[here] ** 2))
     return sigma
@@ -63,10 +65,10 @@ def log_likelihood(sigma, counts):
 def test_scores_agree_with_refitting_everything_from_the_rows(nothing_hidden):
     found = nothing_hidden
     for score in (found.first_scores[0], found.first_scores[-1]):
-        table = build_design_matrix(found.rows, found.start.model, [score.hypothesis])
-        with_it = replace(score.fit.choice, slots=(table.slots[0],))
-        before = brute_force(table, found.start.fit.choice, found.start.fit.sigma)
-        after = brute_force(table, with_it, found.start.fit.sigma)
+        design = build_design_matrix(found.rows, found.start.model, [score.candidate])
+        with_it = replace(score.fit.structure, effects=(design.index[0],))
+        before = brute_force(design, found.start.fit.structure, found.start.fit.sigma)
+        after = brute_force(design, with_it, found.start.fit.sigma)
         counts = score.fit.counts
         gain = log_likelihood(after, counts) - log_likelihood(before, counts)
         assert score.gain == pytest.approx(gain, abs=2e-3)
@@ -75,43 +77,45 @@ def test_scores_agree_with_refitting_everything_from_the_rows(nothing_hidden):
 def test_nothing_is_named_where_nothing_is_hidden(nothing_hidden):
     verdict = nothing_hidden.verdict
     assert verdict.kind == Kind.NO_GAP
-    assert (verdict.found, verdict.transients, verdict.faults) == ((), (), ())
+    assert (verdict.effects, verdict.transients, verdict.faults) == ((), (), ())
 
 
 def test_a_torque_at_one_place_gets_no_wrong_name(bumpy):
     found = search(source_of(bumpy), Options(null_runs=1), lambda _: None)
     assert found.verdict.kind == Kind.UNKNOWN
-    assert {n.leftover.joint for n in found.verdict.unexplained_structures} >= {3}
+    assert {n.structure.joint for n in found.verdict.unexplained} >= {3}
 
 
 def test_a_gap_at_a_light_joint_is_not_lost_beside_the_heavy_ones():
     log = recorded(wam(Term(cord, 6, (0.0005,))))
     found = search(source_of(log), Options(null_runs=0), lambda _: None)
-    (effect,) = found.verdict.found
-    assert (effect.hypothesis.effect, effect.seat) == ("joint_spring", (6,))
-    count = len(found.rows.kept)
+    (effect,) = found.verdict.effects
+    assert (effect.candidate.effect, effect.joints) == ("joint_spring", (6,))
+    count = len(found.rows.base_parameters)
     before, after = (feasible_fit(found.source, p.fit, count).x for p in (found.start, found.end))
-    first = where(found, sides(found, before, after))[0]
+    first = gap_location(found, before_and_after(found, before, after))[0]
     assert (first.joint, first.region[:6]) == (6, "|qd| >")
     assert first.share > 0.9
 
 
 def test_errors_and_gap_of_an_effect_free_arm(nothing_hidden):
     found = nothing_hidden
-    x = feasible_fit(found.source, found.start.fit, len(found.rows.kept)).x
-    both = sides(found, x, x)
+    x = feasible_fit(found.source, found.start.fit, len(found.rows.base_parameters)).x
+    both = before_and_after(found, x, x)
     errors = held_out(found, both)
     assert errors.before.relative_percent == errors.after.relative_percent
     assert errors.noise_floor.relative_percent < errors.before.relative_percent
-    assert where(found, both) == []
+    assert gap_location(found, both) == []
     assert errors.closed == 0.0
 
 
 def test_a_motion_that_comes_again_is_known_without_its_file(nothing_hidden, plain):
     told = nothing_hidden.source
-    table = build_design_matrix(nothing_hidden.rows, nothing_hidden.start.model, ())
+    design = build_design_matrix(nothing_hidden.rows, nothing_hidden.start.model, ())
     bare = source_of(replace(plain, attachments={"robot.urdf": plain.attachments["robot.urdf"]}))
-    by_file, by_motion = (pairs(s, nothing_hidden.rows, table) for s in (told, bare))
+    by_file, by_motion = (
+        repeated_rows(s, nothing_hidden.rows, design, Repeats()) for s in (told, bare)
+    )
     assert len(by_file[0]) > 300
     for with_file, without in zip(by_file, by_motion, strict=True):
         np.testing.assert_array_equal(with_file, without)
@@ -138,27 +142,29 @@ def test_a_motion_that_never_comes_again_has_no_repeats(plain):
     windows = windows_for(500.0, 10.0)
     parts = segments(source.datasets, windows)
     rows = windowed_rows(parts, windows, facts_of(source), base_columns(source))
-    table = build_design_matrix(rows, nominal_fit(rows, facts_of(source)).model, ())
-    assert len(pairs(source, rows, table)[0]) == 0
+    design = build_design_matrix(rows, nominal_fit(rows, facts_of(source)).model, ())
+    assert len(repeated_rows(source, rows, design, Repeats())[0]) == 0
 
 
 def test_the_error_falls_step_by_step_from_the_rigid_body(nothing_hidden):
-    rigid, first, second = steps(nothing_hidden)
+    rigid, first, second = error_by_term(nothing_hidden)
     assert rigid.added == "rigid_body"
     assert {first.added, second.added} == {"coulomb", "viscous"}
     assert rigid.relative_percent > first.relative_percent > 3 * second.relative_percent
     x = nothing_hidden.start.fit.x
-    fitted = held_out(nothing_hidden, sides(nothing_hidden, x, x)).before.relative_percent
+    fitted = held_out(
+        nothing_hidden, before_and_after(nothing_hidden, x, x)
+    ).before.relative_percent
     assert second.relative_percent == pytest.approx(fitted, rel=1e-3)
 
 
 def test_what_could_not_be_seen_and_what_could(nothing_hidden):
     seen = minimum_detectable(nothing_hidden)
-    known = {h.effect for h in all_hypotheses(nothing_hidden.end.model.facts)}
-    assert set(seen.sizes) | {e for e, j in seen.unseen.items() if not j} >= known
+    known = {h.effect for h in all_candidates(nothing_hidden.end.model.facts)}
+    assert set(seen.sizes) | {e for e, j in seen.unobservable.items() if not j} >= known
     # a rotor about the vertical axis is the link's own inertia
-    assert 0 in seen.unseen["rotor_inertia"]
-    assert seen.unseen["payload"] == ()
+    assert 0 in seen.unobservable["rotor_inertia"]
+    assert seen.unobservable["payload"] == ()
     sizes = seen.sizes["stribeck"]
     assert set(sizes) == set(range(7))
     assert all(0.0 < size < 1.0 for size in sizes.values())
@@ -168,20 +174,20 @@ def test_repeated_samples_are_a_fault_of_the_data(plain):
     q = plain.q.copy()
     places_ = np.arange(2000, len(q) - 2000, 97)
     q[places_] = q[places_ - 1]
-    found = faults(source_of(replace(plain, q=q)))
+    found = data_faults(source_of(replace(plain, q=q)), DataChecks())
     assert [f.name for f in found] == ["dropped_samples"]
     assert f"{len(places_)} samples repeat the one before" in found[0].text
-    assert faults(source_of(plain)) == []
+    assert data_faults(source_of(plain), DataChecks()) == []
 
 
 def test_a_late_sample_is_not_a_lost_one(plain):
     late = plain.stamp_ns.copy()
     late[100:-100:100] += 1_500_000
-    assert faults(source_of(replace(plain, stamp_ns=late))) == []
+    assert data_faults(source_of(replace(plain, stamp_ns=late)), DataChecks()) == []
     missing = plain.stamp_ns.copy()
     for k in range(100, len(missing) - 100, 100):
         missing[k:] += 2_000_000
-    (fault,) = faults(source_of(replace(plain, stamp_ns=missing)))
+    (fault,) = data_faults(source_of(replace(plain, stamp_ns=missing)), DataChecks())
     assert (fault.name, fault.count) == (
         "dropped_samples",
         len(range(100, len(missing) - 100, 100)),
@@ -190,7 +196,7 @@ def test_a_late_sample_is_not_a_lost_one(plain):
 
 def test_torque_in_another_unit_is_a_fault_of_the_data(plain):
     command = replace(plain.command, effort=1000.0 * plain.command.effort)
-    found = faults(source_of(replace(plain, command=command)))
+    found = data_faults(source_of(replace(plain, command=command)), DataChecks())
     assert [f.name for f in found] == ["torque_gain"]
     assert found[0].count == pytest.approx(1050.0, rel=0.1)
 

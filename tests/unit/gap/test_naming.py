@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from closed_loop import loosening, push, recorded, source_of, sticking, wam
+from closed_loop import estimates_of, loosening, push, recorded, source_of, sticking, wam
 
 from ident.gap.regression.feasible_fit import feasible_fit
-from ident.gap.results.held_out_error import held_out, sides
-from ident.gap.results.outcome import Options, Search
+from ident.gap.results.held_out_error import before_and_after, held_out
+from ident.gap.results.outcome import SearchResult
 from ident.gap.results.verdict import Kind
 from ident.gap.search import search
-from ident.gap.selection.estimates import final_estimates
+from ident.gap.settings import Options
 from ident.simulation.arm import Term
 
 OPTIONS = Options(null_runs=1)
@@ -19,16 +19,16 @@ STICKING = Term(sticking, 3, (0.8, 0.08))
 PUSH = tuple(Term(push, j, (size, 30.0, 0.6)) for j, size in enumerate((2.0, -1.5, 0.8)))
 
 
-def searched(arm) -> Search:
+def searched(arm) -> SearchResult:
     return search(source_of(recorded(arm)), OPTIONS, lambda _: None)
 
 
-def named(found: Search) -> list[tuple[str, tuple[int, ...]]]:
-    return [(f.hypothesis.effect, f.hypothesis.joints) for f in found.verdict.found]
+def named(found: SearchResult) -> list[tuple[str, tuple[int, ...]]]:
+    return [(f.candidate.effect, f.candidate.joints) for f in found.verdict.effects]
 
 
 @pytest.fixture(scope="module")
-def both() -> Search:
+def both() -> SearchResult:
     """An elbow that sticks at low speed, and a push at the upper arm."""
     return searched(wam(STICKING, *PUSH))
 
@@ -43,7 +43,7 @@ def test_a_push_beside_another_effect_hides_neither(both):
 
 
 def test_the_size_is_within_its_interval_whatever_the_form(both):
-    (values,) = final_estimates(both.rows, both.end, both.verdict.found).parameters
+    (values,) = estimates_of(both)
     extra = values["extra_friction"]
     assert extra.value == pytest.approx(0.8, abs=3 * extra.sd)
     assert extra.value == pytest.approx(0.8, rel=0.15)
@@ -64,12 +64,12 @@ def test_friction_that_nearly_vanishes_during_the_run_leaves_a_possible_arm():
     found = searched(wam(Term(loosening, 0, (drag, 73.0))))
     assert found.verdict.kind == Kind.NAMED
     assert named(found) == [("thermal_drift", (0,))]
-    (values,) = final_estimates(found.rows, found.end, found.verdict.found).parameters
+    (values,) = estimates_of(found)
     end_s = found.source.datasets[0].samples / found.source.datasets[0].rate_hz
     assert values["viscous_change"].value == pytest.approx(-drag * end_s / 73.0, rel=0.02)
-    count = len(found.rows.kept)
+    count = len(found.rows.base_parameters)
     before, after = (feasible_fit(found.source, p.fit, count).x for p in (found.start, found.end))
-    assert held_out(found, sides(found, before, after)).closed > 0.95
+    assert held_out(found, before_and_after(found, before, after)).closed > 0.95
 
 
 def test_a_torque_constant_that_repeats_with_the_motors_angle_is_ripple():
@@ -79,10 +79,10 @@ def test_a_torque_constant_that_repeats_with_the_motors_angle_is_ripple():
     log = replace(log, command=replace(log.command, effort=effort))
     found = search(source_of(log), OPTIONS, lambda _: None)
     assert found.verdict.kind == Kind.NAMED
-    assert {(f.hypothesis.effect, f.hypothesis.joints) for f in found.verdict.found} == {
+    assert {(f.candidate.effect, f.candidate.joints) for f in found.verdict.effects} == {
         ("torque_ripple", (3,))
     }
-    values = final_estimates(found.rows, found.end, found.verdict.found).parameters[0]
+    values = estimates_of(found)[0]
     assert values["order"].value == 2.0
     assert values["sine"].unit == "1"
     # the motor turns backwards with this joint: sin(36 q + 0.4) = sin(0.4 - 2 theta)
@@ -98,7 +98,7 @@ def test_a_tilted_base_is_no_spring_at_the_first_joint():
     found = searched(replace(arm, chain=arm.chain._replace(gravity=gravity)))
     assert found.verdict.kind == Kind.NAMED
     assert [name for name, _ in named(found)] == ["gravity_tilt"]
-    (values,) = final_estimates(found.rows, found.end, found.verdict.found).parameters
+    (values,) = estimates_of(found)
     assert values["tilt_x"].value == pytest.approx(0.012, rel=0.03)
     assert values["tilt_y"].value == pytest.approx(-0.009, rel=0.03)
 
@@ -110,7 +110,7 @@ def test_a_drive_that_clips_now_and_then_is_no_contact():
     found = searched(replace(arm, limit=limit))
     assert found.verdict.kind == Kind.NAMED
     assert named(found) == [("torque_saturation", (4,))]
-    (values,) = final_estimates(found.rows, found.end, found.verdict.found).parameters
+    (values,) = estimates_of(found)
     assert values["limit"].value == pytest.approx(0.36, rel=0.005)
     assert values["limit"].unit == "N m"
 
@@ -129,7 +129,7 @@ def test_levers_of_a_differential_that_nobody_described_are_found():
     urdf_only = {"robot.urdf": log.attachments["robot.urdf"]}
     found = search(source_of(replace(log, attachments=urdf_only)), OPTIONS, lambda _: None)
     assert named(found) == [("coupled_friction", (1, 2))]
-    (values,) = final_estimates(found.rows, found.end, found.verdict.found).parameters
+    (values,) = estimates_of(found)
     assert values["ratio"].value == pytest.approx(0.6, abs=0.01)
     assert values["coulomb_1"].value == pytest.approx(0.5, rel=0.05)
     assert values["coulomb_2"].value == pytest.approx(0.4, rel=0.05)

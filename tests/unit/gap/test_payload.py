@@ -4,13 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from closed_loop import recorded, source_of, wam
+from closed_loop import estimates_of, recorded, source_of, wam
 
 from ident.effects.catalogue import catalogue
 from ident.gap.data.experiment import facts_of
-from ident.gap.results.outcome import Options
 from ident.gap.search import search
-from ident.gap.selection.estimates import final_estimates
+from ident.gap.settings import Options
 from ident.identification.identify import identify, model_of
 
 MASS = 2.0  # kg
@@ -25,10 +24,10 @@ def test_a_ball_at_the_tool_is_a_payload_and_nothing_else(source):
     arm = wam()
     delta = arm.delta.copy()
     delta[-10:] += MASS * np.array([*tensor, *CENTRE, 1.0])
-    after = replace(source_of(recorded(replace(arm, delta=delta), 1)), trusted=known)
+    after = replace(source_of(recorded(replace(arm, delta=delta), 1)), reference_model=known)
     found = search(after, Options(null_runs=1), lambda _: None)
-    assert [f.hypothesis.effect for f in found.verdict.found] == ["payload"]
-    values = final_estimates(found.rows, found.end, found.verdict.found).parameters[0]
+    assert [f.candidate.effect for f in found.verdict.effects] == ["payload"]
+    values = estimates_of(found)[0]
     names = ("mass", "first_moment_x", "first_moment_y", "first_moment_z")
     sizes = [values[name].value for name in names]
     assert sizes == pytest.approx([MASS, MASS * x, MASS * y, MASS * z], rel=0.005)

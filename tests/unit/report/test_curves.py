@@ -79,13 +79,13 @@ def curve_of(torque: np.ndarray, motion: dict[str, np.ndarray]) -> EffectCurve:
             model=SimpleNamespace(facts=SimpleNamespace(motor_from_joint=None)),
         ),
     )
-    table = SimpleNamespace(
+    design = SimpleNamespace(
         t=np.arange(float(rows)),
-        slots={0: SimpleNamespace(joints=(0,), starts=(0,), width=1)},
-        grams=SimpleNamespace(layouts=[SimpleNamespace(first_extra=1)]),
+        index=[SimpleNamespace(joints=(0,))],
+        effect_columns=lambda index, joint: torque[:, None],
         columns=[np.column_stack([np.zeros(rows), torque, rng.normal(size=rows)])],
     )
-    both: Any = SimpleNamespace(table=table, before=[before], after=[after])
+    both: Any = SimpleNamespace(design=design, before=[before], after=[after])
     return effect_curve(found, both, 0, 0)  # type: ignore[arg-type]
 
 

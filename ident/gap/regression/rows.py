@@ -1,0 +1,122 @@
+"""Rows of the regression that do not depend on the model: windowed torque and nominal columns."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.dynamics.compiled_regressor import regressor
+from ident.effects.observation import ArmFacts
+from ident.effects.reversal_friction import BASIS
+from ident.effects.smoothed_segment import SmoothedSegment
+from ident.gap.data.reference_model import PredictedTorque
+from ident.gap.data.windows import Windows, body_step
+
+Array = NDArray[np.floating]
+
+
+class ColumnCache:
+    """Windowed columns of effects, formed once.
+
+    It only saves time: a column is a pure function of its key.
+
+    Attributes:
+        columns: by key.
+    """
+
+    def __init__(self) -> None:
+        self.columns: dict[tuple[object, ...], Array] = {}
+
+    def get(self, key: tuple[object, ...], form: Callable[[], Array]) -> Array:
+        """The columns of a key, formed if they are not known yet."""
+        if key not in self.columns:
+            self.columns[key] = form()
+        return self.columns[key]
+
+
+@dataclass(frozen=True)
+class WindowedRows:
+    """Windowed rows of all segments.
+
+    Attributes:
+        segments: the samples.
+        windows: the averaging windows.
+        base_parameters: the inertial parameters that the base columns stand for, shape (b,).
+        base: windowed base columns, per segment, shape (R, n, b).
+        reversals: windowed reversal curves, per segment, shape (R, n, T).
+        viscous, torque: per segment, shape (R, n).
+        reference_error: error of a reference model [N m], shape (n,), or None.
+        excluded: rows that no fit may use, shape (R,), or None.
+        cache: windowed columns of effects.
+    """
+
+    segments: tuple[SmoothedSegment, ...]
+    windows: Windows
+    base_parameters: NDArray[np.int64]
+    base: tuple[Array, ...]
+    reversals: tuple[Array, ...]
+    viscous: tuple[Array, ...]
+    torque: tuple[Array, ...]
+    reference_error: Array | None = None
+    excluded: NDArray[np.bool_] | None = None
+    cache: ColumnCache = field(default_factory=ColumnCache, repr=False, compare=False)
+
+    @property
+    def log(self) -> NDArray[np.int64]:
+        """Number of the recording of each segment, shape (segments,)."""
+        return np.array([s.log for s in self.segments])
+
+    @property
+    def hop_s(self) -> float:
+        """Time from row to row [s]."""
+        return self.windows.hop / self.windows.rate_hz
+
+
+def windowed_rows(
+    segments: Sequence[SmoothedSegment],
+    windows: Windows,
+    facts: ArmFacts,
+    base_parameters: NDArray[np.int64],
+    reference: tuple[PredictedTorque, Array] | None = None,
+) -> WindowedRows:
+    """Rows of the rigid-body model with friction.
+
+    Args:
+        segments: the samples.
+        windows: the averaging windows.
+        facts: of the arm.
+        base_parameters: the inertial parameters to be fitted.
+        reference: of a reference model: its torque [N m], shape (S, n), which is subtracted from
+            the measured one, and its error [N m], shape (n,).
+    """
+    every = body_step(windows)
+    coarse, middle = windows.coarser(every), slice(every // 2, None, every)
+    still = np.where(facts.moving, 1.0, 0.0)
+    base = []
+    for s in segments:
+        motion = (s.q[middle], s.qd[middle] * still, s.qdd[middle] * still)
+        columns = regressor(facts.chain, *(np.ascontiguousarray(m) for m in motion))
+        base.append(coarse.mean(columns[:, :, base_parameters]))
+    predicted = None if reference is None else reference[0]
+    return WindowedRows(
+        tuple(segments),
+        windows,
+        base_parameters,
+        tuple(base),
+        tuple(_reversal_columns(s, windows) for s in segments),
+        tuple(windows.mean(s.qd) for s in segments),
+        tuple(windows.mean(s.tau if predicted is None else s.tau - predicted(s)) for s in segments),
+        None if reference is None else reference[1],
+    )
+
+
+def _reversal_columns(s: SmoothedSegment, windows: Windows) -> Array:
+    joints = range(s.q.shape[1])
+    return np.stack(
+        [
+            windows.mean(np.stack([c(s.q[:, j], s.speeds[..., j]) for j in joints], axis=-1))
+            for c in BASIS
+        ],
+        axis=-1,
+    )

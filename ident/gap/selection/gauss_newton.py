@@ -1,0 +1,148 @@
+"""One Gauss-Newton step over coefficients and nonlinear parameters together, with covariance.
+
+The model is linearised in the nonlinear parameters by central differences. The covariance is the
+cluster-robust (sandwich) one, with scores summed over blocks of time and all joints, since
+residuals of neighbouring rows are correlated (Liang and Zeger 1986).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.effects.candidate import Candidate
+from ident.effects.catalogue import catalogue
+from ident.gap.data.segments import EXCLUDED, FOLDS
+from ident.gap.regression.current_model import CurrentFit
+from ident.gap.regression.design_matrix import DesignMatrix, build_design_matrix
+from ident.gap.regression.rows import WindowedRows
+from ident.gap.regression.weighted_fit import Fit, fit, joint_columns, solve
+
+Array = NDArray[np.floating]
+
+_DIFFERENCE = 0.02  # of a parameter, for its derivative
+_LONGEST_STEP = 0.3  # of a parameter
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """The fit on all data, and derivatives by nonlinear parameters.
+
+    Attributes:
+        design: with the effects' columns.
+        fit: on all folds.
+        parameters: names of the free nonlinear parameters of each effect.
+        slopes: torque's derivative by each of them [N m per unit], per joint, shape (R,).
+    """
+
+    design: DesignMatrix
+    fit: Fit
+    parameters: tuple[tuple[str, ...], ...]
+    slopes: list[list[Array]]
+
+
+def linearised(
+    rows: WindowedRows,
+    end: CurrentFit,
+    effects: Sequence[Candidate],
+    parameters: Sequence[tuple[str, ...]],
+) -> Linearised:
+    """Linearise the model about some effects.
+
+    Args:
+        rows: the rows.
+        end: the model with all effects.
+        effects: the same effects, their parameters perhaps moved.
+        parameters: names of those to take derivatives by, for each effect.
+    """
+    moved = [
+        catalogue()[h.effect].moved(h, {name: h.numbers[name] * (1 + sign * _DIFFERENCE)})
+        for h, names in zip(effects, parameters, strict=True)
+        for name in names
+        for sign in (1, -1)
+    ]
+    design = build_design_matrix(rows, end.model, effects, moved)
+    structure = design.structure(end.fit.structure.shapes)
+    now = fit(design.equations.of(range(FOLDS)), structure, end.fit.sigma)
+    slopes, index = [], len(effects)
+    for h, names, values in zip(effects, parameters, now.effects, strict=True):
+        for name in names:
+            up, down = (_torque(design, index + k, values) for k in (0, 1))
+            width = 2 * _DIFFERENCE * h.numbers[name]
+            slopes.append([(a - b) / width for a, b in zip(up, down, strict=True)])
+            index += 2
+    return Linearised(design, now, tuple(parameters), slopes)
+
+
+def _torque(design: DesignMatrix, index: int, values: Array) -> list[Array]:
+    """Torque of an effect per joint, shape (R,)."""
+    felt = design.index[index].joints
+    return [
+        design.effect_columns(index, j) @ values if j in felt else np.zeros(len(columns))
+        for j, columns in enumerate(design.columns)
+    ]
+
+
+def solution(rows: WindowedRows, at: Linearised, block_s: float) -> tuple[Array, Array]:
+    """Unknowns of the fit followed by steps of the nonlinear parameters, and their covariance."""
+    size, more = len(at.fit.x), len(at.slopes)
+    total = size + more
+    normal, right = np.zeros((total, total)), np.zeros(total)
+    block = _blocks(rows, at.design, block_s)
+    scores = np.zeros((block.max() + 1, total))
+    for j, model in enumerate(joint_columns(at.design.equations, at.fit.structure)):
+        columns = at.design.columns[j]
+        if len(columns) == 0:
+            continue
+        used = at.design.fold != EXCLUDED
+        weight = used / at.fit.sigma[j][at.design.region[:, j]] ** 2
+        nominal = model.of(columns)
+        own = np.column_stack([nominal, *(s[j] for s in at.slopes)])
+        where = np.concatenate([model.unknown, size + np.arange(more)])
+        error = columns[:, -1] - nominal @ at.fit.x[model.unknown]
+        weighted = own * weight[:, None]
+        normal[np.ix_(where, where)] += own.T @ weighted
+        right[where] += weighted.T @ columns[:, -1]
+        parts = np.zeros((len(scores), len(where)))
+        np.add.at(parts, block, weighted * error[:, None])
+        scores[:, where] += parts
+    inverse = solve(normal, np.eye(total))
+    count = len(np.unique(block))
+    inflation = count / max(count - total / at.design.equations.dof, 1.0)
+    covariance = inverse @ (scores.T @ scores) @ inverse.T * inflation
+    return solve(normal, right), covariance
+
+
+def _blocks(rows: WindowedRows, design: DesignMatrix, block_s: float) -> NDArray[np.int64]:
+    """Number of the block of time that each row lies in, shape (R,)."""
+    start = np.array([s.t[0] for s in rows.segments])
+    within = np.floor((design.t - start[design.segment]) / block_s).astype(int)
+    return np.unique(design.segment * (within.max() + 1) + within, return_inverse=True)[1]
+
+
+def stepped(
+    effects: Sequence[Candidate], parameters: Sequence[tuple[str, ...]], steps: Array
+) -> tuple[Candidate, ...]:
+    """The effects with their nonlinear parameters moved, within bounds and not far."""
+    moved, place = [], 0
+    for h, names in zip(effects, parameters, strict=True):
+        effect, changes = catalogue()[h.effect], {}
+        known = {p.name: p for p in effect.nonlinear}
+        for name in names:
+            value = h.numbers[name]
+            most = _LONGEST_STEP * abs(value)
+            step = float(np.clip(steps[place], -most, most))
+            changes[name] = float(np.clip(value + step, known[name].lower, known[name].upper))
+            place += 1
+        moved.append(effect.moved(h, changes))
+    return tuple(moved)
+
+
+def refit(
+    rows: WindowedRows, end: CurrentFit, now: Fit, effects: Sequence[Candidate]
+) -> list[Array]:
+    """Coefficients of each effect on all data, with other columns of the same effects."""
+    design = build_design_matrix(rows, end.model, effects)
+    structure = replace(now.structure, effects=design.index)
+    return fit(design.equations.of(range(FOLDS)), structure, now.sigma).effects

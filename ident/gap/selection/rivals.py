@@ -1,0 +1,123 @@
+"""Rivals: other effects, and other forms of the same one, that the data cannot tell apart.
+
+Two models are compared by the difference of their log-likelihoods over independent rows (a Bayes
+factor between models of equal size).
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.effects.catalogue import catalogue
+from ident.gap.regression.design_matrix import DesignMatrix
+from ident.gap.regression.residuals import autocorrelation_length, residuals
+from ident.gap.regression.weighted_fit import Fit, mean_squares
+from ident.gap.selection.cross_validation import held_out_gains
+from ident.gap.selection.refinement import refine_nonlinear_parameters
+from ident.gap.selection.scoring import Score, main_joints
+from ident.gap.selection.state import AcceptedEffect, SelectionState
+from ident.gap.settings import GapSettings, Rivals
+
+Array = NDArray[np.floating]
+
+
+def accept(
+    state: SelectionState,
+    design: DesignMatrix,
+    score: Score,
+    scores: Sequence[Score],
+    settings: GapSettings,
+) -> AcceptedEffect:
+    """The effect refined, with the rivals among some scores that cannot be told from it.
+
+    Args:
+        state: of the search.
+        design: with the effect's columns.
+        score: of the effect.
+        scores: of all candidates; none are compared where there are none.
+        settings: of the search.
+    """
+    before = state.current.fit
+    best, *forms = refine_nonlinear_parameters(state.rows, state.current, score, settings.scoring)
+    joints = main_joints(score, before, settings.scoring)
+    rows = _independent_rows(design, score)
+    others = _refined_rivals(state, score, scores, joints, settings)
+    return AcceptedEffect(
+        best,
+        joints,
+        np.maximum(mean_squares(before) - mean_squares(best.fit), 0.0),
+        held_out_gains(design, score, before, settings.cross_validation),
+        tuple(s for s in others if _cannot_tell(best, s, before, rows, settings.rivals)),
+        others[0] if others else None,
+        _equivalent_forms(best, forms, before, rows, settings.rivals),
+    )
+
+
+def _refined_rivals(
+    state: SelectionState,
+    score: Score,
+    scores: Sequence[Score],
+    joints: tuple[int, ...],
+    settings: GapSettings,
+) -> list[Score]:
+    """The best candidates of other effects at the same joints, refined, best first."""
+    best: dict[tuple[str, tuple[int, ...]], Score] = {}
+    for s in scores:
+        if s.candidate.effect != score.candidate.effect:
+            best.setdefault((s.candidate.effect, s.candidate.joints), s)
+    near = [
+        s
+        for s in best.values()
+        if s.gain > settings.rivals.tuned_share * score.gain
+        and set(main_joints(s, state.current.fit, settings.scoring)) & set(joints)
+    ]
+    refined = (
+        refine_nonlinear_parameters(state.rows, state.current, s, settings.scoring)[0] for s in near
+    )
+    return sorted(refined, key=lambda s: -s.gain)
+
+
+def _equivalent_forms(
+    best: Score, forms: Sequence[Score], before: Fit, rows: Array, settings: Rivals
+) -> tuple[Score, ...]:
+    """Forms that explain nearly as much; the true form may lie between them."""
+    return tuple(
+        s
+        for s in forms
+        if log_likelihood_ratio(best, s, before, rows) < settings.log_likelihood
+        or best.gain - s.gain < settings.form_gain
+    )
+
+
+def _independent_rows(design: DesignMatrix, score: Score) -> Array:
+    """Number of independent rows per joint, shape (n,)."""
+    left = residuals(design, score.fit)
+    lengths = [autocorrelation_length(r.values * ~r.excluded, r.segment) for r in left]
+    return score.fit.counts.sum(axis=1) / np.array(lengths)
+
+
+def log_likelihood_ratio(leader: Score, rival: Score, before: Fit, rows: Array) -> float:
+    """Log-likelihood by which the leader beats the rival.
+
+    Args:
+        leader: one score.
+        rival: the other.
+        before: the fit without either.
+        rows: number of independent rows per joint, shape (n,).
+    """
+    better = leader.fit.gains_over(before) - rival.fit.gains_over(before)
+    return float(better @ rows)
+
+
+def _cannot_tell(leader: Score, rival: Score, before: Fit, rows: Array, settings: Rivals) -> bool:
+    """Whether the data cannot tell a rival from the leader; a special case of it is no rival."""
+    names = leader.candidate.effect, rival.candidate.effect
+    first, second = (catalogue()[name] for name in names)
+    if names[1] in first.contains or names[0] in second.contains:
+        return False
+    alike = names[1] in first.rivals or names[0] in second.rivals
+    if alike and leader.gain - rival.gain < settings.lookalike_gain:
+        return True
+    likely = log_likelihood_ratio(leader, rival, before, rows) > settings.log_likelihood
+    return not likely or rival.gain > settings.gain_ratio * leader.gain

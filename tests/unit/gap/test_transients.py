@@ -1,0 +1,64 @@
+"""Transients: intervals that are excluded, and intervals that are no events."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+
+from ident.effects.catalogue import catalogue
+from ident.gap.settings import Transients
+from ident.gap.transients.detect import Transient, at_end_stop
+from ident.gap.transients.exclude import Excluded, in_presliding_transient, still_stand_out
+
+SETTINGS = Transients()
+PUSH = Transient(0, 3.0, 4.0, (1,), np.array([2.0]), 0.3, np.zeros(4, dtype=bool), np.ones(4))
+
+
+def test_excess_power_that_repeats_with_the_motion_is_no_transient():
+    rows = np.array([False, True, False, False, False, False])
+    repeats = np.array([0, 1, 2]), np.array([3, 4, 5])
+    once = Transient(0, 3.0, 4.0, (1,), np.array([2.0]), 0.3, rows, np.array([1, 50.0, 1, 1, 1, 1]))
+    again = replace(once, loudness=np.array([1, 50.0, 1, 1, 40.0, 1]))
+    assert not once.repeats_with_motion(repeats, SETTINGS.repeat_share)
+    assert again.repeats_with_motion(repeats, SETTINGS.repeat_share)
+    assert not again.repeats_with_motion((repeats[0][:1], repeats[1][:1]), 0.1)
+
+
+def test_an_unknown_presliding_state_is_no_transient():
+    t = np.arange(0.0, 6.0, 0.01)
+    q = np.column_stack([0.1 * t, np.zeros_like(t)])
+    rows = SimpleNamespace(segments=(SimpleNamespace(log=0, t=t, q=q),))
+    effect = catalogue()["presliding"]
+    bristle = effect.at((0,), effect.Parameters(0.01), "dahl")
+    now, none = SimpleNamespace(accepted=(bristle,)), SimpleNamespace(accepted=())
+    early = replace(PUSH, joints=(0,), start_s=0.2, end_s=0.8)
+    assert in_presliding_transient(rows, now, early, SETTINGS)
+    assert not in_presliding_transient(rows, now, replace(early, end_s=1.5), SETTINGS)
+    assert not in_presliding_transient(rows, now, replace(early, joints=(1,)), SETTINGS)
+    assert not in_presliding_transient(rows, now, replace(early, log=1), SETTINGS)
+    assert not in_presliding_transient(rows, none, early, SETTINGS)
+
+
+def test_very_many_or_very_long_transients_are_no_events():
+    rows = SimpleNamespace(excluded=PUSH.rows)
+    many = Excluded(rows, None, SETTINGS.max_count * (PUSH,))
+    assert not still_stand_out(many, 0.1, SETTINGS)
+    most = SimpleNamespace(excluded=np.ones(4, dtype=bool))
+    assert not still_stand_out(Excluded(most, None, (PUSH,)), 0.1, SETTINGS)
+
+
+def test_transients_beyond_every_free_position_may_be_an_end_stop():
+    t = np.arange(0.0, 20.0, 0.01)
+    swing = np.pi * t / 4
+    q = np.column_stack([np.cos(0.7 * t), np.sin(swing)])
+    qd = np.column_stack([-0.7 * np.sin(0.7 * t), np.pi / 4 * np.cos(swing)])
+    rows = SimpleNamespace(segments=(SimpleNamespace(log=0, t=t, q=q, qd=qd),))
+    tops = [replace(PUSH, start_s=at - 0.5, end_s=at + 0.5) for at in (2.0, 10.0, 18.0)]
+    assert at_end_stop(rows, tops, SETTINGS) == (1,)
+    assert at_end_stop(rows, tops[1:], SETTINGS) == ()
+    assert at_end_stop(rows, tops[:1], SETTINGS) == ()
+    assert at_end_stop(rows, [replace(b, joints=(0,)) for b in tops], SETTINGS) == ()
+    elsewhere = [replace(b, start_s=b.start_s + 1.0, end_s=b.end_s + 1.0) for b in tops]
+    assert at_end_stop(rows, elsewhere, SETTINGS) == ()
+    leaning = SimpleNamespace(log=1, t=t, q=np.ones_like(q), qd=np.zeros_like(q))
+    assert at_end_stop(SimpleNamespace(segments=(*rows.segments, leaning)), tops, SETTINGS) == (1,)
