@@ -126,7 +126,8 @@ class ListLog:
 class Rig:
     """An experiment that is ready to run."""
 
-    def __init__(self, arm, operator=lambda: None):
+    def __init__(self, arm, operator=lambda: None, tests_motors=False):
+        self.tests_motors = tests_motors
         self.drives, self.log = IdealDrives(arm), ListLog()
         self.loop = Loop(arm, self.drives, LockstepClock(PERIOD_S), self.log, operator)
         self._arm = arm
@@ -136,7 +137,9 @@ class Rig:
         self.motion = experiment.plan(arm, REST, reference(series, 1, 0.5, PERIOD_S))
 
     def run(self):
-        return experiment.run(self._arm, self.drives, self.loop, self.motion)
+        return experiment.run(
+            self._arm, self.drives, self.loop, self.motion, tests_motors=self.tests_motors
+        )
 
     def stopped(self):
         with pytest.raises(StopError) as stop:

@@ -211,7 +211,7 @@ def run(config: Path, fault: Fault, seed: int) -> Ending:
             setup = Setup(config, prepared.arm, f"simbus:{case.socket}", lockstep=True)
             try:
                 with redirect_stderr(io.StringIO()):
-                    excite(ExciteRequest(prepared, setup, log, lambda _: None))
+                    excite(ExciteRequest(prepared, setup, log, lambda _: None, tests_motors=False))
             except UserError as raised:
                 error = raised
             testimony = court.hear()

@@ -30,6 +30,7 @@ class ExciteRequest:
         confirm: asks the operator before the drives are enabled; raises when he refuses.
         live_views: viewers that run beside it.
         operator: how the operator stops it.
+        tests_motors: test each motor by a small motion first.
     """
 
     prepared: Prepared
@@ -38,6 +39,7 @@ class ExciteRequest:
     confirm: Callable[[Connection], None]
     live_views: tuple[LiveView, ...] = ()
     operator: StopRequest = field(default_factory=StopRequest)
+    tests_motors: bool = True
 
 
 @dataclass(frozen=True)
@@ -115,7 +117,7 @@ def _run(request: ExciteRequest, connection: Connection, motion: experiment.Moti
             loop = Loop(arm, drives, connection.clock, log, operator)
             _start(connection)
             started_s = time.monotonic()
-            counted = experiment.run(arm, drives, loop, motion)
+            counted = experiment.run(arm, drives, loop, motion, request.tests_motors)
             took_s = time.monotonic() - started_s
     except StopError as stop:
         if log is not None:

@@ -157,7 +157,7 @@ class Loop:
         wanted, tau = law(state)
         if level >= CheckLevel.TRACKING:
             self._limits.check_tracking(state, wanted)
-            self._motors.check(state, self._acting, elapsed_s)
+            self._motors.check(state, self.acting, elapsed_s)
         else:
             self._motors.rest()
         joints = self._arm.transmission
@@ -178,7 +178,7 @@ class Loop:
         self._sent[-1] = self._drives.send(self._gate.zero())
 
     @property
-    def _acting(self) -> Array:
+    def acting(self) -> Array:
         """Joint torque that acts between the last instant and the next [N m], shape (n,)."""
         return self._arm.transmission.joint_torque(self._sent[0])
 
@@ -213,7 +213,7 @@ class Loop:
         cycle_ns = clock.elapsed_ns()
         timing.record(clock.latency_ns, cycle_ns, clock.skipped)
         if state.complete:
-            self._log.cycle(stamp_ns, state.q, state.qd, wanted, self._acting)
+            self._log.cycle(stamp_ns, state.q, state.qd, wanted, self.acting)
         if timing.cycles % self._status_cycles == 1:
             bad = self._drives.counters
             status = LoopStatus(

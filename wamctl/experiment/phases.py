@@ -12,6 +12,7 @@ from wamctl.arm.trajectory import Reference
 from wamctl.arm.trajectory_check import quantities, violations
 from wamctl.drives.interface import Drives
 from wamctl.errors import BusStopError, RefusalError, SafetyStopError, StopError
+from wamctl.experiment.first_motion import first_motion
 from wamctl.experiment.loop import Arm, Array, CheckLevel, Law, Loop
 from wamctl.safety.braking import BrakingMonitor
 from wamctl.safety.state_estimator import ArmState
@@ -83,16 +84,18 @@ def _moved(planned: Array, measured: Array, names: Sequence[str]) -> list[str]:
     ]
 
 
-def run(arm: Arm, drives: Drives, loop: Loop, motion: Motion) -> int:
+def run(arm: Arm, drives: Drives, loop: Loop, motion: Motion, tests_motors: bool = True) -> int:
     """Enable, approach, excite, return, release, disable; returns the counted cycles logged.
 
-    Whatever goes wrong, even a bug, torque is taken away before anything else happens.
+    Before the approach each motor is tested by a motion of less than 0.02 rad, unless
+    `tests_motors` says that it was done. Whatever goes wrong, even a bug, torque is taken away
+    before anything else happens.
 
     Raises:
         StopError: it ended early; the message says why, and what was done.
     """
     try:
-        return _phases(arm, drives, loop, motion)
+        return _phases(arm, drives, loop, motion, tests_motors)
     except StopError:
         raise
     except BaseException:
@@ -100,10 +103,12 @@ def run(arm: Arm, drives: Drives, loop: Loop, motion: Motion) -> int:
         raise
 
 
-def _phases(arm: Arm, drives: Drives, loop: Loop, motion: Motion) -> int:
+def _phases(arm: Arm, drives: Drives, loop: Loop, motion: Motion, tests_motors: bool) -> int:
     try:
         _enable(drives, loop)
         _check_start(loop, motion, arm.robot.joint_names)
+        if tests_motors:
+            first_motion(arm, loop)
         _follow(arm, loop, Phase.APPROACH, motion.approach)
         counted = _follow(arm, loop, Phase.EXCITE, motion.excitation)
         _follow(arm, loop, Phase.RETURN, motion.retreat)

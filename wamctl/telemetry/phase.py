@@ -4,7 +4,7 @@ from enum import IntEnum
 
 
 class Phase(IntEnum):
-    """Phases of the experiment, in their order; the last two end it early.
+    """Phases of the experiment; `BRAKE` and `CUT_OFF` end it early, `TEST` comes behind `ENABLE`.
 
     `IDLE` comes before the first phase, and is the only one of `wamctl bench`.
     """
@@ -18,6 +18,7 @@ class Phase(IntEnum):
     DISABLE = 6
     BRAKE = 7
     CUT_OFF = 8
+    TEST = 9
 
     @property
     def word(self) -> str:

@@ -110,13 +110,20 @@ class ServedArm:
         prepared = prepare(self.path)
         return Setup(prepared.path, prepared.arm, self.word, lockstep=True)
 
-    def excite(self, name: str = "log.mcap", confirm: Callable = lambda c: None) -> Outcome:
+    def excite(
+        self,
+        name: str = "log.mcap",
+        confirm: Callable = lambda c: None,
+        tests_motors: bool = False,
+    ) -> Outcome:
         prepared = prepare(self.path)
         out = self.path.with_name(name)
         setup = Setup(prepared.path, prepared.arm, self.word, lockstep=True)
         summary = error = None
         try:
-            summary = excite(ExciteRequest(prepared, setup, out, confirm))
+            summary = excite(
+                ExciteRequest(prepared, setup, out, confirm, tests_motors=tests_motors)
+            )
         except UserError as raised:
             error = raised
         return Outcome(summary, error, read_recording(out) if out.exists() else None)

@@ -319,7 +319,7 @@ def run_experiment(folder: Path, word: str, *happens: dict[str, object]) -> Outc
         prepared = prepare(path)
         setup = Setup(path, prepared.arm, word, lockstep=True)
         try:
-            excite(ExciteRequest(prepared, setup, log, lambda _: None))
+            excite(ExciteRequest(prepared, setup, log, lambda _: None, tests_motors=False))
         except StopError as error:
             stop = error
         let_time_pass(witness)
