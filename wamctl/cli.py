@@ -17,7 +17,7 @@ import typer
 from wamctl.arm.errors import UserError
 from wamctl.commands.bench import Bench, bench
 from wamctl.commands.check import Check, check
-from wamctl.commands.excite import confirm_by_name
+from wamctl.commands.excite import confirm_by_name, tests_motors
 from wamctl.commands.home import home
 from wamctl.commands.monitor import monitor
 from wamctl.commands.text_output import print_bench, print_check, print_summary, say
@@ -78,6 +78,13 @@ def _excite(
     yes_move_the_arm: Annotated[
         str, typer.Option(metavar="NAME", help="the arm's name, instead of typing it")
     ] = "",
+    skip_test_motion: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="the arm's name: its motors were tested since they were switched on",
+        ),
+    ] = "",
     live: Annotated[bool, typer.Option("--live", help="serve the run to Foxglove")] = False,
     live_port: Annotated[
         int, typer.Option(min=1, max=65535, help="where --live listens, on this machine only")
@@ -85,7 +92,7 @@ def _excite(
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Run the experiment: check, enable, move, excite, return, disable, and write the log.
+    """Run the experiment: check, enable, test motors, excite, disable, and write the log.
 
     Example: wamctl excite --config wam7.yaml --bus sim --out log.mcap
     """
@@ -98,7 +105,8 @@ def _excite(
         log = out or Path(f"{file.arm}-{datetime.now():%Y%m%d-%H%M%S}.mcap")
         confirm = partial(confirm_by_name, prepared, yes_move_the_arm)
         live_views = (partial(live_view, port=live_port),) if live else ()
-        request = ExciteRequest(prepared, setup, log, confirm, live_views, operator)
+        tests = tests_motors(file.arm, skip_test_motion)
+        request = ExciteRequest(prepared, setup, log, confirm, live_views, operator, tests)
         summary = excite(request)
         _print(summary, print_summary, as_json)
 

@@ -38,3 +38,21 @@ def confirm_by_name(prepared: Prepared, given: str, connection: Connection) -> N
             f"The arm does not move: {given!r} is not its name, which the operator must type or "
             f"give with --yes-move-the-arm {name}."
         )
+
+
+def tests_motors(name: str, skipped: str) -> bool:
+    """Whether the motors are to be tested by a small motion first.
+
+    Args:
+        name: the arm's.
+        skipped: the name that was given to skip the test; empty for none.
+
+    Raises:
+        UsageError: another name.
+    """
+    if skipped and skipped != name:
+        raise UsageError(
+            f"The test of the motors is not skipped: {skipped!r} is not the arm's name {name!r}, "
+            "which --skip-test-motion must give."
+        )
+    return not skipped

@@ -25,8 +25,12 @@ Envelope = Callable[[float], float]
 FREQUENCY_HZ = 5.0
 AMPLITUDE_RAD = 0.006
 """Of the joint that a motor moves most; less where the acceleration's limit asks for it."""
-FURTHEST_RAD = 0.12
-"""From the reference: an unknown tool of 2 kg sags less, a wrong sign goes on."""
+UNKNOWN_LOAD = 0.1
+"""Share of the moving mass that a tool may have of which the model does not know: it lets the held
+arm sag. A joint that goes further than such a tool would make it is not held."""
+_TOOL_M = 0.1  # from the tool point to such a tool's centre of mass
+_LEAST_SAG_RAD = 0.03
+_MOST_SAG = 0.95  # of the tracking limit
 _ACCELERATION = 0.8  # share of the joint's limit
 _HOLD_S = 0.2
 _TURNING_RAD_S = 0.05  # below this speed the expected friction fades out
@@ -73,17 +77,33 @@ def first_motion(arm: Arm, loop: Loop) -> None:
         StopError: a motor does not answer as it should, or anything that stops the arm.
     """
     rest = loop.state.q.copy()
-    zero = np.zeros_like(rest)
+    zero, furthest = np.zeros_like(rest), sag_limit(arm, rest)
     for _ in range(loop.cycles(_HOLD_S)):
-        _cycle(arm, loop, Setpoint(rest, zero, zero), zero, _Samples())
+        _cycle(arm, loop, furthest, Setpoint(rest, zero, zero), zero, _Samples())
     for motor in range(len(rest)):
         loop.show(Phase.TEST, motor, len(rest))
-        _test(arm, loop, rest, motor)
+        _test(arm, loop, _Wave(arm, rest, furthest, motor), motor)
 
 
-def _test(arm: Arm, loop: Loop, rest: Array, motor: int) -> None:
+def sag_limit(arm: Arm, q: Array) -> Array:
+    """How far each joint may go from where it is held, shape (n,) [rad].
+
+    Args:
+        arm: model, control law and tracking limits.
+        q: the pose, shape (n,) [rad].
+    """
+    model, data = arm.robot.model, arm.robot.data()
+    tool = model.getFrameId(arm.file.limits.tool_frame)
+    lever = pin.computeFrameJacobian(model, data, q, tool, pin.LOCAL_WORLD_ALIGNED)
+    weight = UNKNOWN_LOAD * pin.computeTotalMass(model) * np.linalg.norm(model.gravity.linear)
+    torque = weight * (np.linalg.norm(lever[:3], axis=0) + _TOOL_M)
+    stiffness = np.diag(pin.crba(model, data, q)) * arm.control.stiffness
+    most = _MOST_SAG * np.array(arm.file.safety.tracking_error_rad)
+    return np.minimum(_LEAST_SAG_RAD + torque / stiffness, most)
+
+
+def _test(arm: Arm, loop: Loop, wave: "_Wave", motor: int) -> None:
     """Move one motor, with as much torque against friction as it needs, and judge its answer."""
-    wave = _Wave(arm, rest, motor)
     rotors = np.array(arm.file.transmission.rotor_inertia_kg_m2)
     share, low, high, found = wave.first_share, 0.0, math.inf, None
     for k in range(_ATTEMPTS):
@@ -107,13 +127,15 @@ class _Wave:
 
     Attributes:
         rate: angular frequency [rad/s].
+        furthest: how far each joint may go from its reference, shape (n,) [rad].
         first_share: of the expected friction that is fed forward at first: little where friction
             is much more than inertia.
         friction: Coulomb friction to expect at the joints, shape (n,) [N m].
         least_torque_nm: torque of the motor below which friction hides its scale [N m].
     """
 
-    def __init__(self, arm: Arm, rest: Array, motor: int) -> None:
+    def __init__(self, arm: Arm, rest: Array, furthest: Array, motor: int) -> None:
+        self.furthest = furthest
         self.rate = 2.0 * math.pi * FREQUENCY_HZ
         self._rest, self._shape = rest, _direction(arm, motor, self.rate)
         joints, limits = arm.transmission, arm.file.limits
@@ -145,11 +167,13 @@ def _period(arm: Arm, loop: Loop, wave: _Wave, share: float, envelope: Envelope)
         wanted = wave.at(phase, envelope(k / cycles))
         friction = share * wave.friction * np.tanh(wanted.qd / _TURNING_RAD_S)
         samples.phase.append(phase)
-        _cycle(arm, loop, wanted, friction, samples)
+        _cycle(arm, loop, wave.furthest, wanted, friction, samples)
     return samples
 
 
-def _cycle(arm: Arm, loop: Loop, wanted: Setpoint, friction: Array, samples: _Samples) -> None:
+def _cycle(
+    arm: Arm, loop: Loop, furthest: Array, wanted: Setpoint, friction: Array, samples: _Samples
+) -> None:
     def law(state: ArmState) -> tuple[Setpoint, Array]:
         samples.q_ref.append(wanted.q)
         samples.q.append(state.q)
@@ -158,11 +182,11 @@ def _cycle(arm: Arm, loop: Loop, wanted: Setpoint, friction: Array, samples: _Sa
 
     def check(state: ArmState) -> None:
         away = np.abs(state.q - wanted.q)
-        if np.count_nonzero(away > FURTHEST_RAD):
-            k = int(np.argmax(away))
+        if np.count_nonzero(away > furthest):
+            k = int(np.argmax(away / furthest))
             raise SafetyStopError(
                 f"joint {k + 1} ({arm.robot.joint_names[k]}) went {away[k]:.3f} rad away while it "
-                f"was held (limit {FURTHEST_RAD:g} rad): look at signs, ratios and assignment of "
+                f"was held (limit {furthest[k]:.3f} rad): look at signs, ratios and assignment of "
                 "its motors, and at the load",
                 brakes=False,
             )
