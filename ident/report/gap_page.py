@@ -109,7 +109,8 @@ def _effects(report: GapReport) -> list[Block]:
     curves = iter(report.curves)
     for effect in report.content["effects"]:
         what = f"{report.title(effect['name'])}, {report.of(effect['joints'])}"
-        blocks.append(Text(f"{what[0].upper()}{what[1:]}: {effect['equation']}"))
+        blocks.append(Text(f"{what[0].upper()}{what[1:]}."))
+        blocks.append(Text(f"Equation: {effect['equation']}"))
         signature = report.explained.get(effect["name"], ("", ""))[0]
         if signature:
             blocks.append(Text(f"How it shows: {signature}."))
