@@ -108,7 +108,7 @@ def test_gap_json_holds_every_field_of_the_contract(results):
 
 def test_the_report_says_it_in_a_sentence(results):
     page = (results / "report.html").read_text()
-    assert "extra friction at low speed (Stribeck effect) at joint 4 elbow pitch" in page
+    assert "extra friction at low speed (Stribeck effect) at joint 4 (elbow pitch)" in page
     assert "Simulation against measurement" in page
 
 
