@@ -187,7 +187,9 @@ def _ordinary(estimators: Content) -> str:
 def _uncertain(content: Content) -> str:
     limits, total = content["not_identified"], len(content["base_parameters"])
     invisible, confused = len(limits["invisible"]), len(limits["hardly_told_apart"])
-    sentence = f"Of {total} base parameters, {invisible or 'none'} cannot be told from zero"
+    sentence = f"All {total} base parameters can be told from zero"
+    if invisible:
+        sentence = f"Of {total} base parameters, {invisible} cannot be told from zero"
     if confused:
         sentence += f", and {confused} combination{'s' * (confused > 1)} of them hardly shows"
     return sentence + "."
