@@ -14,6 +14,30 @@ _PACKET_BYTES = 128
 _MOST_FRAMES, _MOST_SETTLED = 50, 255  # in one packet
 
 
+def _remove_stale(path: Path) -> None:
+    """Remove a socket that nobody serves any more, as a killed server leaves it behind.
+
+    Raises:
+        SimulatedBusError: the path is another file, or another server's.
+    """
+    if not path.exists():
+        return
+    if not path.is_socket():
+        raise SimulatedBusError(
+            f"sim-bus cannot make the socket {path}: a file of that name exists, and stays as it "
+            "is. Name another path."
+        )
+    with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as visitor:
+        try:
+            visitor.connect(str(path))
+        except OSError:
+            path.unlink(missing_ok=True)
+            return
+    raise SimulatedBusError(
+        f"sim-bus cannot make the socket {path}: another sim-bus serves it. Name another path."
+    )
+
+
 class SocketHub:
     """Programs that connect to a socket file.
 
@@ -31,12 +55,12 @@ class SocketHub:
     gathers = False
 
     def __init__(self, path: Path) -> None:
+        _remove_stale(path)
         self._path = path
         self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._clients: dict[socket.socket, _Outbox] = {}
         self.overruns = 0
         try:
-            path.unlink(missing_ok=True)
             self._listener.bind(str(path))
             self._listener.listen()
         except OSError as error:

@@ -43,7 +43,9 @@ def live_view(descriptor: int, head: LogHead, port: int = PORT) -> Iterator[None
     Raises:
         UsageError: it cannot serve there.
     """
-    child = ChildProcess("wamctl.live.server", [str(descriptor), str(port)], [descriptor])
+    child = ChildProcess(
+        "wamctl.live.server", [str(descriptor), str(port)], [descriptor], quiet=True
+    )
     try:
         child.tell(_json(head), _START_S)
         answer = child.answer(_START_S)

@@ -21,13 +21,21 @@ class ChildProcess:
         module: the module, with its package.
         arguments: of the command line.
         descriptors: what it inherits.
+        quiet: nothing that it says on standard error reaches the terminal.
     """
 
-    def __init__(self, module: str, arguments: Sequence[str], descriptors: Sequence[int]) -> None:
+    def __init__(
+        self,
+        module: str,
+        arguments: Sequence[str],
+        descriptors: Sequence[int],
+        quiet: bool = False,
+    ) -> None:
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", module, *arguments],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL if quiet else None,
             bufsize=0,
             pass_fds=tuple(descriptors),
             start_new_session=True,
