@@ -30,7 +30,7 @@ from ident.checks.motion import (
     rate_remarks,
 )
 from ident.checks.remark import Grade, Remark, verdict_of
-from ident.checks.samples import sample_remarks
+from ident.checks.samples import name_remarks, sample_remarks
 from ident.checks.settings import DEFAULT, CheckSettings
 from ident.checks.torque import constant_effort, constant_joints, unexplained
 from ident.checks.units import unit_factor, unit_remarks
@@ -103,6 +103,7 @@ def _samples(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
             remarks.append(degrees_remark(one, arm.robot))
         else:
             remarks += limit_remarks(arm.robot, one, bounds)
+        remarks += name_remarks(one)
         one, more = sample_remarks(one, bounds)
         found.append(one)
         remarks += more

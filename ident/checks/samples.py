@@ -11,6 +11,7 @@ from ident.checks.settings import CheckSettings
 from ident.model.attachments import attached_trajectory
 from ident.recordings.dataset import Dataset, Parts
 from ident.recordings.samples import resampled
+from wamctl.arm.recording import LogFile
 
 Array = NDArray[np.floating]
 
@@ -152,3 +153,13 @@ def _cut(data: Dataset) -> list[Remark]:
         " recorder close the file, or record again."
     )
     return [Remark("cut_log", (), text, Grade.DOUBTFUL)]
+
+
+def name_remarks(data: Dataset) -> list[Remark]:
+    """Joints that were taken for the arm's under other names."""
+    log = data.source.log
+    if not isinstance(log, LogFile) or not log.renamed:
+        return []
+    listed = ", ".join(f"{old} as {new}" for old, new in log.renamed)
+    text = f"{data.name}: its joints were taken for the arm's by their names: {listed}."
+    return [Remark("names_matched", (), text, Grade.TRUSTWORTHY)]

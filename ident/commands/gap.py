@@ -11,9 +11,11 @@ from ident.commands.options import (
     JointStates,
     Json,
     Logs,
+    Rename,
     Strict,
     TorqueChoice,
     hold,
+    rules_of,
     verdict_printed,
 )
 
@@ -35,6 +37,7 @@ def gap(
     joint_states: JointStates = "/joint_states",
     as_json: Json = False,
     strict: Strict = False,
+    rename: Rename = None,
 ) -> None:
     """Find what the model misses, by name, and add it.
 
@@ -45,7 +48,7 @@ def gap(
     from ident.workflows.gap import gap_logs
     from wamctl.arm.compilation import compilation_announced
 
-    reading = Reading(joint_states, torque=torque.value if torque else None)
+    reading = Reading(joint_states, torque=torque.value if torque else None, rules=rules_of(rename))
     options = Options(null_runs=null_runs)
     with compilation_announced("the search"):
         text, sentences = gap_logs(logs, (robot, model), out, reading, options, _Told().tell)

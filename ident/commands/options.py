@@ -42,7 +42,29 @@ JointStates = Annotated[
 Json = Annotated[bool, typer.Option("--json", help="Print the result file's content.")]
 Strict = Annotated[bool, typer.Option("--strict", help="Exit with 6 where the result is doubtful.")]
 
+Rename = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--rename", help="FROM=TO: part of the log's joint names, and what the arm has for it."
+    ),
+]
+
 _NO_RESULT = 6
+
+
+def rules_of(renames: list[str] | None) -> tuple[tuple[str, str], ...]:
+    """The replacements that --rename asks for.
+
+    Raises:
+        ConfigurationError: not FROM=TO.
+    """
+    rules = []
+    for text in renames or []:
+        old, equals, new = text.partition("=")
+        if not equals or not old:
+            raise ConfigurationError("--rename", [f"{text!r} is not FROM=TO"])
+        rules.append((old, new))
+    return tuple(rules)
 
 
 def verdict_printed(content: Mapping[str, Any], verdict: str = "verdict") -> None:

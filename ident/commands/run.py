@@ -11,10 +11,12 @@ from ident.commands.options import (
     JointStates,
     Json,
     Logs,
+    Rename,
     Settings,
     Strict,
     TorqueChoice,
     hold,
+    rules_of,
     settings_of,
     verdict_printed,
 )
@@ -42,6 +44,7 @@ def run(
     joint_states: JointStates = "/joint_states",
     as_json: Json = False,
     strict: Strict = False,
+    rename: Rename = None,
 ) -> None:
     """Identify a physically feasible model from recordings.
 
@@ -52,7 +55,7 @@ def run(
     from ident.regression.progress import shown
     from ident.workflows.run import run_logs
 
-    reading = Reading(joint_states, torque=torque.value if torque else None)
+    reading = Reading(joint_states, torque=torque.value if torque else None, rules=rules_of(rename))
     with shown() as tell:
         text = run_logs(logs, robot, out, reading, tell, effects, **changes)
     content = json.loads(text)

@@ -11,10 +11,12 @@ from ident.commands.options import (
     JointStates,
     Json,
     Logs,
+    Rename,
     Settings,
     Strict,
     TorqueChoice,
     hold,
+    rules_of,
     settings_of,
     verdict_printed,
 )
@@ -30,6 +32,7 @@ def validate(
     joint_states: JointStates = "/joint_states",
     as_json: Json = False,
     strict: Strict = False,
+    rename: Rename = None,
 ) -> None:
     """Test a model on recordings that it was not fitted on.
 
@@ -40,7 +43,7 @@ def validate(
     from ident.regression.progress import shown
     from ident.workflows.validate import validate_logs
 
-    reading = Reading(joint_states, torque=torque.value if torque else None)
+    reading = Reading(joint_states, torque=torque.value if torque else None, rules=rules_of(rename))
     with shown() as tell:
         text = validate_logs(logs, model, out, reading, tell, **changes)
     content = json.loads(text)

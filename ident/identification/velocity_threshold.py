@@ -103,10 +103,18 @@ def _curve(rows: Array, bin_of: NDArray[np.intp], count: int) -> Curve:
     left = np.cumsum(grams[::-1], axis=0)[::-1][1:]
     rest = np.cumsum(numbers[::-1])[::-1][1:]
     A, y, square = left[:, :-1, :-1], left[:, :-1, -1], left[:, -1, -1]
-    beta = np.linalg.solve(A, y[..., None])[..., 0]
+    beta = _solved(A, y)
     eigenvalues = np.linalg.eigvalsh(A)
     condition = np.sqrt(eigenvalues[:, -1] / np.maximum(eigenvalues[:, 0], 1e-300))
-    return Curve(condition, (square - np.sum(y * beta, axis=1)) / rest)
+    return Curve(condition, (square - np.sum(y * beta, axis=1)) / np.maximum(rest, 1.0))
+
+
+def _solved(A: Array, y: Array) -> Array:
+    """Least squares by normal equations; the shortest where too few rows are left, shape (T, b)."""
+    try:
+        return np.linalg.solve(A, y[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        return (np.linalg.pinv(A, hermitian=True) @ y[..., None])[..., 0]
 
 
 def automatic(thresholds: Array, slow: Curve, random: Curve) -> float:

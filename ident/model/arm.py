@@ -78,6 +78,18 @@ def arm_from_file(path: Path, joints: tuple[str, ...]) -> Arm:
     return arm_from_urdf(_text(found), joints, str(found))
 
 
+def all_joints(path: Path) -> tuple[str, ...]:
+    """The joints that a robot file names, before any recording is known.
+
+    Raises:
+        ConfigurationError: unreadable or invalid file.
+    """
+    found = find_file(path)
+    if found.suffix in (".yaml", ".yml"):
+        return tuple(load_robot_file(found).robot.joints)
+    return load_robot(_text(found), source=str(found)).joint_names
+
+
 def arm_from_log(carrier: HasAttachments, log: str) -> Arm:
     """The arm whose configuration and URDF travel inside the log.
 

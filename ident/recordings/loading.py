@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 
-from ident.model.arm import Arm, arm_from_file, arm_from_log
+from ident.model.arm import Arm, all_joints, arm_from_file, arm_from_log
 from ident.model.attachments import HasAttachments
 from ident.recordings.dataset import Dataset, dataset_of, kept
 from ident.recordings.errors import ArmsDifferError
+from ident.recordings.joint_names import Pairs, renamed
 from ident.recordings.log_summary import LogSummary, survey
 from ident.recordings.samples import TorqueSource
 from ident.recordings.steady_state import only_steady_state
@@ -24,11 +25,13 @@ class Reading:
     Attributes:
         joint_states, joint_commands: names of the topics.
         torque: which torque to use; None: the commanded one where there is one.
+        rules: parts of joint names, and what they are to be replaced by.
     """
 
     joint_states: str = JOINT_STATES
     joint_commands: str = JOINT_COMMANDS
     torque: TorqueSource | None = None
+    rules: tuple[tuple[str, str], ...] = ()
 
 
 def read_logs(
@@ -45,7 +48,7 @@ def read_logs(
         DataError: a log that cannot be used, or logs of different arms.
         ConfigurationError: a robot file that cannot be used.
     """
-    surveys = [_survey(path, reading, joints_to_read(path, robot, reading)) for path in paths]
+    surveys = [_survey(path, reading, *joints_to_read(path, robot, reading)) for path in paths]
     arm = arm_of(surveys, paths, robot)
     return arm, [dataset_for(arm, found, reading.torque) for found in surveys]
 
@@ -56,11 +59,18 @@ def read_for(arm: Arm, path: Path, reading: Reading) -> Dataset:
     Raises:
         DataError: a log that cannot be used.
     """
-    return dataset_for(arm, _survey(path, reading, arm.robot.joint_names), reading.torque)
+    joints = arm.robot.joint_names
+    names = tuple(chain.from_iterable(joint_groups(path, reading.joint_states)))
+    pairs = renamed(names, joints, reading.rules)
+    return dataset_for(arm, _survey(path, reading, joints, pairs), reading.torque)
 
 
-def joints_to_read(path: Path, robot: Path | None, reading: Reading) -> tuple[str, ...]:
-    """Joints whose messages are the arm's, where others' come on the same topic; empty: all.
+def joints_to_read(
+    path: Path, robot: Path | None, reading: Reading
+) -> tuple[tuple[str, ...], Pairs]:
+    """Joints whose messages are the arm's, and joints that are named otherwise than the arm's.
+
+    Joints are empty where all messages are of one driver: all of them are read then.
 
     Args:
         path: the log.
@@ -71,18 +81,23 @@ def joints_to_read(path: Path, robot: Path | None, reading: Reading) -> tuple[st
         DataError: a log that cannot be used.
         ConfigurationError: a robot file that cannot be used, or without any of these joints.
     """
-    if robot is None:
-        return ()
+    if robot is None and not reading.rules:
+        return (), ()
     groups = joint_groups(path, reading.joint_states)
-    if len(groups) < 2:
-        return ()
+    names = tuple(chain.from_iterable(groups))
+    pairs = renamed(names, () if robot is None else all_joints(robot), reading.rules)
+    if robot is None or len(groups) < 2:
+        return (), pairs
+    as_arm = dict(pairs)
+    groups = [tuple(as_arm.get(n, n) for n in group) for group in groups]
     of_arm = arm_from_file(robot, tuple(chain.from_iterable(groups))).robot.joint_names
     most = max(groups, key=lambda group: len(set(group) & set(of_arm)))
-    return tuple(j for j in most if j in of_arm)
+    return tuple(j for j in most if j in of_arm), pairs
 
 
-def _survey(path: Path, reading: Reading, joints: tuple[str, ...]) -> LogSummary:
-    return survey(LogFile(path, reading.joint_states, reading.joint_commands, joints), str(path))
+def _survey(path: Path, reading: Reading, joints: tuple[str, ...], pairs: Pairs) -> LogSummary:
+    file = LogFile(path, reading.joint_states, reading.joint_commands, joints, pairs)
+    return survey(file, str(path))
 
 
 def dataset_for(arm: Arm, found: LogSummary, torque: TorqueSource | None = None) -> Dataset:

@@ -1,7 +1,7 @@
 """A recording of an arm, read from any ROS 2 bag with joint states: whole, or piece by piece."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -116,12 +116,14 @@ class LogFile:
         joint_commands: topic of the commanded torque; it may be missing.
         joints: the joints to take, in this order; messages without them (a gripper's) are left
             out. Empty: all.
+        renamed: joints as the messages name them, each with the name to give it.
     """
 
     path: Path
     joint_states: str = JOINT_STATES
     joint_commands: str = JOINT_COMMANDS
     joints: tuple[str, ...] = ()
+    renamed: tuple[tuple[str, str], ...] = ()
 
     def pieces(self) -> Iterator[Piece]:
         """The log from its start, piece by piece, so that memory does not grow with its length.
@@ -138,13 +140,14 @@ def read_recording(
     joint_states: str = JOINT_STATES,
     joint_commands: str = JOINT_COMMANDS,
     joints: Sequence[str] = (),
+    renamed: tuple[tuple[str, str], ...] = (),
 ) -> Recording:
     """The whole recording in a ROS 2 bag; arguments as for `LogFile`.
 
     Raises:
         DataError: no bag, no samples, no torque, or joints that do not fit.
     """
-    log = LogFile(Path(path), joint_states, joint_commands, tuple(joints))
+    log = LogFile(Path(path), joint_states, joint_commands, tuple(joints), renamed)
     states, commands, references = [], [], []
     metadata, attachments, complete = {}, {}, True
     for piece in log.pieces():
@@ -228,7 +231,13 @@ class _Pass:
     def _blocks(self, batch: Batch, topic: str) -> list[JointSeries]:
         if topic not in batch.messages or not self._is(topic, JOINT_STATE_TYPE):
             return []
-        return joint_series(batch.messages[topic], batch.log_ns[topic])
+        blocks = joint_series(batch.messages[topic], batch.log_ns[topic])
+        if not self._log.renamed:
+            return blocks
+        names = dict(self._log.renamed)
+        return [
+            replace(b, joint_names=tuple(names.get(n, n) for n in b.joint_names)) for b in blocks
+        ]
 
     def _reference(self, batch: Batch) -> ReferenceSeries | None:
         topic = JOINT_REFERENCE

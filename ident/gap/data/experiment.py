@@ -75,7 +75,7 @@ def read_experiment(
     """
     chosen = reading or Reading()
     topics = chosen.joint_states, chosen.joint_commands
-    recordings = tuple(read_recording(p, *topics, joints_to_read(p, robot, chosen)) for p in paths)
+    recordings = tuple(read_recording(p, *topics, *joints_to_read(p, robot, chosen)) for p in paths)
     return experiment(recordings, [str(p) for p in paths], robot, chosen.torque)
 
 
