@@ -21,6 +21,11 @@ _HELD = (
     *("chain", "delta", "armature", "viscous", "friction_rows", "coulomb"),
     *("gain", "limit", "zero"),
 )
+_STIFF_FRICTION = {
+    "solreffriction": "0.001 1",
+    "solimpfriction": "0.9999 0.9999 0.001 0.5 2",
+}
+"""By MuJoCo's defaults dry friction creeps: wrist joints of the WAM were off by 0.02 rad."""
 
 
 @dataclass(frozen=True)
@@ -179,6 +184,7 @@ def _add_joint(body: ElementTree.Element, link: Link, joints: _Joints, k: int) -
     joint = ElementTree.SubElement(
         body,
         "joint",
+        _STIFF_FRICTION,
         name=link.joint,
         type="slide" if link.slides else "hinge",
         axis=numbers(link.axis),
@@ -212,6 +218,7 @@ def _add_tendons(root: ElementTree.Element, model: Model, joints: _Joints) -> No
         tendon = ElementTree.SubElement(
             tendons,
             "fixed",
+            _STIFF_FRICTION,
             name=f"motor{number}",
             armature=repr(inertia),
             damping=repr(viscous),

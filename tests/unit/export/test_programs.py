@@ -15,13 +15,16 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "ident"))
 
 from test_export import crane, identified, mujoco_torque, relative, states, wam, with_zero
-from test_model_with_effects import EFFECTS, motion, plain
+from test_model_with_effects import EFFECTS, motion, plain, run_of
 
 from ident.effects.bound_effects import bound
 from ident.export.mjcf import left_out_of_mjcf, to_mjcf
 from ident.export.programs import left_out_of_c, to_c, to_python
+from ident.export.replay import replay
 from ident.export.urdf import to_urdf
 from ident.model.identified_model import Model
+from wamctl.arm.config import shipped_file
+from wamctl.arm.errors import DataError
 
 compiler = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler on this machine")
 PARTLY = {"presliding"}  # as Coulomb friction
@@ -152,3 +155,20 @@ def test_foreign_names_stay_in_comments(tmp_path: Path) -> None:
     python_of(model)
     (identifier,) = re.findall(r"^enum \{ (\w+)_joints = 7", text, flags=re.MULTILINE)
     compiled(model, identifier, tmp_path)
+
+
+def test_the_exported_arm_follows_a_recording_in_mujoco_as_the_own_simulation_does() -> None:
+    """An arm with an offset and a spring; one without the two goes elsewhere."""
+    model = replace(plain(), effects=bound((EFFECTS[0], EFFECTS[13])))
+    config = shipped_file("wam7.yaml").read_bytes()
+    recording = replace(run_of(model), attachments={"config.yaml": config})
+    found = replay(to_mjcf(model), model, recording, "log").rms()
+    bare = replay(to_mjcf(plain()), model, recording, "log").rms()
+    assert max(found["own"]) < 1e-4  # the encoders' steps
+    assert (np.array(found["mujoco"]) < 1.2 * np.array(found["own"])).all()
+    assert bare["mujoco"][3] > 50 * found["mujoco"][3]
+
+
+def test_a_recording_that_cannot_be_replayed_is_told() -> None:
+    with pytest.raises(DataError, match="log cannot be replayed: it holds no controller"):
+        replay(to_mjcf(plain()), plain(), run_of(plain()), "log")

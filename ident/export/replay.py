@@ -1,0 +1,113 @@
+"""The exported arm in MuJoCo, in closed loop along a recording's wanted motion."""
+
+import importlib
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.dynamics.compiled_chain import torques
+from ident.effects.simulated_model import simulation_of
+from ident.model.attachments import attached_config
+from ident.model.identified_model import Model
+from ident.simulation.configuration import controller_for, wire_for
+from ident.simulation.loop import Controller, run
+from wamctl.arm.config import ArmFile
+from wamctl.arm.errors import DataError
+from wamctl.arm.recording import Recording
+
+Array = NDArray[np.floating]
+
+_STEPS_PER_CYCLE = 4
+
+
+@dataclass(frozen=True)
+class Replay:
+    """Joint positions of a recording, of MuJoCo, and of `ident simulate`, each of shape (S, n).
+
+    Attributes:
+        joints: names.
+        measured, mujoco, own: [rad].
+    """
+
+    joints: tuple[str, ...]
+    measured: Array
+    mujoco: Array
+    own: Array
+
+    def rms(self) -> dict[str, list[float]]:
+        """Rms joint error of both simulations against the recording [rad], joint by joint."""
+        pairs = {"mujoco": self.mujoco, "own": self.own}
+        return {
+            name: np.sqrt(((q - self.measured) ** 2).mean(axis=0)).tolist()
+            for name, q in pairs.items()
+        }
+
+
+def replay(mjcf: str, model: Model, recording: Recording, name: str) -> Replay:
+    """Follow a recording's wanted motion with its controller, in MuJoCo and in the own simulation.
+
+    Args:
+        mjcf: the exported arm.
+        model: the same.
+        recording: with reference and configuration.
+        name: what errors call it.
+
+    Raises:
+        DataError: a recording without these, or of other joints; MuJoCo is not installed.
+    """
+    file, reference = attached_config(recording, name), recording.reference
+    joints = tuple(model.robot.joint_names)
+    if not isinstance(file, ArmFile) or reference is None:
+        raise DataError(
+            f"{name} cannot be replayed: it holds no controller or no wanted motion; take a log of"
+            " wamctl excite."
+        )
+    missing = [j for j in joints if j not in recording.joint_names]
+    if missing:
+        raise DataError(f"{name} has no joints {', '.join(missing)}, which the model has.")
+    columns = [recording.joint_names.index(j) for j in joints]
+    parts = (reference.q, reference.qd, reference.qdd)
+    wanted = [np.ascontiguousarray(part[:, columns]) for part in parts]
+    motion = wanted[0], wanted[1], wanted[2]
+    controller, wire = controller_for(file, model.robot), wire_for(file)
+    own = run(simulation_of(model), controller, wire, motion).q
+    moved = _in_mujoco(mjcf, controller, wire.period_s, motion)
+    count = min(len(recording.q), len(own))
+    return Replay(joints, recording.q[:count, columns], moved[:count], own[:count])
+
+
+def _in_mujoco(
+    mjcf: str, controller: Controller, period_s: float, wanted: tuple[Array, Array, Array]
+) -> Array:
+    """Positions that the arm reads under computed torque, one cycle late, shape (S, n)."""
+    mujoco = _mujoco()
+    arm = mujoco.MjModel.from_xml_string(mjcf)
+    arm.opt.timestep = period_s / _STEPS_PER_CYCLE
+    state, n = mujoco.MjData(arm), wanted[0].shape[1]
+    state.qpos[:] = last = wanted[0][0]
+    read, velocity = np.empty_like(wanted[0]), np.zeros(n)
+    smoothing = 1.0 - np.exp(-2 * np.pi * controller.velocity_cutoff_hz * period_s)
+    torque = _law(controller, last, velocity, velocity)
+    for k, (q, qd, qdd) in enumerate(zip(*wanted, strict=True)):
+        read[k] = state.qpos
+        velocity = velocity + smoothing * ((read[k] - last) / period_s - velocity)
+        last, state.ctrl[:n] = read[k], torque
+        correction = controller.stiffness * (q - last) + controller.damping * (qd - velocity)
+        torque = _law(controller, last, velocity, qdd + correction)
+        mujoco.mj_step(arm, state, nstep=_STEPS_PER_CYCLE)
+    return read
+
+
+def _law(controller: Controller, q: Array, qd: Array, qdd: Array) -> Array:
+    return torques(controller.chain, controller.delta, q[None], qd[None], qdd[None])[0]
+
+
+def _mujoco() -> Any:
+    try:
+        return importlib.import_module("mujoco")
+    except ImportError as error:
+        raise DataError(
+            "A replay needs MuJoCo, which is not installed: pip install 'wam-ident[mujoco]'."
+        ) from error
