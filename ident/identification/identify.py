@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from ident.estimation.feasible_sdp import nearest_to_cad
 from ident.estimation.least_squares import ESTIMATORS, wanted_estimators
@@ -19,9 +20,9 @@ from ident.identification.prediction_error import Assessment, assess
 from ident.identification.standard_errors import standard_errors
 from ident.identification.term_selection import Trial, with_needed_terms
 from ident.identification.torque_delay import Delay, delay
+from ident.identification.validation import fit_filter
 from ident.identification.velocity_threshold import Sweep, sweep
 from ident.model.arm import Arm
-from ident.model.fit_filter import Filter
 from ident.model.identified_model import BaseParameter, Model
 from ident.recordings.dataset import Dataset
 from ident.regression.progress import Tell, silent
@@ -66,6 +67,7 @@ class Identification:
         return self.evidence.arm.settings.estimator
 
 
+@threadpool_limits.wrap(limits=1)  # small matrices: more threads only wait for each other
 def identify(data: Sequence[Dataset], arm: Arm, tell: Tell = silent) -> Identification:
     """Identify an arm.
 
@@ -129,17 +131,7 @@ def model_of(found: Identification) -> Model:
         delta=delta,
         moving=evidence.moving,
         base_parameters=_table(found),
-        filter=Filter(
-            cutoff_hz=process.cutoff_hz,
-            order=process.motion.order,
-            differentiation_cutoff_hz=process.motion.cutoff_hz,
-            sign_cutoff_hz=process.sign.cutoff_hz,
-            parallel=process.columns is not None,
-            velocity_threshold_rad_s=process.threshold_rad_s,
-            reversals=KnownShapes(process.curves, evidence.reversals.shapes).for_model()
-            if process.curves
-            else (),
-        ),
+        filter=fit_filter(process, KnownShapes(process.curves, evidence.reversals.shapes)),
         noise=found.assessments[name].filtered.rms_by_joint,
         logs=tuple(log.data.name for log in evidence.logs),
     )

@@ -11,9 +11,11 @@ from ident.estimation.regression_data import RegressionData, gather
 from ident.estimation.reversal_shapes import KnownShapes
 from ident.identification.cross_validation import spread
 from ident.model.arm import TERM_NAMES, Arm
+from ident.model.fit_filter import Filter
 from ident.model.identified_model import Model
 from ident.model.named_effects import NoEffects
 from ident.recordings.dataset import Dataset
+from ident.regression.filters import Processing
 from ident.regression.squared_errors import Errors, Sums, sums
 from wamctl.arm.config import IdentificationSection
 from wamctl.arm.errors import DataError
@@ -38,6 +40,24 @@ class Prediction:
     filtered: dict[str, Errors]
     raw: dict[str, Errors]
     sd_percent: dict[str, float]
+
+
+def fit_filter(process: Processing, known: KnownShapes | None) -> Filter:
+    """What a model keeps of the filters of its fit.
+
+    Args:
+        process: the filters.
+        known: how friction turns round; None: at once.
+    """
+    return Filter(
+        cutoff_hz=process.cutoff_hz,
+        order=process.motion.order,
+        differentiation_cutoff_hz=process.motion.cutoff_hz,
+        sign_cutoff_hz=process.sign.cutoff_hz,
+        parallel=process.columns is not None,
+        velocity_threshold_rad_s=process.threshold_rad_s,
+        reversals=() if known is None or not process.curves else known.for_model(),
+    )
 
 
 def arm_of(model: Model) -> Arm:

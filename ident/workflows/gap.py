@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from ident.checks.examine import examine
 from ident.checks.remark import Grade, RefusedError, Remark
@@ -56,6 +57,7 @@ from ident.workflows.gap_json import (
     visibility_content,
     where_content,
 )
+from ident.workflows.model_errors import model_errors
 from ident.workflows.provenance import provenance
 from ident.workflows.refusal import write_refusal
 from ident.workflows.run_json import as_json, whole_folder
@@ -164,6 +166,7 @@ def gap_logs(
     return done.write(out), done.sentences
 
 
+@threadpool_limits.wrap(limits=1)  # small matrices: more threads only wait for each other
 def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Path] = ()) -> Gap:
     """Search recordings that have been read; nothing is written.
 
@@ -188,14 +191,8 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
     tell("preparing the report")
     report = _report(outcome, content)
     content["seconds"] = time.perf_counter() - start
-    model = model_with(
-        source,
-        outcome.found.rows.windows,
-        outcome.whole,
-        outcome.final.fit,
-        outcome.final.effects,
-        outcome.found.end.model.slow,
-    )
+    model = model_with(source, outcome.whole, outcome.final.fit, outcome.final.effects)
+    content["errors"] = model_errors(source, model)
     return Gap(report, model, content)
 
 

@@ -8,40 +8,38 @@ from numpy.typing import NDArray
 
 from ident.effects.bound_effects import BoundEffects
 from ident.effects.candidate import Candidate
-from ident.effects.smoothed_segment import DIRECTION_HZ, MOTION_HZ
+from ident.effects.reversal_friction import BASIS
+from ident.estimation.reversal_shapes import KnownShapes
 from ident.gap.data.experiment import Experiment
-from ident.gap.data.windows import Windows
 from ident.gap.regression.feasible_fit import FeasibleModel
 from ident.gap.regression.weighted_fit import Fit
-from ident.model.fit_filter import Filter
+from ident.identification.validation import fit_filter
 from ident.model.identified_model import BaseParameter, Model
+from ident.regression.filters import processing
 
 Array = NDArray[np.floating]
-
-_ORDER = 3
 
 
 def model_with(
     source: Experiment,
-    windows: Windows,
     fitted: FeasibleModel,
     fit: Fit,
     accepted: Sequence[Candidate],
-    slow: Array,
 ) -> Model:
     """The physically possible arm with its effects, as `model.yaml` keeps it.
 
+    Its filter is that of `ident run`, so that their errors can be compared.
+
     Args:
         source: arm and recordings.
-        windows: averaging windows of the fit.
         fitted: the physically possible parameters.
         fit: the unconstrained solution behind them.
         accepted: effects.
-        slow: speed below which each joint counts as reversing [rad/s], shape (n,).
     """
     effects = BoundEffects(tuple(zip(accepted, fitted.effects, strict=True)))
     if source.reference_model is not None:
         return replace(source.reference_model, effects=effects)
+    process = processing(source.arm, source.datasets[0])
     return Model(
         arm=source.arm.name,
         estimator="feasible",
@@ -50,14 +48,7 @@ def model_with(
         delta=fitted.standard,
         moving=source.moving,
         base_parameters=_table(fitted),
-        filter=Filter(
-            cutoff_hz=windows.cutoff_hz,
-            order=_ORDER,
-            differentiation_cutoff_hz=MOTION_HZ,
-            sign_cutoff_hz=DIRECTION_HZ[1],
-            parallel=True,
-            velocity_threshold_rad_s=float(slow[source.moving].max()),
-        ),
+        filter=fit_filter(process, KnownShapes(BASIS, fit.choice.shapes)),
         noise=_noise(source, fit),
         logs=tuple(d.name for d in source.datasets),
         effects=effects,

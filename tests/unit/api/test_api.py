@@ -7,8 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info
 
 import ident
+from ident.gap.data.experiment import of_arm
+from ident.identification.validation import arm_of
+from ident.workflows.model_errors import model_errors
 from wamctl.arm.config import find_file
 from wamctl.arm.errors import ConfigurationError, DataError
 from wamctl.arm.robot import inverse_dynamics, load_robot
@@ -48,6 +52,36 @@ def test_identification_from_arrays(fit, arrays, tmp_path) -> None:
     assert ident.load_model(tmp_path / "saved" / "model.yaml").arm == fit.model.arm
     assert len(fit.table()) == 57
     assert "<table>" in fit._repr_html_()
+
+
+def test_one_error_of_one_model_on_one_log(fit, arrays) -> None:
+    """The same from `run`, from `validate`, and from `gap` beside the model."""
+    recording = ident.Recording(**arrays)
+    of_run = fit.content["estimators"]["feasible"]
+    source = of_arm(arm_of(fit.model), None, [recording.log], [recording.name])
+    (of_gap,) = model_errors(source, fit.model)
+    assert of_gap["cutoff_hz"] == fit.content["cutoff_hz"]
+    for key in ("relative_error_percent", "mse"):
+        assert of_gap[key] == pytest.approx(of_run[key], rel=1e-9)
+    score = fit.score(recording)
+    assert score.relative_error_percent == pytest.approx(of_run["relative_error_percent"], rel=1e-9)
+    np.testing.assert_allclose(
+        score.relative_error_percent_by_joint,
+        of_run["relative_error_percent_by_joint"],
+        rtol=1e-9,
+    )
+
+
+def test_a_script_needs_no_thread_limit_of_its_own(arm, arrays) -> None:
+    threads = set()
+
+    def look(step: str, share: float | None) -> None:
+        threads.update(pool["num_threads"] for pool in threadpool_info())
+
+    before = [pool["num_threads"] for pool in threadpool_info()]
+    ident.identify(arm, ident.Recording(**arrays), progress=look)
+    assert threads == {1}
+    assert [pool["num_threads"] for pool in threadpool_info()] == before
 
 
 def test_a_urdf_is_enough(arrays) -> None:
