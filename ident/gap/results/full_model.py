@@ -48,7 +48,7 @@ def model_with(
         delta=fitted.standard,
         moving=source.moving,
         base_parameters=_table(fitted),
-        filter=fit_filter(process, KnownShapes(BASIS, fit.choice.shapes)),
+        filter=fit_filter(process, KnownShapes(BASIS, fit.structure.shapes)),
         noise=_noise(source, fit),
         logs=tuple(d.name for d in source.datasets),
         effects=effects,
