@@ -144,7 +144,7 @@ def gap_logs(
         out: folder for the results.
         reading: topics and torque to read.
         options: of the search.
-        tell: hears of the progress.
+        tell: is told the progress.
 
     Raises:
         RefusedError: nothing may be said of them; `gap.json` and the report say why.
@@ -173,7 +173,7 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
     Args:
         source: the recordings and their arm.
         options: of the search.
-        tell: hears of the progress.
+        tell: is told the progress.
         paths: files of the recordings, where there are any.
 
     Raises:

@@ -7,7 +7,11 @@ import numpy as np
 
 from ident.dynamics.compiled_chain import chain_of
 from ident.effects.candidate import Value
-from ident.gap.data.experiment import Experiment, experiment
+from ident.gap.data.experiment import Experiment, base_columns, experiment, facts_of
+from ident.gap.data.segments import segments
+from ident.gap.data.windows import windows_for
+from ident.gap.regression.current_model import CurrentFit, nominal_fit
+from ident.gap.regression.rows import WindowedRows, windowed_rows
 from ident.gap.results.outcome import SearchResult
 from ident.gap.selection.estimates import final_estimates
 from ident.gap.settings import Significance
@@ -108,3 +112,11 @@ def estimates_of(found: SearchResult) -> tuple[dict[str, Value], ...]:
 def source_of(recording: Recording) -> Experiment:
     """The recording with its arm."""
     return experiment([recording], ["log.mcap"])
+
+
+def nominal_of(source: Experiment) -> tuple[WindowedRows, CurrentFit]:
+    """Rows of the recordings, and the nominal model fitted to them."""
+    windows, facts = windows_for(source.datasets[0].rate_hz, 10.0), facts_of(source)
+    parts = segments(source.datasets, windows)
+    rows = windowed_rows(parts, windows, facts, base_columns(source))
+    return rows, nominal_fit(rows, facts)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from closed_loop import estimates_of, recorded, source_of, sticking, wam
+from closed_loop import estimates_of, nominal_of, recorded, source_of, sticking, wam
 
 from ident.dynamics.compiled_chain import torques
 from ident.effects.candidate import Candidate
@@ -68,16 +68,15 @@ def test_two_effects_of_one_joint_that_hold_beside_each_other():
     arm = wam(Term(sling, 5, (0.008, 0.7)))
     rotor = np.zeros((7, 7))
     rotor[5, 5] = 0.008
-    start = search(source_of(recorded(replace(arm, armature=rotor))), OPTIONS, lambda _: None)
-    settings = SETTINGS
-    state = SelectionState(start.rows, start.start, least_threshold(settings.thresholds), None)
-    own = [h for h in all_candidates(start.start.model.facts) if h.joints == (5,)]
-    _, scores = examine(start.rows, start.start, own, settings.scoring)
+    rows, nominal = nominal_of(source_of(recorded(replace(arm, armature=rotor))))
+    state = SelectionState(rows, nominal, least_threshold(SETTINGS.thresholds), None)
+    own = [h for h in all_candidates(nominal.model.facts) if h.joints == (5,)]
+    _, scores = examine(rows, nominal, own, SETTINGS.scoring)
     first = next(s for s in scores if s.candidate.effect == "rotor_inertia")
-    pair = try_pair(state, first, own, settings)
+    pair = try_pair(state, first, own, SETTINGS)
     assert [f.candidate.effect for f in pair] == ["rotor_inertia", "joint_spring"]
     offset = next(s for s in scores if s.candidate.effect == "torque_offset")
-    assert try_pair(state, offset, own, settings) == []
+    assert try_pair(state, offset, own, SETTINGS) == []
 
 
 def test_the_stiffness_of_a_spring_that_hardens_is_as_uncertain_as_its_form():

@@ -4,18 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from closed_loop import cord, recorded, source_of, wam
+from closed_loop import cord, nominal_of, recorded, source_of, wam
 
 from ident.gap.data.data_checks import data_faults
-from ident.gap.data.experiment import base_columns, experiment, facts_of
+from ident.gap.data.experiment import experiment
 from ident.gap.data.noise_regions import Region
-from ident.gap.data.segments import SEARCHED, segments
-from ident.gap.data.windows import windows_for
+from ident.gap.data.segments import SEARCHED
 from ident.gap.lack_of_fit.repeatability import repeated_rows
-from ident.gap.regression.current_model import nominal_fit
 from ident.gap.regression.design_matrix import build_design_matrix
 from ident.gap.regression.feasible_fit import feasible_fit
-from ident.gap.regression.rows import windowed_rows
 from ident.gap.regression.weighted_fit import joint_columns
 from ident.gap.results.error_by_term import error_by_term
 from ident.gap.results.held_out_error import before_and_after, gap_location, held_out
@@ -139,10 +136,8 @@ def test_a_motion_that_never_comes_again_has_no_repeats(plain):
         attachments={"robot.urdf": plain.attachments["robot.urdf"]},
     )
     source = source_of(once)
-    windows = windows_for(500.0, 10.0)
-    parts = segments(source.datasets, windows)
-    rows = windowed_rows(parts, windows, facts_of(source), base_columns(source))
-    design = build_design_matrix(rows, nominal_fit(rows, facts_of(source)).model, ())
+    rows, nominal = nominal_of(source)
+    design = nominal.design(rows)
     assert len(repeated_rows(source, rows, design, Repeats())[0]) == 0
 
 
@@ -206,9 +201,6 @@ def test_a_recording_in_which_joints_are_held_does_not_spoil_another(source):
     both = experiment([*source.recordings, recorded(wam(), alone=6)], ["log.mcap", "other.mcap"])
     noise = []
     for logs in (source, both):
-        windows = windows_for(logs.datasets[0].rate_hz, 10.0)
-        parts = segments(logs.datasets, windows)
-        rows = windowed_rows(parts, windows, facts_of(logs), base_columns(logs))
-        noise.append(nominal_fit(rows, facts_of(logs)).fit.sigma[:, Region.SLIDING])
+        noise.append(nominal_of(logs)[1].fit.sigma[:, Region.SLIDING])
     held = [0, 1, 2, 3, 5]  # the fifth is dragged along by the last one, in jerks
     assert (noise[1] < 1.2 * noise[0])[held].all()
