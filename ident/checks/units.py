@@ -54,8 +54,8 @@ def unit_remarks(found: Gains, names: tuple[str, ...], bounds: CheckSettings) ->
         like = f" ({joined(near).replace(' and ', ' or ')}?)" if near else ""
         text = (
             f"The torque is {abs(found.common):.3g} times what the arm's own weight asks for: it is"
-            f" in another unit{like}, ahead of the gears, or a current; give N m, or torque_unit: A"
-            " in the arm's identification section."
+            f" in another unit{like}, ahead of the gears, or a current; give joint torque in N m"
+            " (a current times torque constant and gear ratio)."
         )
         return [Remark("units", (), text, Grade.REFUSED)]
     return [*_strange(found, bounds), *_apart(found, names, bounds)]
@@ -91,7 +91,7 @@ def _apart(found: Gains, names: tuple[str, ...], bounds: CheckSettings) -> list[
     text = (
         f"The effort of {joints(places, names)} is {listed} times what the URDF's links ask for,"
         f" that of {joints(rest, names)} {others} times: it looks like a current or a motor's"
-        " torque with a factor of its own at each joint (torque_unit: A), or like a load that the"
+        " torque with a factor of its own at each joint, or like a load that the"
         " URDF lacks."
     )
     return [Remark("current_not_torque", numbers(places), text, Grade.DOUBTFUL)]
