@@ -101,10 +101,7 @@ def nearest_to_cad(problem: Problem, estimate: Estimate) -> Estimate:
 
     The squared torque of a change of beta, relative to the OLS error, stands beside the distance
     to CAD with a tiny weight: beta stays, but for a change far below its standard error, and CAD
-    decides what the data leave open.
-
-    Raises:
-        DataError: the solver gives up.
+    decides what the data leave open. Where the solver gives up, the estimate stays as it is.
     """
     if estimate.delta is None:
         return estimate
@@ -115,7 +112,10 @@ def nearest_to_cad(problem: Problem, estimate: Estimate) -> Estimate:
     P = 2 * (G.T @ G) / least_error(problem) + 2 * np.diag(_CAD_WEIGHT * known + _RIDGE)
     c = 2 * _CAD_WEIGHT * known * (estimate.delta - problem.prior) / scale
     within = inside(problem.constraints, estimate.delta, np.diag(scale))
-    found = solve(P, c, within, "The search for the model nearest to CAD")
+    try:
+        found = solve(P, c, within, "The search for the model nearest to CAD")
+    except DataError:
+        return estimate  # as feasible as before; only the part without effect is not CAD's
     delta = estimate.delta + scale * found.x
     if not holds(problem.constraints, delta):
         return estimate

@@ -3,6 +3,7 @@
 import json
 import webbrowser
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
@@ -21,10 +22,15 @@ def call(*arguments: object) -> int:
     return int(ended.value.code or 0)
 
 
-def changed(tmp_path: Path, section: str, **values: object) -> Path:
+def changed(tmp_path: Path, section: str, **values: Any) -> Path:
     """The WAM's file with some of its values changed."""
     content = yaml.safe_load(find_file("wam7.yaml").read_text(encoding="utf-8"))
     content[section] |= values
+    if "motor_torque_nm" in values:  # the file's own bound has to stay below it
+        bounds = zip(
+            content["safety"]["unaccounted_torque_nm"], values["motor_torque_nm"], strict=True
+        )
+        content["safety"]["unaccounted_torque_nm"] = [min(u, 0.9 * m) for u, m in bounds]
     for part, name in (("robot", "urdf"), ("drives", "dictionary"), ("excitation", "trajectory")):
         content[part][name] = str(find_file(content[part][name]))
     path = tmp_path / "arm.yaml"
