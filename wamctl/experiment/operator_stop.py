@@ -67,15 +67,15 @@ class StopRequest:
     def in_command(self) -> Iterator["StopRequest"]:
         """Take all signals from the start of a command to its end.
 
-        Handlers stay once the operator has asked to stop, so that a further signal cannot come
-        between the sentence and the end of the process.
+        Once the operator has asked to stop, signals are ignored to the end of the process: Python
+        takes its own handlers away while it ends, so that one more would kill it there.
         """
         before = self._take_signals()
         try:
             yield self
         finally:
-            if self._reason is None:
-                _give_back(before)
+            ignored: dict[int, object] = dict.fromkeys(before, signal.SIG_IGN)
+            _give_back(before if self._reason is None else ignored)
 
     @contextmanager
     def listening(self) -> Iterator["StopRequest"]:
