@@ -33,7 +33,7 @@ from ident.gap.settings import Options
 from ident.model.identified_model import Model
 from ident.model.model_writing import write_model
 from ident.recordings.loading import Reading
-from ident.report.gap_figures import (
+from ident.report.gap.figures import (
     effect_figures,
     left_figure,
     motion_figure,
@@ -41,9 +41,9 @@ from ident.report.gap_figures import (
     sizes_of,
     torque_figure,
 )
-from ident.report.gap_page import gap_page
-from ident.report.gap_report import GapReport
-from ident.report.gap_words import verdict_sentences
+from ident.report.gap.page import gap_page
+from ident.report.gap.report import GapReport
+from ident.report.gap.words import verdict_sentences
 from ident.report.page import render
 from ident.report.words import joint_labels
 from ident.workflows.gap_json import (

@@ -7,7 +7,7 @@ import pytest
 
 from ident.report.charts import Curve, Panel, line_chart
 from ident.report.design_page import DesignReport
-from ident.report.gap_report import GapReport
+from ident.report.gap.report import GapReport
 from ident.report.page import Column, Figure, Table
 from ident.report.run_curves import FrictionCurve
 from ident.report.run_page import RunReport

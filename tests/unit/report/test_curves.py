@@ -8,7 +8,7 @@ import pytest
 
 from ident.gap.data.noise_regions import Region
 from ident.identification.standard_errors import QUANTILE_90
-from ident.report.effect_curve import OWN_TORQUE, EffectCurve, effect_curve
+from ident.report.gap.effect_curve import OWN_TORQUE, EffectCurve, effect_curve
 from ident.report.run_curves import correlation, friction_curves
 
 ROWS = 4000

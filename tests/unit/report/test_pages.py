@@ -15,9 +15,9 @@ import pytest
 from ident.report.charts import row_chart
 from ident.report.compare_page import Comparison, compare_page
 from ident.report.design_page import DesignReport, design_page, used_share
-from ident.report.gap_page import gap_page
-from ident.report.gap_report import GapReport
-from ident.report.gap_words import verdict_sentences
+from ident.report.gap.page import gap_page
+from ident.report.gap.report import GapReport
+from ident.report.gap.words import verdict_sentences
 from ident.report.page import Column, Figure, Page, Section, Table, Verdict, render
 from ident.report.run_page import RunReport, run_page
 from ident.report.style import AFTER

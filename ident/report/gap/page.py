@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from ident.report.charts import row_chart
-from ident.report.gap_report import GapReport
-from ident.report.gap_words import evidence_text, steps_text, verdict_sentences
+from ident.report.gap.report import GapReport
+from ident.report.gap.words import evidence_text, steps_text, verdict_sentences
 from ident.report.page import (
     Block,
     Column,

@@ -5,7 +5,7 @@ from typing import Any
 
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import ExperimentMotion
-from ident.report.gap_report import GapReport
+from ident.report.gap.report import GapReport
 from ident.report.page import Step
 from ident.report.words import closed_text, kinds_text, known, listed, number, share
 

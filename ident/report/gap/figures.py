@@ -12,7 +12,7 @@ from ident.gap.results.held_out_error import BeforeAfter
 from ident.gap.results.outcome import SearchResult
 from ident.gap.selection.candidates import all_candidates
 from ident.report.charts import Chart, Curve, Panel, kept_samples, line_chart, map_chart, spans_of
-from ident.report.effect_curve import OWN_TORQUE, EffectCurve, effect_curve, motion_of
+from ident.report.gap.effect_curve import OWN_TORQUE, EffectCurve, effect_curve, motion_of
 from ident.report.page import Block, Column, Figure, Table
 from ident.report.style import BLUE, MEASURED, ORANGE, WITH, WITHOUT, Sign
 from ident.report.words import number
