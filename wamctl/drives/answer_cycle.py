@@ -144,7 +144,7 @@ class AnswerCycle:
         if frame.is_error_frame and frame.arbitration_id & _BUS_OFF:
             raise BusStopError(f"bus {self._channel} went bus-off")
         if self._reader.is_own(frame):
-            if frame.is_rx and not self._channel.may_echo:
+            if not self._channel.may_echo:
                 raise BusStopError(
                     f"another program commands the drives on bus {self._channel}: it sent frame "
                     f"{frame.arbitration_id:#05x}"

@@ -85,7 +85,8 @@ class Speaking:
 
     def __exit__(self, *_):
         self._task.stop()
-        self._task.thread.join()
+        if hasattr(self._task, "thread"):  # the kernel sends by itself
+            self._task.thread.join()
 
 
 def test_an_arm_that_is_moved_while_the_operator_is_asked_is_refused(serve_arms):
