@@ -1,4 +1,4 @@
-"""Play in the transmission."""
+"""Backlash in the transmission."""
 
 from typing import NamedTuple
 
@@ -33,6 +33,9 @@ class Backlash(Effect[_Play]):
         "torque, not the speed, changes its sign"
     )
     rivals = ("presliding", "encoder_offset")
+    intervention = (
+        "clamp the link, and turn the motor by hand from one end of the backlash to the other"
+    )
     experiment = "torque that changes sign without a change of speed, as through a gravity crossing"
     motion = ExperimentMotion.SLOW_REVERSALS
     band_limited = True

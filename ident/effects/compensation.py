@@ -12,7 +12,7 @@ from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
 from ident.effects.observation import ArmFacts
 from ident.effects.observing import CurrentModel, observed, on_links
-from ident.effects.reversal_friction import USUAL, MaxwellSlipMixture, reversal_speed
+from ident.effects.reversal_friction import MaxwellSlipMixture, reversal_speed, shapes_of
 from ident.effects.smoothed_segment import SmoothedSegment, smoothed
 from ident.model.identified_model import Model
 from ident.recordings.dataset import Dataset, Segment, in_memory
@@ -57,10 +57,11 @@ def _present(
         data.samples / data.rate_hz,
         commanded=data.torque == "commanded",
     )
-    slow = np.full(n, reversal_speed(MaxwellSlipMixture(USUAL).width))
+    shapes = shapes_of(model.filter.reversals, n)
+    slow = np.array([reversal_speed(MaxwellSlipMixture(parts).width) for parts in shapes])
     viscous, coulomb = model.parameter("fv"), model.parameter("fc")
     carried = on_links([h for h, _ in effects], [values for _, values in effects])
-    return CurrentModel(facts, viscous, coulomb, np.tile(USUAL, (n, 1)), slow, carried)
+    return CurrentModel(facts, viscous, coulomb, shapes, slow, carried)
 
 
 def _cleaned(

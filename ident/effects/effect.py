@@ -61,6 +61,7 @@ class Effect(ABC, Generic[P]):
         signature: what it looks like in the residual.
         experiment: motion that tells it from its rivals.
         motion: the same as a motion of the library.
+        intervention: what the operator may do to the arm where no motion tells it from its rivals.
         rivals: ids of effects that look alike.
         contains: ids of effects that are special cases of it.
         linear: the numbers that multiply its columns, where they are always the same.
@@ -76,7 +77,9 @@ class Effect(ABC, Generic[P]):
         scales_torque: it is what a wrong sign or unit of the recorded torque looks like.
         linear_in_coefficients: else its columns are formed about some, see `linearised_at`.
         has_memory: its torque depends on the motion before, so that one sample does not tell it.
+        usual_term: a term that models of arms usually hold, or hold on demand.
         same_number: a coefficient and a nonlinear parameter that are one number.
+        taken_for_granted: what its size rests on that these data cannot test, in a sentence.
     """
 
     id: ClassVar[str]
@@ -86,6 +89,9 @@ class Effect(ABC, Generic[P]):
     signature: ClassVar[str]
     experiment: ClassVar[str]
     motion: ClassVar[ExperimentMotion] = ExperimentMotion.REPEATED_EXCITATION
+    intervention: ClassVar[str] = (
+        "hang a known mass on the tool, record the same motion again, and investigate that log"
+    )
     rivals: ClassVar[tuple[str, ...]] = ()
     contains: ClassVar[tuple[str, ...]] = ()
     linear: ClassVar[tuple[Coefficient, ...]] = ()
@@ -100,7 +106,9 @@ class Effect(ABC, Generic[P]):
     scales_torque: ClassVar[bool] = False
     linear_in_coefficients: ClassVar[bool] = True
     has_memory: ClassVar[bool] = False
+    usual_term: ClassVar[bool] = False
     same_number: ClassVar[tuple[str, str] | None] = None
+    taken_for_granted: ClassVar[str] = ""
 
     @abstractmethod
     def candidates(self, arm: ArmFacts) -> list[Candidate[P]]:
@@ -129,14 +137,15 @@ class Effect(ABC, Generic[P]):
         return candidate
 
     def is_plausible(
-        self, candidate: Candidate[P], values: Array, viscous: float, tuned: bool
+        self, candidate: Candidate[P], values: Array, friction: tuple[float, float], tuned: bool
     ) -> bool:
         """Whether an effect with these coefficients can be meant.
 
         Args:
             candidate: the effect.
             values: its coefficients, shape (k,).
-            viscous: viscous friction of its first joint in the same fit [N m s/rad].
+            friction: viscous [N m s/rad] and Coulomb [N m] friction of its first joint in the
+                same fit.
             tuned: whether its nonlinear parameters have been refined, or are still of the grid.
         """
         return True

@@ -17,6 +17,9 @@ class EncoderOffset(Effect):
     source = "the torque of (1), differentiated by q_j"
     signature = "gravity of this joint and all below it, as if the pose were another"
     rivals = ("gravity_tilt", "joint_spring")
+    intervention = (
+        "find the zero again with the arm in its home pose, and record the same motion again"
+    )
     experiment = "all joints over their whole range; better, a kinematic calibration"
     motion = ExperimentMotion.WIDE_SWEEP
     acts_on_link = True

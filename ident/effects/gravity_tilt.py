@@ -39,6 +39,7 @@ class GravityTilt(Effect[_Tilt]):
         "gravity torque where a level base has none: at joint 1, as sin and cos of its angle"
     )
     rivals = ("encoder_offset", "torque_offset")
+    intervention = "put the base on a wedge of a known angle and record the same motion again"
     experiment = "turn joint 1 through more than 180 degrees with the arm stretched out level"
     motion = ExperimentMotion.STRETCHED_SWEEP
     acts_on_link = True

@@ -32,6 +32,7 @@ class JointElasticity(Effect[_Spring]):
     source = "Spong 1987, eq. (6)"
     signature = "gravity and inertia as if the pose were another, in step with the joint's own load"
     rivals = ("encoder_offset", "torque_delay", "rotor_inertia")
+    intervention = "clamp the link, and let the motor push against it with a known torque"
     experiment = "a chirp up to 50 Hz; an encoder on the joint's side"
     motion = ExperimentMotion.FAST_REVERSALS
     band_limited = True

@@ -59,10 +59,14 @@ class NonlinearViscous(Effect[_Power]):
         return (Coefficient("drag", f"N m (s/rad)^{power:g}", lower=lower),)
 
     def is_plausible(
-        self, candidate: Candidate[_Power], values: Array, viscous: float, tuned: bool
+        self,
+        candidate: Candidate[_Power],
+        values: Array,
+        friction: tuple[float, float],
+        tuned: bool,
     ) -> bool:
         """Not if friction falls with speed from rest on: that, too, would be Stribeck friction."""
-        return viscous >= -_NEGATIVE * abs(float(values[0]))
+        return friction[0] >= -_NEGATIVE * abs(float(values[0]))
 
     def columns(self, seen: Observed, candidate: Candidate[_Power]) -> Array:
         """A power of the speed, with its sign."""

@@ -4,34 +4,14 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from ident.effects.bristle import stretch
 from ident.effects.candidate import Candidate, Coefficient, NonlinearParameter
 from ident.effects.effect import Array, Effect, ExperimentMotion
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
 _FORMS = ("dahl", "slip")
-
-
-@njit(cache=True)
-def stretch(q, distance, slips):
-    """State of a bristle that follows q [rad], shape (S,), in parts of its breaking stretch.
-
-    Args:
-        q: joint position, shape (S,).
-        distance: over which it stretches [rad].
-        slips: True: linear, then slips (Maxwell); False: ever slower (Dahl, LuGre).
-    """
-    z = np.zeros(q.size)
-    for i in range(1, q.size):
-        dx = q[i] - q[i - 1]
-        if slips:
-            z[i] = min(1.0, max(-1.0, z[i - 1] + dx / distance))
-        else:
-            ahead = 1.0 if dx >= 0.0 else -1.0
-            z[i] = ahead * (1.0 - (1.0 - ahead * z[i - 1]) * np.exp(-abs(dx) / distance))
-    return z
 
 
 class _Bristle(NamedTuple):
@@ -69,7 +49,7 @@ class Presliding(Effect[_Bristle]):
 
     def columns(self, seen: Observed, candidate: Candidate[_Bristle]) -> Array:
         """The bristle's state along the measured path."""
-        q = np.ascontiguousarray(seen.q[:, candidate.joints[0]])
+        q = seen.q[:, candidate.joints[0]]
         slips = candidate.variant == "slip"
         return stretch(q, candidate.parameters.distance, slips)[:, None, None]
 

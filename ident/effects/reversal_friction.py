@@ -6,14 +6,16 @@ curve of the distance since the reversal a mixture of elements that stretch and 
 curves that never quite end: as wide ramps could be any drag that rises ever slower, there are none.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.optimize
 from numpy.typing import NDArray
 
-from ident.effects.presliding import stretch
+from ident.effects.bristle import stretch
 from ident.effects.smoothed_segment import DIRECTION_HZ
+from ident.model.fit_filter import ReversalPart
 
 Array = NDArray[np.floating]
 
@@ -48,7 +50,7 @@ class SmoothedSign:
             speeds: its velocity by each cut-off [rad/s], shape (C, S).
         """
         if self.cutoff is None:
-            return stretch(np.ascontiguousarray(q), self.scale, True)
+            return stretch(q, self.scale, True)
         return self.along(speeds[self.cutoff])
 
     def along(self, speed: Array) -> Array:
@@ -76,6 +78,29 @@ BASIS = (
 
 USUAL = np.array([float(t == SmoothedSign(_USUAL_WIDTH, 1)) for t in BASIS])
 """Where the choice begins."""
+
+
+def curve_of(part: ReversalPart) -> SmoothedSign:
+    """The curve of a part that a model keeps."""
+    if part.cutoff_hz is None:
+        return SmoothedSign(part.scale, None)
+    nearest = int(np.abs(np.array(DIRECTION_HZ) - part.cutoff_hz).argmin())
+    return SmoothedSign(part.scale, nearest, part.tailed)
+
+
+def shapes_of(reversals: Sequence[Sequence[ReversalPart]], n: int) -> Array:
+    """Parts of the curves in `BASIS` that a model keeps, shape (n, T).
+
+    Args:
+        reversals: of each joint; where there are none, friction turns round in the usual way.
+        n: number of joints.
+    """
+    shapes = np.zeros((n, len(BASIS)))
+    for row, joint in zip(shapes, reversals, strict=False):
+        for part in joint:
+            curve = curve_of(part)
+            row += part.part * np.array([curve == other for other in BASIS])
+    return np.array([row / row.sum() if row.any() else USUAL for row in shapes])
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ class RotorInertia(Effect):
     motion = ExperimentMotion.FAST_REVERSALS
     form_uncertainty = FormUncertainty.NONE
     band_limited = True
+    usual_term = True
     linear = (Coefficient("inertia", "kg m^2", lower=0.0),)
 
     def candidates(self, arm: ArmFacts) -> list[Candidate]:

@@ -25,6 +25,7 @@ def _viscous(t, q, qd, load, joint, settings, resistance, level):
 _COULOMB = Coefficient("coulomb_change", "N m")
 _VISCOUS = Coefficient("viscous_change", "N m s/rad")
 _FORMS = {"coulomb": (_COULOMB,), "viscous": (_VISCOUS,), "both": (_COULOMB, _VISCOUS)}
+_SHORTEST_S = 30.0
 
 
 class _Warming(NamedTuple):
@@ -49,6 +50,7 @@ class ThermalDrift(Effect[_Warming]):
     source = "Bittencourt, Axelsson 2014, eq. (4), as a first-order warm-up"
     signature = "the same motion needs another torque later in the run"
     rivals = ("load_dependent_friction",)
+    intervention = "warm the arm up for half an hour and record the same motion again"
     experiment = "repeat one motion at the start, in the middle, and at the end of a long run"
     form_uncertainty = FormUncertainty.TIME
     depends_on = ("direction",)
@@ -59,7 +61,13 @@ class ThermalDrift(Effect[_Warming]):
     )
 
     def candidates(self, arm: ArmFacts) -> list[Candidate[_Warming]]:
-        """One for each joint and time constant: Coulomb or viscous friction, or both."""
+        """One for each joint and time constant: Coulomb or viscous friction, or both.
+
+        None in short recordings: drives warm up over minutes, and in a few reversals time and
+        motion are the same.
+        """
+        if arm.duration_s < _SHORTEST_S:
+            return []
         return [
             self.at((j,), _Warming(constant, arm.duration_s), form)
             for j in arm.moving_joints
@@ -71,6 +79,17 @@ class ThermalDrift(Effect[_Warming]):
     def coefficients(self, parameters: _Warming, variant: str) -> tuple[Coefficient, ...]:
         """The change of one of them, or of both."""
         return _FORMS[variant]
+
+    def is_plausible(
+        self,
+        candidate: Candidate[_Warming],
+        values: Array,
+        friction: tuple[float, float],
+        tuned: bool,
+    ) -> bool:
+        """Dry friction brakes from the start of the run to its end."""
+        change = float(values[0]) if candidate.variant != "viscous" else 0.0
+        return friction[1] >= 0.0 and friction[1] + change >= 0.0
 
     def columns(self, seen: Observed, candidate: Candidate[_Warming]) -> Array:
         """Direction, and speed, growing with time."""

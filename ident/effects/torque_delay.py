@@ -32,6 +32,7 @@ class TorqueDelay(Effect[_Delay]):
     )
     signature = "in proportion to the rate of change of the torque"
     rivals = ("rotor_inertia", "joint_elasticity")
+    intervention = "clamp the link, and record the answer to small steps of torque"
     experiment = "fast torque changes: a chirp, or motion with many reversals"
     motion = ExperimentMotion.FAST_REVERSALS
     depends_on = ("torque",)

@@ -28,6 +28,7 @@ class TorqueOffset(Effect):
     motion = ExperimentMotion.WIDE_SWEEP
     form_uncertainty = FormUncertainty.NONE
     band_limited = True
+    usual_term = True
     linear = (Coefficient("offset", "N m"),)
 
     def candidates(self, arm: ArmFacts) -> list[Candidate]:

@@ -58,7 +58,11 @@ class TorqueSaturation(Effect[_Limit]):
         return (beyond * (0.0 if often else 1.0))[:, None, None]
 
     def is_plausible(
-        self, candidate: Candidate[_Limit], values: Array, viscous: float, tuned: bool
+        self,
+        candidate: Candidate[_Limit],
+        values: Array,
+        friction: tuple[float, float],
+        tuned: bool,
     ) -> bool:
         """Once the limit is tuned, all that is beyond it is cut off, within a tenth."""
         return not tuned or abs(float(values[0]) - 1.0) < _NOT_ALL

@@ -1,10 +1,11 @@
 """The search for missing effects, from recordings to a verdict: all stages in order.
 
 Nominal model, then forward selection with thresholds from effect-free data, then backward
-elimination, then a test for lack of fit. Each stage takes a state and returns the next one.
+elimination, a test for lack of fit, and the question which effects are sure. Each stage takes a
+state and returns the next one.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from ident.effects.events import CONTACT
@@ -14,6 +15,10 @@ from ident.gap.data.reference_model import reference_torque
 from ident.gap.data.segments import segments
 from ident.gap.data.windows import windows_for
 from ident.gap.lack_of_fit.repeatability import sliding_noise
+from ident.gap.naming.certainty import Suspected, set_apart, sure_in_the_end
+from ident.gap.naming.terms_on_demand import terms_on_demand
+from ident.gap.nulls.null_distribution import calibrated
+from ident.gap.options import Options
 from ident.gap.regression.current_model import CurrentFit, nominal_fit
 from ident.gap.regression.rows import WindowedRows, windowed_rows
 from ident.gap.results.outcome import SearchResult
@@ -33,11 +38,9 @@ from ident.gap.selection.backward_elimination import (
     keep_significant,
 )
 from ident.gap.selection.candidates import all_candidates
-from ident.gap.selection.null_distribution import calibrated
 from ident.gap.selection.significance import has_defining_coefficient
 from ident.gap.selection.state import SelectionState
 from ident.gap.selection.thresholds import least_threshold
-from ident.gap.settings import Options
 from ident.gap.transients.detect import with_affected_joints
 from ident.gap.transients.exclude import Excluded, exclude_transients, still_stand_out
 
@@ -56,7 +59,7 @@ def search(source: Experiment, options: Options, tell: Tell) -> SearchResult:
     tell("checking the data")
     faults = data_faults(source, settings.data_checks)
     tell("fitting the nominal model")
-    rows = _rows(source, options)
+    rows = rows_of(source, options)
     nominal = nominal_fit(rows, facts_of(source))
     noise = sliding_noise(source, rows, nominal, settings.repeats, settings.lack_of_fit)
     least = least_threshold(settings.thresholds, source.reference_model is not None)
@@ -77,12 +80,40 @@ def search(source: Experiment, options: Options, tell: Tell) -> SearchResult:
     unclosed = 0.0
     if not transients:
         unclosed = unclosed_fraction(noise, nominal, end, state.accepted, settings.repeats)
-    verdict = decide(faults, state.accepted, transients, unexplained, settings, unclosed)
     first, last = state.scores[0], state.scores[-1]
+    tell("asking which effects are sure")
+    state, suspected = set_apart(source, state, settings)
+    state, suspected = _in_model_or_not(source, state, suspected, options)
+    if suspected:
+        state, suspected = sure_in_the_end(source, state, suspected, settings)
+        end = state.current
+    doubtful = {s.effect.place for s in suspected}
+    named = [a for a in state.accepted if a.place not in doubtful]
+    verdict = decide(faults, named, transients, unexplained, settings, unclosed, suspected)
     return SearchResult(source, options, rows, nominal, end, first, last, state.threshold, verdict)
 
 
-def _rows(source: Experiment, options: Options) -> WindowedRows:
+def _in_model_or_not(
+    source: Experiment, state: SelectionState, suspected: Sequence[Suspected], options: Options
+) -> tuple[SelectionState, tuple[Suspected, ...]]:
+    """The model's effects, and what is suspected, with the terms on demand beside them.
+
+    A term that was set apart beside a wrong effect, and is sure without it, is named after all.
+    """
+    if options.with_suspected:
+        return state, tuple(replace(s, in_model=True) for s in suspected)
+    if not options.terms_on_demand:
+        return state, tuple(suspected)
+    terms = terms_on_demand(source, state, options.settings)
+    places = {s.effect.place for s in suspected}
+    sure = [t for t in terms if t.is_sure and t.effect.place in places]
+    state = state.with_only([*state.accepted, *(t.effect for t in sure)])
+    asked_again = {t.effect.place for t in terms}
+    others = [s for s in suspected if s.effect.place not in asked_again]
+    return state, (*(t for t in terms if t not in sure), *others)
+
+
+def rows_of(source: Experiment, options: Options) -> WindowedRows:
     """Windowed torque and nominal columns of all recordings."""
     rate = source.datasets[0].rate_hz
     highest = options.settings.scoring.max_cutoff_share * rate

@@ -4,26 +4,18 @@ Grids that are searched and tolerances of pure numerics stay where they are used
 README of this folder is written from this file by `python -m ident.gap.settings`.
 """
 
-from dataclasses import dataclass, field
-from typing import Any
-
-from pydantic import BaseModel, ConfigDict, Field
-
-
-class _Section(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
+from ident.gap.setting_fields import Section as _Section
+from ident.gap.setting_fields import count as _count
+from ident.gap.setting_fields import positive as _positive
+from ident.gap.setting_fields import share as _share
 
 
-def _positive(value: float, description: str) -> Any:
-    return Field(default=value, gt=0.0, allow_inf_nan=False, description=description)
+class LongLogs(_Section):
+    """Long logs are searched by stretches, so that memory does not grow with their length."""
 
-
-def _share(value: float, description: str) -> Any:
-    return Field(default=value, ge=0.0, le=1.0, description=description)
-
-
-def _count(value: int, description: str) -> Any:
-    return Field(default=value, ge=1, description=description)
+    most_s: float = _positive(150.0, "Longest log that is searched whole [s]: 7 periods of 20 s.")
+    stretch_s: float = _positive(40.0, "Length of a longer one's stretch [s]: two such periods.")
+    count: int = _count(3, "Stretches of all logs together [1]: one for each fold.")
 
 
 class DataChecks(_Section):
@@ -45,12 +37,6 @@ class DataChecks(_Section):
     )
     skipped_step: float = _positive(
         1.75, "A step above this multiple of the expected one skips a sample [1]: near two."
-    )
-    gap_periods: float = _positive(
-        1.5, "Stamps further apart than this many periods leave a hole [1]: half-way to two."
-    )
-    catch_up_samples: int = _count(
-        4, "A late sample may be made up for within this many samples [1]: scheduling jitter."
     )
     clear_correlation: float = _share(
         0.7, "Correlation of torque and CAD model from which sign and scale are judged [1]."
@@ -190,6 +176,11 @@ class Rivals(_Section):
     form_gain: float = _positive(
         0.05, "Forms of one effect within this difference widen its interval [nats per sample]."
     )
+    constant_share: float = _share(
+        0.75,
+        "Share of its gain at which an effect that changes with time yields to one that does not"
+        " [1]: without repeats, time and motion are hard to tell apart.",
+    )
     tuned_share: float = _share(
         0.75, "Share of the leader's gain from which a rival's settings are tuned too [1]."
     )
@@ -280,6 +271,25 @@ class Repeats(_Section):
     )
 
 
+class Naming(_Section):
+    """What an effect in the final fit needs beside its gain to be named, not only suspected."""
+
+    z: float = _positive(
+        3.0, "Standard errors of its size beside all others [1]: 0.3 % of a normal distribution."
+    )
+    min_friction_share: float = _share(
+        0.01,
+        "Its largest torque, as a share of the joint's Coulomb friction [1]. Less is told by no"
+        " model of friction for sure, unless next to nothing is left.",
+    )
+    min_residual_share: float = _share(
+        0.25, "Rms torque that it explains, as a share of the residual [1]: enough instead."
+    )
+    leaning_share: float = _share(
+        0.05, "Change of a value from which it leans on an effect without which it is fitted [1]."
+    )
+
+
 class Verdict(_Section):
     """When names are not the whole answer."""
 
@@ -297,6 +307,7 @@ class Verdict(_Section):
 class GapSettings(_Section):
     """All of them, by stage."""
 
+    long_logs: LongLogs = LongLogs()
     data_checks: DataChecks = DataChecks()
     scoring: Scoring = Scoring()
     thresholds: Thresholds = Thresholds()
@@ -307,6 +318,7 @@ class GapSettings(_Section):
     transients: Transients = Transients()
     lack_of_fit: LackOfFit = LackOfFit()
     repeats: Repeats = Repeats()
+    naming: Naming = Naming()
     verdict: Verdict = Verdict()
 
     def table(self) -> str:
@@ -318,28 +330,6 @@ class GapSettings(_Section):
                 value = f"{getattr(section, key):g}"
                 lines.append(f"| `{name}.{key}` | {value} | {info.description} |")
         return "\n".join(lines)
-
-
-@dataclass(frozen=True)
-class Options:
-    """How one search is done.
-
-    Attributes:
-        null_runs: number of effect-free simulations behind the thresholds.
-        cutoff_hz: cut-off of the windows [Hz]; lower where the sampling rate is low.
-        seed: of everything that is drawn at random.
-        settings: numbers that decide the verdict.
-    """
-
-    null_runs: int = 4
-    cutoff_hz: float = 10.0
-    seed: int = 0
-    settings: GapSettings = field(default_factory=GapSettings)
-
-    def content(self) -> dict[str, Any]:
-        """What `gap.json` says about the search."""
-        numbers = {"null_runs": self.null_runs, "cutoff_hz": self.cutoff_hz, "seed": self.seed}
-        return numbers | self.settings.model_dump()
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Faults of the data: lost, repeated or skipped samples, torque of the wrong sign or unit."""
+"""Faults of the data that nothing mends: skipped samples, torque of the wrong sign or unit."""
 
 from dataclasses import dataclass
 
@@ -10,11 +10,11 @@ from ident.effects.catalogue import torque_scale_effect
 from ident.effects.events import DROPPED_SAMPLES
 from ident.gap.data.experiment import Experiment
 from ident.gap.settings import DataChecks
-from wamctl.arm.recording import Recording
 from wamctl.arm.robot import cad_parameters
 
 Array = NDArray[np.floating]
 
+_FEWEST = 8  # steps of a stretch that is judged
 _ROUNDING = 1e-9  # rad: two motors' counts that cancel leave no more
 _MODEL_RATE_HZ = 20.0  # the CAD model is compared at this rate
 _INDEPENDENT = 40.0  # rows at that rate that count as one, since power is correlated
@@ -40,11 +40,15 @@ class Fault:
 
 
 def data_faults(source: Experiment, checks: DataChecks) -> list[Fault]:
-    """All faults of some recordings."""
+    """Faults of some recordings that are left once the checks have mended what can be mended.
+
+    Holes are cut out and repeated samples replaced before (`ident.checks`), and signs and units of
+    all joints are turned; what is left here makes every effect doubtful.
+    """
     found = []
-    for recording, data in zip(source.recordings, source.datasets, strict=True):
-        found += _stamps(recording, data.name, checks)
-        found += _samples(recording, data.name, checks)
+    for data in source.datasets:
+        for segment in data.segments:
+            found += _samples(segment.q[:, source.moving], data.name, checks)
     return found + _channels(source, checks)
 
 
@@ -52,31 +56,11 @@ def _few(count: int, steps: int, checks: DataChecks) -> bool:
     return count < max(checks.min_fault_count, checks.min_fault_share * steps)
 
 
-def _stamps(recording: Recording, name: str, checks: DataChecks) -> list[Fault]:
-    """Time stamps that repeat or leave holes."""
-    steps = np.diff(recording.stamp_ns)
-    period = float(np.median(steps))
-    repeated = int((steps <= 0).sum())
-    lost = _lost(steps, period, checks)
-    if _few(lost + repeated, len(steps), checks):
-        return []
-    text = f"{name}: {lost} samples are missing by their stamps, and {repeated} stamps repeat."
-    return [Fault(DROPPED_SAMPLES.id, (), text, lost + repeated)]
-
-
-def _lost(steps: NDArray[np.int64], period: float, checks: DataChecks) -> int:
-    """Number of missing samples; a late sample followed by short steps is not missing."""
-    lost, end = 0, 0
-    for i in np.flatnonzero(steps > checks.gap_periods * period):
-        if i >= end:
-            end = i + checks.catch_up_samples
-            lost += max(round(float(steps[i:end].sum()) / period) - len(steps[i:end]), 0)
-    return lost
-
-
-def _samples(recording: Recording, name: str, checks: DataChecks) -> list[Fault]:
+def _samples(q: Array, name: str, checks: DataChecks) -> list[Fault]:
     """Positions that repeat, or move by two samples' distance, on all joints at once."""
-    step = np.diff(recording.q, axis=0)
+    step = np.diff(q, axis=0)
+    if len(step) < _FEWEST:
+        return []
     before, after = step[:-4], step[4:]
     expected = 0.25 * (before + step[1:-3] + step[3:-1] + after)
     here = step[2:-2]
@@ -165,7 +149,7 @@ def _scale(scales: list[float], checks: DataChecks) -> list[Fault]:
     if checks.min_torque_scale < scale < checks.max_torque_scale:
         return []
     text = (
-        f"The torque is {scale:.3g} times what the arm's own weight asks for: its unit is"
+        f"The torque is {scale:.3g} times what the arm's own weight requires: its unit is"
         " wrong; give joint torque in N m."
     )
     return [Fault(torque_scale_effect().id, (), text, scale)]

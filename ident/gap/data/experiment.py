@@ -7,11 +7,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.checks.remark import Remark
 from ident.dynamics.base_parameters import base_map
 from ident.dynamics.compiled_chain import chain_of
 from ident.dynamics.parameters import Terms
 from ident.effects.observation import ArmFacts
 from ident.estimation.regression_data import posture
+from ident.gap.data.stretches import stretch_remarks, stretches
+from ident.gap.settings import LongLogs
 from ident.model.arm import Arm
 from ident.model.attachments import attached_config
 from ident.model.identified_model import Model
@@ -21,7 +24,7 @@ from ident.simulation.configuration import controller_for, wire_for
 from ident.simulation.loop import Controller, Wire
 from wamctl.arm.config import ArmFile, RobotFile, load_robot_file
 from wamctl.arm.errors import DataError
-from wamctl.arm.recording import Recording, read_recording
+from wamctl.arm.recording import LogFile, Recording
 from wamctl.arm.robot import cad_parameters
 
 Array = NDArray[np.floating]
@@ -38,6 +41,7 @@ class Experiment:
         datasets: the same, uniform, joints in the robot's order.
         reference_model: model from earlier recordings, against which changes are searched; None:
             the links are fitted to these recordings.
+        remarks: what was left out of long logs.
     """
 
     arm: Arm
@@ -45,6 +49,7 @@ class Experiment:
     recordings: tuple[Recording, ...]
     datasets: tuple[Dataset, ...]
     reference_model: Model | None = None
+    remarks: tuple[Remark, ...] = ()
 
     @property
     def moving(self) -> NDArray[np.bool_]:
@@ -60,7 +65,10 @@ class Experiment:
 
 
 def read_experiment(
-    paths: Sequence[Path], robot: Path | None = None, reading: Reading | None = None
+    paths: Sequence[Path],
+    robot: Path | None = None,
+    reading: Reading | None = None,
+    long_logs: LongLogs | None = None,
 ) -> Experiment:
     """The recordings of some logs.
 
@@ -68,15 +76,24 @@ def read_experiment(
         paths: the logs.
         robot: file that describes the arm; None: the one attached to the logs.
         reading: topics and torque to read.
+        long_logs: how long logs are cut into stretches.
 
     Raises:
         DataError: a log that cannot be used, or logs of different arms.
         ConfigurationError: a robot file that cannot be used.
     """
-    chosen = reading or Reading()
+    chosen, bounds = reading or Reading(), long_logs or LongLogs()
     topics = chosen.joint_states, chosen.joint_commands
-    recordings = tuple(read_recording(p, *topics, *joints_to_read(p, robot, chosen)) for p in paths)
-    return experiment(recordings, [str(p) for p in paths], robot, chosen.torque)
+    named = [
+        part
+        for p in paths
+        for part in stretches(
+            LogFile(p, *topics, *joints_to_read(p, robot, chosen)), len(paths), bounds
+        )
+    ]
+    found = experiment([r for _, r in named], [n for n, _ in named], robot, chosen.torque)
+    remarks = stretch_remarks([n for n, _ in named], [str(p) for p in paths], bounds)
+    return replace(found, remarks=remarks)
 
 
 def experiment(

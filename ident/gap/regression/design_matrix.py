@@ -57,9 +57,9 @@ class DesignMatrix:
         """The model with all accepted effects."""
         return ModelStructure(shapes, self.index[: self.accepted])
 
-    def with_folds(self, fold: NDArray[np.int64]) -> "DesignMatrix":
-        """The same rows divided into other folds, shape (R,)."""
-        products = [self._products(j, layout, fold) for j, layout in enumerate(self.layouts)]
+    def with_folds(self, fold: NDArray[np.int64], count: int = FOLDS) -> "DesignMatrix":
+        """The same rows divided into some number of other folds, shape (R,)."""
+        products = [self._products(j, layout, fold, count) for j, layout in enumerate(self.layouts)]
         equations = replace(
             self.equations,
             products=tuple(p for p, _ in products),
@@ -83,7 +83,7 @@ class DesignMatrix:
         return self.columns[joint][:, self.places(index, joint)]
 
     def _products(
-        self, joint: int, layout: Layout, fold: NDArray[np.int64]
+        self, joint: int, layout: Layout, fold: NDArray[np.int64], count: int
     ) -> tuple[Array, NDArray[np.int64]]:
         columns = self.columns[joint]
         used = slice(len(columns))
@@ -92,7 +92,7 @@ class DesignMatrix:
             for e in self.index[self.accepted :]
             if joint in e.joints
         ]
-        size = (FOLDS, len(Region))
+        size = (count, len(Region))
         return joint_products(columns, fold[used], self.region[used, joint], size, candidates)
 
 

@@ -120,9 +120,18 @@ class Fit:
     @property
     def viscous(self) -> Array:
         """Viscous friction of each joint [N m s/rad], shape (n,)."""
+        return self._friction[0]
+
+    @property
+    def coulomb(self) -> Array:
+        """Coulomb friction of each joint [N m], shape (n,)."""
+        return self._friction[1]
+
+    @property
+    def _friction(self) -> Array:
         n, widths = len(self.sigma), sum(e.width for e in self.structure.effects)
-        first = len(self.x) - widths - 2 * n
-        return self.x[first : first + n]
+        end = len(self.x) - widths
+        return self.x[end - 2 * n : end].reshape(2, n)
 
     def gains_over(self, other: "Fit") -> Array:
         """Log-likelihood beyond another fit's, per joint [nats per sample], shape (n,).

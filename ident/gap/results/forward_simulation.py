@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from ident.effects.candidate import Candidate
 from ident.gap.data.experiment import Experiment, controller_of, wire_of
+from ident.gap.nulls.null_arms import can_simulate, null_arm, reference_motion
 from ident.gap.regression.feasible_fit import FeasibleModel
-from ident.gap.selection.null_arms import can_simulate, null_arm, reference_motion
 from ident.recordings.steady_state import only_steady_state
 from ident.simulation.loop import run
 

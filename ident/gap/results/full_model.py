@@ -51,6 +51,7 @@ def model_with(
         filter=fit_filter(process, KnownShapes(BASIS, fit.structure.shapes)),
         noise=_noise(source, fit),
         logs=tuple(d.name for d in source.datasets),
+        gains_nm_per_a=source.arm.settings.gains_nm_per_a or (),
         effects=effects,
     )
 

@@ -7,10 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.gap.data.noise_regions import Region
-from ident.gap.data.segments import HELD_OUT
+from ident.gap.data.segments import EXCLUDED, HELD_OUT
 from ident.gap.lack_of_fit.repeatability import pure_error
+from ident.gap.regression.current_model import CurrentFit
 from ident.gap.regression.design_matrix import DesignMatrix
 from ident.gap.regression.residuals import Residual, residuals
+from ident.gap.regression.weighted_fit import fit
 from ident.gap.results.outcome import SearchResult
 
 Array = NDArray[np.floating]
@@ -58,12 +60,16 @@ class HeldOut:
         before, after: of the nominal model, and with the effects.
         noise_floor: None where no motion is repeated.
         closed: share of the gap above the floor that the effects close at their joints.
+        others_before, others_after: on each recording by fits to the others: what another motion
+            may be expected to show. None for one recording.
     """
 
     before: Errors
     after: Errors
     noise_floor: Errors | None
     closed: float
+    others_before: Errors | None = None
+    others_after: Errors | None = None
 
 
 @dataclass(frozen=True)
@@ -108,7 +114,51 @@ def held_out(found: SearchResult, both: BeforeAfter) -> HeldOut:
     floor = None if both.floor is None else _floor(both, kept)
     joints = sorted({j for e in found.verdict.effects for j in e.joints})
     joints = sorted({*joints, *(j for b in found.verdict.transients for j in b.joints)})
-    return HeldOut(before, after, floor, _closed(found, both, kept, joints))
+    if floor is not None:
+        floor = below_the_error(floor, after, found.options.settings.repeats.chance_ratio)
+    closed = _closed(found, both, kept, joints)
+    return HeldOut(before, after, floor, closed, *_other_recordings(found))
+
+
+def below_the_error(floor: Errors, after: Errors, chance_ratio: float) -> Errors | None:
+    """The noise floor, which cannot lie above the error of a fit.
+
+    Where it does so by chance, the error is the floor. Where it does so clearly, what repeats is
+    not the motion itself, and there is none.
+    """
+    if floor.relative_percent <= after.relative_percent:
+        return floor
+    by_chance = floor.relative_percent < chance_ratio * after.relative_percent
+    return after if by_chance else None
+
+
+def _other_recordings(found: SearchResult) -> tuple[Errors | None, Errors | None]:
+    """Errors on each recording by fits to the others, without and with the effects.
+
+    None for one recording. This is what may be expected of another motion.
+    """
+    count = int(found.rows.log.max()) + 1
+    if count < 2:
+        return None, None
+    before, after = (_left_out(found, side, count) for side in (found.start, found.end))
+    return before, after
+
+
+def _left_out(found: SearchResult, side: CurrentFit, count: int) -> Errors:
+    design = side.design(found.rows)
+    log = found.rows.log[design.segment]
+    used = design.fold != EXCLUDED
+    apart = design.with_folds(np.where(used, log, EXCLUDED), count)
+    structure = design.structure(side.model.shapes)
+    whole = [np.array(r.values) for r in residuals(design, side.fit)]
+    for k in range(count):
+        rest = apart.equations.of([i for i in range(count) if i != k])
+        predicted = residuals(design, fit(rest, structure, side.fit.sigma))
+        for values, r in zip(whole, predicted, strict=True):
+            if len(values):
+                values[log == k] = r.values[log == k]
+    left = [replace(r, values=v) for r, v in zip(residuals(design, side.fit), whole, strict=True)]
+    return _errors(design, left, used)
 
 
 def _errors(design: DesignMatrix, side: Sequence[Residual], kept: NDArray[np.bool_]) -> Errors:

@@ -39,11 +39,16 @@ def minimum_detectable(found: SearchResult) -> MinimumDetectable:
     facts, end = found.end.model.facts, found.end
     searched = end.design(found.rows, all_candidates(facts)).of(SEARCHED)
     now = fit(searched.equations, end.fit.structure, end.fit.sigma)
+    weighted = [
+        np.tensordot(1 / sigma**2, products[0], axes=1)
+        for sigma, products in zip(now.sigma, searched.equations.products, strict=True)
+    ]
     sizes: dict[str, dict[int, list[float]]] = {}
     for i, h in enumerate(searched.effects):
         if i < searched.accepted:
             continue
-        size = _smallest(searched, now, i, found.threshold.of(h.effect), facts.peak_torque)
+        left, raw = _projected(searched, now, weighted, i)
+        size = _smallest(searched, i, left, raw, found.threshold.of(h.effect), facts.peak_torque)
         for j in h.joints or h.rows:
             sizes.setdefault(h.effect, {}).setdefault(j, []).append(size)
     medians = {e: {j: float(np.median(s)) for j, s in by.items()} for e, by in sizes.items()}
@@ -67,9 +72,19 @@ def _unobservable(
     return found
 
 
-def _smallest(design: DesignMatrix, now: Fit, index: int, gain: float, peak: Array) -> float:
-    """First coefficient at which an effect reaches its threshold; infinite if it never does."""
-    left, raw = _projected(design, now, index)
+def _smallest(
+    design: DesignMatrix, index: int, left: Array, raw: Array, gain: float, peak: Array
+) -> float:
+    """First coefficient at which an effect reaches its threshold; infinite if it never does.
+
+    Args:
+        design: columns of all candidates.
+        index: the effect's place among them.
+        left: weighted products (k, k) of its columns with the model projected off.
+        raw: the same before the projection.
+        gain: threshold of the effect [nats].
+        peak: peak torque of each joint [N m].
+    """
     if (np.diag(left) <= _ABSORBED * np.diag(raw)).any():
         return np.inf
     h = design.effects[index]
@@ -87,15 +102,16 @@ def _first_square(design: DesignMatrix, index: int, joint: int) -> float:
     return float(design.equations.products[joint][0, :, at, at].sum())
 
 
-def _projected(design: DesignMatrix, now: Fit, index: int) -> tuple[Array, Array]:
+def _projected(
+    design: DesignMatrix, now: Fit, weighted: list[Array], index: int
+) -> tuple[Array, Array]:
     """Weighted products of an effect's columns, shape (k, k): model projected off, and raw."""
     effect = design.index[index]
     model = joint_columns(design.equations, now.structure)
     raw = np.zeros((effect.width, effect.width))
     across = np.zeros((len(now.normal), effect.width))
     for j in effect.joints:
-        weighted = np.tensordot(1 / now.sigma[j] ** 2, design.equations.products[j][0], axes=1)
-        own = np.arange(len(weighted))[design.places(index, j)]
-        raw += weighted[np.ix_(own, own)]
-        across[model[j].unknown] += model[j].across(weighted, own)
+        own = np.arange(len(weighted[j]))[design.places(index, j)]
+        raw += weighted[j][np.ix_(own, own)]
+        across[model[j].unknown] += model[j].across(weighted[j], own)
     return project_off(now.normal, across, raw)[0], raw

@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 
 from ident.gap.data.experiment import Experiment
+from ident.gap.options import Options
 from ident.gap.regression.current_model import CurrentFit
 from ident.gap.regression.rows import WindowedRows
 from ident.gap.results.verdict import Verdict
 from ident.gap.selection.scoring import Score
 from ident.gap.selection.thresholds import Threshold
-from ident.gap.settings import Options
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from ident.gap.data.data_checks import Fault
+from ident.gap.naming.certainty import Suspected
 from ident.gap.results.unexplained import UnexplainedStructure
 from ident.gap.selection.state import AcceptedEffect
 from ident.gap.settings import GapSettings
@@ -27,10 +28,11 @@ class Verdict:
 
     Attributes:
         kind: in one word.
-        effects: accepted ones, in order of acceptance.
+        effects: named ones, in order of acceptance.
         transients: in order of time.
         unexplained: structure that no effect explains.
         faults: of the data.
+        suspected: effects that help prediction and are not sure enough to be named.
     """
 
     kind: Kind
@@ -38,6 +40,7 @@ class Verdict:
     transients: tuple[Transient, ...]
     unexplained: tuple[UnexplainedStructure, ...]
     faults: tuple[Fault, ...]
+    suspected: tuple[Suspected, ...] = ()
 
 
 def decide(
@@ -47,6 +50,7 @@ def decide(
     unexplained: Sequence[UnexplainedStructure],
     settings: GapSettings,
     unclosed: float = 0.0,
+    suspected: Sequence[Suspected] = (),
 ) -> Verdict:
     """The verdict.
 
@@ -57,12 +61,15 @@ def decide(
         unexplained: structure that no effect explains.
         settings: of the search.
         unclosed: share of the gap at the effects' joints that they do not close.
+        suspected: effects that are not sure enough to be named.
     """
-    parts = (tuple(effects), tuple(transients), tuple(unexplained), tuple(faults))
+    parts = (tuple(effects), tuple(transients), tuple(unexplained), tuple(faults), tuple(suspected))
+    clear = settings.lack_of_fit.clear_gain
+    unsure = any(s.effect.score.gain > clear for s in suspected)
     incomplete = unclosed > settings.verdict.max_unclosed
     if faults:
         return Verdict(Kind.DATA_FAULT, *parts)
-    if incomplete or any(x.share_of_gap > _allowed(x, settings) for x in unexplained):
+    if incomplete or unsure or any(x.share_of_gap > _allowed(x, settings) for x in unexplained):
         return Verdict(Kind.UNKNOWN, *parts)
     if any(e.rivals for e in effects):
         return Verdict(Kind.AMBIGUOUS, *parts)

@@ -2,7 +2,8 @@
 
 A candidate must reach its threshold, be more than an accepted effect's wrong form, pass
 cross-validation on every fold that excites it, and be plausible. A better candidate that failed
-blocks its joints: what explains them best is not in the catalogue, so a worse one is not taken.
+blocks its joints: what explains them best is not in the catalogue, so a worse one is not taken. One
+that a simpler constant effect replaces leaves them free for that one.
 """
 
 from collections.abc import Sequence
@@ -16,7 +17,7 @@ from ident.gap.selection.candidates import examine
 from ident.gap.selection.cross_validation import passes_cross_validation
 from ident.gap.selection.misspecification import stands_beside_accepted
 from ident.gap.selection.refinement import refine_nonlinear_parameters
-from ident.gap.selection.rivals import accept
+from ident.gap.selection.rivals import accept, yields_to_constant
 from ident.gap.selection.scoring import Score, is_plausible, is_too_small, main_joints
 from ident.gap.selection.state import AcceptedEffect, SelectionState
 from ident.gap.settings import GapSettings
@@ -41,6 +42,8 @@ def next_effects(
                 if pair:
                     return pair, tuple(scores)
             leader = None if confirmed is None else accept(state, *confirmed, scores, settings)
+            if leader is not None and yields_to_constant(leader, scores, settings.rivals):
+                continue
             if leader is not None and _is_plausible(leader):
                 alike = _same_effect_elsewhere(state, design, scores, leader, settings)
                 return [leader, *alike], tuple(scores)

@@ -55,12 +55,12 @@ def held_out_gains(
 def _exciting_folds(
     design: DesignMatrix, index: int, now: Fit, settings: CrossValidation
 ) -> list[int]:
-    energy = _energy(design, index, now)
+    energy = effect_energy(design, index, now)
     share = np.array([energy[design.fold == f].sum() for f in range(FOLDS)])
     return np.flatnonzero(share > settings.min_energy_share * share.sum()).tolist()
 
 
-def _energy(design: DesignMatrix, index: int, now: Fit) -> Array:
+def effect_energy(design: DesignMatrix, index: int, now: Fit) -> Array:
     """Squared columns of an effect in each row, in units of the noise, shape (R,)."""
     energy = np.zeros(len(design.fold))
     for j in design.index[index].joints:
@@ -72,6 +72,6 @@ def _energy(design: DesignMatrix, index: int, now: Fit) -> Array:
 
 def _split_by_energy(design: DesignMatrix, index: int, now: Fit, fold: int) -> DesignMatrix:
     """One fold divided into three parts of equal excitation, which join the three folds."""
-    energy = np.where(design.fold == fold, _energy(design, index, now), 0.0)
+    energy = np.where(design.fold == fold, effect_energy(design, index, now), 0.0)
     part = np.minimum(FOLDS * np.cumsum(energy) / energy.sum(), FOLDS - 1).astype(np.int64)
     return design.with_folds(np.where(design.fold == fold, part, design.fold))

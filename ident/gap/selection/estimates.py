@@ -18,6 +18,8 @@ from ident.gap.settings import Significance
 
 Array = NDArray[np.floating]
 
+_RECTANGLE = 3**-0.5  # standard deviation of what lies anywhere within one (JCGM 100:2008, 4.3.7)
+
 
 @dataclass(frozen=True)
 class FinalEstimates:
@@ -63,7 +65,8 @@ def final_estimates(
         )
         for name, part in parts.items():
             if name in values and values[name].sd > 0.0:
-                sd = float(np.hypot(values[name].sd, part * values[name].value))
+                of_form = part * values[name].value * _RECTANGLE
+                sd = float(np.hypot(values[name].sd, of_form))
                 values[name] = replace(values[name], sd=sd)
     return FinalEstimates(effects, at.fit, tuple(named))
 
@@ -77,7 +80,7 @@ def estimates_with_fixed_parameters(
 
 
 def _form_errors(h: Candidate, item: AcceptedEffect, slow: Array) -> dict[str, float]:
-    """Relative standard error of each value because the effect's form is uncertain."""
+    """How far each value may be off because the effect's form is uncertain, relative to it."""
     first = {name: x for name, x in _sizes(item.score).items() if x}
     parts = {
         name: max((abs(_sizes(form)[name] / x - 1) for form in item.forms), default=0.0)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
+from ident.effects.effect import FormUncertainty
 from ident.gap.regression.design_matrix import DesignMatrix
 from ident.gap.regression.residuals import autocorrelation_length, residuals
 from ident.gap.regression.weighted_fit import Fit, mean_squares
@@ -52,6 +53,29 @@ def accept(
         others[0] if others else None,
         _equivalent_forms(best, forms, before, rows, settings.rivals),
     )
+
+
+def yields_to_constant(leader: AcceptedEffect, scores: Sequence[Score], settings: Rivals) -> bool:
+    """Whether a more usual effect at the same joints, constant in time, explains it as well.
+
+    An effect that changes with time yields to any other one that reaches a good share of its gain;
+    every one yields to an offset or a rotor that reaches nearly all of it, and is its rival then.
+    """
+    own = catalogue()[leader.candidate.effect]
+    in_time = own.form_uncertainty is FormUncertainty.TIME
+    if own.usual_term:
+        return False
+    for s in scores:
+        other = catalogue()[s.candidate.effect]
+        if in_time and other.form_uncertainty is not FormUncertainty.TIME:
+            share = settings.constant_share
+        elif other.usual_term:
+            share = settings.gain_ratio
+        else:
+            continue
+        if set(s.candidate.joints) <= set(leader.joints) and s.gain >= share * leader.score.gain:
+            return True
+    return False
 
 
 def _refined_rivals(

@@ -61,8 +61,10 @@ def main_joints(score: Score, before: Fit, settings: Scoring) -> tuple[int, ...]
 
 def is_plausible(candidate: Candidate, found: Fit, tuned: bool) -> bool:
     """Whether the effect itself accepts the last coefficients of a fit."""
-    viscous = float(found.viscous[candidate.joints[0]])
-    return catalogue()[candidate.effect].is_plausible(candidate, found.effects[-1], viscous, tuned)
+    joint = candidate.joints[0]
+    friction = float(found.viscous[joint]), float(found.coulomb[joint])
+    effect = catalogue()[candidate.effect]
+    return effect.is_plausible(candidate, found.effects[-1], friction, tuned)
 
 
 def is_too_small(score: Score) -> bool:

@@ -1,9 +1,11 @@
 """Calibrate the thresholds: gains that the identical search finds where no effect is.
 
-A parametric bootstrap: the fitted arm is simulated without further effects and searched. Noise with
-the residual's spectrum and random phases adds what chance gives.
+A parametric bootstrap: the fitted arm is simulated without further effects and searched, and again
+with friction that turns round in other ways. Noise with the residual's spectrum and random phases
+adds what chance gives.
 """
 
+import math
 import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -18,22 +20,24 @@ from ident.gap.data.reference_model import reference_torque
 from ident.gap.data.segments import SEARCHED, segments
 from ident.gap.data.windows import Windows
 from ident.gap.lack_of_fit.remaining_structure import remaining_structures, structureless_noise
+from ident.gap.nulls.foreign_reversals import with_foreign_reversals
+from ident.gap.nulls.null_arms import (
+    can_simulate,
+    null_arm,
+    phase_randomised,
+    simulated_datasets,
+)
+from ident.gap.options import Options
 from ident.gap.regression.current_model import CurrentFit, extend, nominal_fit
 from ident.gap.regression.feasible_fit import feasible_fit
 from ident.gap.regression.residuals import Residual, residuals
 from ident.gap.regression.rows import WindowedRows, windowed_rows
 from ident.gap.regression.weighted_fit import fit
 from ident.gap.selection.candidates import all_candidates, examine
-from ident.gap.selection.null_arms import (
-    can_simulate,
-    null_arm,
-    phase_randomised,
-    simulated_datasets,
-)
 from ident.gap.selection.scoring import is_too_small, noise_gains
 from ident.gap.selection.state import SelectionState
 from ident.gap.selection.thresholds import Threshold
-from ident.gap.settings import GapSettings, Options
+from ident.gap.settings import GapSettings
 from ident.gap.transients.detect import find_transient
 from ident.recordings.dataset import Dataset
 from ident.regression.processes import in_processes
@@ -54,7 +58,8 @@ def calibrated(
     """The state's threshold with effect-free runs of its current model behind it.
 
     The noise is the residual of the larger model: it is the same if the effects in question are
-    none. Without a known controller and reference only chance is taken into account.
+    none. Without a known controller and reference, they are redrawn from the
+    rows, not simulated.
 
     Args:
         source: the recordings.
@@ -64,6 +69,7 @@ def calibrated(
         tell: is told the progress.
     """
     threshold = _above_chance(state, larger, options.settings)
+    threshold = _above_reversals(state, threshold, larger, options, tell)
     loop = controller_of(source), wire_of(source)
     if options.null_runs == 0 or loop[0] is None or loop[1] is None or not can_simulate(source):
         return threshold
@@ -133,9 +139,16 @@ def _run(plan: _Plan, draw: _Draw) -> _Outcome:
     parts = segments(data, plan.windows)
     reference = reference_torque(source)
     rows = windowed_rows(parts, plan.windows, facts, plan.base_parameters, reference)
-    now = nominal_fit(rows, facts)
-    if plan.current.accepted:
-        now = extend(rows, now, plan.current.accepted)
+    return _searched(rows, plan.current, settings)
+
+
+def _searched(
+    rows: WindowedRows, current: CurrentFit, settings: GapSettings
+) -> tuple[dict[str, float], float]:
+    """Largest gain of each effect, and of structure, on rows without further effects."""
+    now = nominal_fit(rows, current.model.facts)
+    if current.accepted:
+        now = extend(rows, now, current.accepted)
     _, scores = examine(rows, now, all_candidates(now.model.facts), settings.scoring)
     gains: dict[str, float] = {}
     for s in scores:
@@ -167,6 +180,22 @@ def _above_chance(state: SelectionState, larger: CurrentFit, settings: GapSettin
         chance = float(np.quantile(values, settings.thresholds.chance_quantile))
         gain[effect] = max(gain[effect], chance)
     return replace(state.threshold, gain=gain)
+
+
+def _above_reversals(
+    state: SelectionState, threshold: Threshold, larger: CurrentFit, options: Options, tell: Tell
+) -> Threshold:
+    """The threshold raised by arms whose friction turns round in other ways than any fitted one."""
+    draws = math.ceil(options.null_runs / 2)
+    found = []
+    for draw in range(draws):
+        tell(f"searching arms that turn round in another way, {draw + 1} of {draws}")
+        rng = np.random.default_rng([options.seed, state.calibrations, draw])
+        least = options.settings.thresholds.min_gain
+        rows = with_foreign_reversals(state.rows, state.current, larger, least, rng)
+        found.append(_searched(rows, state.current, options.settings))
+    factor = options.settings.thresholds.safety_factor
+    return threshold.raised([g for g, _ in found], [0.0 for _ in found], factor)
 
 
 def _disturbance(

@@ -1,0 +1,111 @@
+"""What becomes of an effect from recording to recording: leave one recording out.
+
+Stretches of one motion look alike, and an effect that stands in for another cause is confirmed on
+all of them. Another motion tells. The spread of an effect's size is the delete-one jackknife over
+recordings (Efron, Stein 1981).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.effects.candidate import Candidate, Value
+from ident.gap.data.segments import EXCLUDED
+from ident.gap.regression.current_model import CurrentFit
+from ident.gap.regression.design_matrix import DesignMatrix
+from ident.gap.regression.rows import WindowedRows
+from ident.gap.regression.weighted_fit import Fit, fit, mean_log_ratio, predicted_rms
+from ident.gap.selection.cross_validation import effect_energy
+from ident.gap.selection.estimates import FinalEstimates
+from ident.gap.settings import CrossValidation
+
+Array = NDArray[np.floating]
+
+
+@dataclass(frozen=True)
+class Across:
+    """One effect across recordings.
+
+    Attributes:
+        relative_sd: jackknife standard deviation of each coefficient, relative to it, shape (k,);
+            zero where it cannot be told.
+        gain: on the recordings that excite it, each predicted by a fit to the others, beside all
+            other effects [nats per sample]; None where fewer than two recordings excite it.
+    """
+
+    relative_sd: Array
+    gain: float | None = None
+
+
+def across_recordings(
+    design: DesignMatrix, rows: WindowedRows, found: Fit, settings: CrossValidation
+) -> list[Across]:
+    """All effects of a fit on all data, across the recordings."""
+    count = int(rows.log.max()) + 1
+    unknown = [Across(np.zeros(e.width)) for e in design.index]
+    if count < 2 or not unknown:
+        return unknown
+    log = rows.log[design.segment]
+    apart = design.with_folds(np.where(design.fold == EXCLUDED, EXCLUDED, log), count)
+    energy = np.array([effect_energy(design, i, found) for i in range(len(unknown))])
+    energy[:, design.fold == EXCLUDED] = 0.0
+    shares = np.array([[e[log == k].sum() for k in range(count)] for e in energy])
+    shares /= np.maximum(shares.sum(axis=1, keepdims=True), 1e-300)
+    exciting = shares > settings.min_energy_share
+    left_out = [_without(apart, found, k, count) for k in range(count)]
+    across = []
+    for i, nothing in enumerate(unknown):
+        logs = np.flatnonzero(exciting[i]).tolist()
+        if len(logs) < 2:
+            across.append(nothing)
+            continue
+        across.append(Across(_relative_sd(left_out, i, logs), _gain(apart, found, i, logs, count)))
+    return across
+
+
+def _without(apart: DesignMatrix, found: Fit, log: int, count: int) -> Fit:
+    """The fit to all recordings but one."""
+    rest = apart.equations.of([k for k in range(count) if k != log])
+    return fit(rest, found.structure, found.sigma)
+
+
+def _relative_sd(left_out: Sequence[Fit], index: int, logs: Sequence[int]) -> Array:
+    values = np.array([left_out[k].effects[index] for k in logs])
+    spread = np.sqrt((len(logs) - 1) * values.var(axis=0))
+    return spread / np.maximum(np.abs(values.mean(axis=0)), 1e-300)
+
+
+def _gain(apart: DesignMatrix, found: Fit, index: int, logs: Sequence[int], count: int) -> float:
+    """Mean gain at the effect's joints on recordings that were left out."""
+    others = tuple(e for i, e in enumerate(found.structure.effects) if i != index)
+    less = replace(found, structure=replace(found.structure, effects=others))
+    joints = list(apart.index[index].joints)
+    gains = []
+    for k in logs:
+        here = apart.equations.of([k])
+        with_it, without = _without(apart, found, k, count), _without(apart, less, k, count)
+        errors = predicted_rms(here, without), predicted_rms(here, with_it)
+        gains.append(float(mean_log_ratio(*errors, here.counts[:, 0])[joints].sum()))
+    return float(np.mean(gains))
+
+
+def spread_over_recordings(
+    rows: WindowedRows, end: CurrentFit, final: FinalEstimates, settings: CrossValidation
+) -> FinalEstimates:
+    """Final estimates with standard deviations that span the recordings."""
+    design = replace(end, accepted=final.effects).design(rows)
+    across = across_recordings(design, rows, final.fit, settings)
+    each = zip(final.effects, final.parameters, across, strict=True)
+    return replace(final, parameters=tuple(with_spread(h, v, a) for h, v, a in each))
+
+
+def with_spread(h: Candidate, values: Mapping[str, Value], across: Across) -> dict[str, Value]:
+    """An effect's values, with standard deviations that span the recordings."""
+    wider = dict(values)
+    for c, share in zip(h.coefficients, across.relative_sd, strict=True):
+        if c.name in wider:
+            v = wider[c.name]
+            wider[c.name] = replace(v, sd=max(v.sd, float(share) * abs(v.value)))
+    return wider

@@ -1,0 +1,241 @@
+"""Is an effect sure enough to be named? Its size is judged in the final fit, beside all others.
+
+A gain of the likelihood tells that an effect helps prediction, not that it is there: a small error
+of the model's form helps as well. To be named, an effect must surely not be zero, by standard
+errors that know of correlated residuals, of the forms which the data cannot tell apart, and of the
+difference between recordings; it must reach the torque's resolution, explain a share of the joint's
+friction, and carry over between recordings.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.effects.candidate import Candidate, Value
+from ident.gap.data.experiment import Experiment
+from ident.gap.data.segments import FOLDS
+from ident.gap.naming.across_recordings import across_recordings, with_spread
+from ident.gap.regression.design_matrix import DesignMatrix
+from ident.gap.regression.weighted_fit import Fit, fit, mean_squares
+from ident.gap.selection.estimates import final_estimates
+from ident.gap.selection.state import AcceptedEffect, Place, SelectionState
+from ident.gap.settings import GapSettings, Naming
+
+Array = NDArray[np.floating]
+
+
+@dataclass(frozen=True)
+class Certainty:
+    """How sure one effect is, in the final fit beside all others.
+
+    Attributes:
+        deviations: its size in standard deviations.
+        peak: its largest torque in any row [N m].
+        resolution: of the recorded torque at the joint of that row [N m].
+        explained: rms torque that it explains beyond all others, at its best joint [N m].
+        friction: Coulomb friction of that joint [N m].
+        residual: rms residual of that joint away from its reversals [N m].
+        across: gain on recordings that it was not fitted to [nats per sample]; None for one
+            recording.
+    """
+
+    deviations: float
+    peak: float
+    resolution: float
+    explained: float
+    friction: float
+    residual: float
+    across: float | None = None
+
+    def doubt(self, asked: Naming) -> str:
+        """Why it may not be named, in half a sentence; empty if it may."""
+        if self.deviations < asked.z:
+            return (
+                f"its size is {self.deviations:.1f} standard deviations from zero, and"
+                f" {asked.z:g} are asked for"
+            )
+        if self.peak < self.resolution:
+            return (
+                f"its torque is at most {self.peak:.2g} N m, below the recorded torque's"
+                f" resolution of {self.resolution:.2g} N m"
+            )
+        if self.peak < asked.min_friction_share * self.friction and (
+            self.explained < asked.min_residual_share * self.residual
+        ):
+            return (
+                f"its torque is at most {self.peak:.2g} N m, less than"
+                f" {100 * asked.min_friction_share:g} % of the joint's friction, and it explains"
+                f" less than {100 * asked.min_residual_share:g} % of what is left"
+            )
+        if self.across is not None and self.across <= 0.0:
+            return "a recording that it was not fitted to is predicted no better with it"
+        return ""
+
+
+@dataclass(frozen=True)
+class Suspected:
+    """An effect that helps prediction and is not sure enough to be named.
+
+    Attributes:
+        effect: as it was accepted.
+        parameters: its values beside all others, by name.
+        certainty: how sure it is.
+        doubt: why it is not named.
+        in_model: whether it is in the model all the same.
+        is_sure: whether it would be named, had the search come to it.
+    """
+
+    effect: AcceptedEffect
+    parameters: dict[str, Value]
+    certainty: Certainty
+    doubt: str
+    in_model: bool = False
+    is_sure: bool = False
+
+    @property
+    def candidate(self) -> Candidate:
+        """The effect at its place."""
+        return self.effect.candidate
+
+
+def set_apart(
+    source: Experiment, state: SelectionState, settings: GapSettings
+) -> tuple[SelectionState, tuple[Suspected, ...]]:
+    """The effects that are sure, with the model that they stand in, and the others.
+
+    The others leave one at a time, the least sure first, since the rest may be surer without it.
+    One beside which another effect is sure, and without which it would not be, stays in the model.
+    """
+    apart: list[Suspected] = []
+    needed: set[Place] = set()
+    found = _judged(source, state, settings)
+    while unsure := [s for s in found if s.doubt and s.effect.place not in needed]:
+        worst = min(unsure, key=lambda s: s.certainty.deviations)
+        without = state.with_only([s.effect for s in found if s is not worst])
+        again = _judged(source, without, settings)
+        sure = {s.effect.place for s in found if not s.doubt}
+        if any(s.doubt and s.effect.place in sure for s in again):
+            needed.add(worst.effect.place)
+        else:
+            apart.append(worst)
+            state, found = without, again
+    kept = [replace(s, in_model=True) for s in found if s.effect.place in needed]
+    return state, (*kept, *apart)
+
+
+def sure_in_the_end(
+    source: Experiment,
+    state: SelectionState,
+    apart: Sequence[Suspected],
+    settings: GapSettings,
+) -> tuple[SelectionState, tuple[Suspected, ...]]:
+    """The whole model, named effects first, and what is suspected.
+
+    What joined the model after the others were found sure may share their size. They stay in it,
+    without a name.
+
+    Args:
+        source: the recordings.
+        state: with the effects that were found sure.
+        apart: what is suspected, in the model or not.
+        settings: of the search.
+    """
+    inside = {s.effect.place: s for s in apart if s.in_model}
+    named = [a for a in state.accepted if a.place not in inside]
+    whole = state.with_only([*named, *(s.effect for s in inside.values())])
+    found = _judged(source, whole, settings)
+    lost = [replace(s, in_model=True) for s in found if s.doubt and s.effect.place not in inside]
+    if lost:
+        places = {s.effect.place for s in lost}
+        named = [a for a in named if a.place not in places]
+        others = [s.effect for s in (*lost, *inside.values())]
+        whole = state.with_only([*named, *others])
+    return whole, (*lost, *apart)
+
+
+def _judged(source: Experiment, state: SelectionState, settings: GapSettings) -> list[Suspected]:
+    """All accepted effects, with their doubts."""
+    judged = certainties(source, state, settings)
+    return [
+        Suspected(a, values, c, c.doubt(settings.naming))
+        for a, (values, c) in zip(state.accepted, judged, strict=True)
+    ]
+
+
+def certainties(
+    source: Experiment, state: SelectionState, settings: GapSettings
+) -> list[tuple[dict[str, Value], Certainty]]:
+    """Values, and how sure they are, of each accepted effect."""
+    rows, end = state.rows, state.current
+    final = final_estimates(rows, end, settings.significance, state.accepted)
+    design = replace(end, accepted=final.effects).design(rows)
+    across = across_recordings(design, rows, final.fit, settings.cross_validation)
+    resolution = torque_resolution(source)
+    judged = []
+    for i, (h, values) in enumerate(zip(final.effects, final.parameters, strict=True)):
+        wider = with_spread(h, values, across[i])
+        peak, joint = _peak(design, final.fit, i)
+        explained, at = _explained(design, final.fit, i)
+        friction = float(abs(final.fit.coulomb[at]))
+        certainty = Certainty(
+            deviations(h, wider),
+            peak,
+            float(resolution[joint]),
+            explained,
+            friction,
+            float(np.sqrt(mean_squares(final.fit)[at])),
+            across[i].gain,
+        )
+        judged.append((wider, certainty))
+    return judged
+
+
+def deviations(h: Candidate, values: Mapping[str, Value]) -> float:
+    """An effect's size in standard deviations: of a defining coefficient, or the surest one."""
+    coefficients = [c.name for c in h.coefficients]
+    defining = [c.name for c in h.coefficients if c.defining]
+    known = [n for n in (defining or coefficients) if n in values]
+    chosen = [values[n] for n in known] or [v for v in values.values() if v.sd > 0.0]
+    return max((abs(v.value) / v.sd if v.sd > 0.0 else np.inf for v in chosen), default=0.0)
+
+
+def torque_resolution(source: Experiment) -> Array:
+    """Largest rounding error of the recorded torque of each joint [N m], shape (n,).
+
+    It is half the step, which is the least usual change.
+    """
+    steps = np.full(source.arm.robot.dof, np.inf)
+    for data in source.datasets:
+        for segment in data.segments:
+            for j, tau in enumerate(np.abs(np.diff(segment.tau, axis=0)).T):
+                changed = tau[tau > _ROUNDING * np.abs(segment.tau[:, j]).max()]
+                if len(changed):
+                    steps[j] = min(steps[j], float(np.quantile(changed, _SMALLEST)))
+    return np.where(np.isfinite(steps), steps / 2, 0.0)
+
+
+_ROUNDING = 1e-6  # of the largest torque: smaller changes are of arithmetic
+_SMALLEST = 0.02  # quantile of the changes that are not zero
+
+
+def _peak(design: DesignMatrix, found: Fit, index: int) -> tuple[float, int]:
+    """Largest torque of an effect [N m], and the joint that feels it."""
+    values = found.effects[index]
+    sizes = {}
+    for j in design.index[index].joints:
+        torque = design.effect_columns(index, j) @ values
+        sizes[j] = float(np.abs(torque).max()) if len(torque) else 0.0
+    joint = max(sizes, key=lambda j: sizes[j])
+    return sizes[joint], joint
+
+
+def _explained(design: DesignMatrix, found: Fit, index: int) -> tuple[float, int]:
+    """Rms torque that an effect explains beyond all others [N m], at the joint where most."""
+    structure = found.structure
+    others = tuple(e for i, e in enumerate(structure.effects) if i != index)
+    rest = fit(design.equations.of(range(FOLDS)), replace(structure, effects=others), found.sigma)
+    drop = np.maximum(mean_squares(rest) - mean_squares(found), 0.0)
+    joint = max(design.index[index].joints, key=lambda j: drop[j])
+    return float(np.sqrt(drop[joint])), joint

@@ -1,0 +1,1 @@
+"""Effect-free data of the same arm, and the thresholds that follow from them."""
