@@ -12,6 +12,7 @@ from ident.regression.probe_fit import Columns, solution
 
 Array = NDArray[np.floating]
 
+_ADVICE = "Fasten the base and record again."
 _LEAST_HZ, _MOST_HZ = 0.1, 3.0
 _PER_BIN = 2.0
 """Frequencies that are tried for each that the recording tells apart."""
@@ -32,11 +33,10 @@ def base_remarks(case: Case, bounds: CheckSettings) -> list[Remark]:
     if share < max(bounds.sway_share, bounds.sway_peak * float(np.median(shares))):
         return []
     text = (
-        f"The base looks as if it swayed at {frequency:.2g} Hz: that explains"
-        f" {100 * share:.0f} % of the torque that the arm itself does not"
-        f" ({100 * case.total:.2g} %); fix the base, and record again."
+        f"The base appears to sway at {frequency:.2g} Hz, which accounts for {100 * share:.0f} % of"
+        f" the torque that the arm itself leaves unexplained ({100 * case.total:.3g} %)."
     )
-    return [Remark("base_moves", (), text, Grade.DOUBTFUL)]
+    return [Remark("base_moves", (), text, Grade.DOUBTFUL, _ADVICE)]
 
 
 def _spectrum(case: Case) -> tuple[Array, Array]:

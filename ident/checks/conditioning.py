@@ -33,17 +33,21 @@ def conditioning_remarks(
     seconds = _moved_s(chunks, case.probe.moving)
     if seconds < bounds.short_s:
         text = (
-            f"Only {seconds:.2g} s of motion: too short to tell the base parameters apart"
-            f" (condition number {condition:.2g} with columns of length one; 5 to 30 is good):"
-            " record for longer; `ident design` finds a motion."
+            f"The recording holds only {seconds:.2g} s of motion, too little to tell the base"
+            f" parameters apart (condition number {condition:.2g} of the normalised columns; 5 to"
+            " 30 is good)."
         )
-        return [Remark("too_short", (), text, grade)]
+        advice = "Record for longer; `ident design` computes a suitable motion."
+        return [Remark("too_short", (), text, grade, advice)]
     text = (
         f"This motion does not tell the base parameters apart (condition number {condition:.2g}"
-        " with columns of length one; 5 to 30 is good): move all joints at once, far and at several"
-        " speeds; `ident design` finds a motion."
+        " of the normalised columns; 5 to 30 is good)."
     )
-    return [Remark("poor_motion", (), text, grade)]
+    advice = (
+        "Move all joints at once, over wide ranges and at several speeds; `ident design` computes"
+        " such a motion."
+    )
+    return [Remark("poor_motion", (), text, grade, advice)]
 
 
 def scaled_condition(arm: Arm, data: Sequence[Dataset], case: Case) -> float:
@@ -64,8 +68,8 @@ def scaled_condition(arm: Arm, data: Sequence[Dataset], case: Case) -> float:
     W = case.columns.W[:, :, columns] * weights_of(case.columns.tau)[:, None]
     rows = W.reshape(-1, len(columns))
     length = np.linalg.norm(rows, axis=0)
-    if (length == 0).any():
-        return np.inf
+    if not np.isfinite(length).all() or (length == 0).any():
+        return np.inf  # a sample beyond all measure says as little as none
     values = np.linalg.eigvalsh((rows / length).T @ (rows / length))
     return float(np.sqrt(values[-1] / max(values[0], 1e-30)))
 

@@ -27,12 +27,14 @@ def delay_remarks(case: Case, chunks: Sequence[Chunk], bounds: CheckSettings) ->
     if error > bounds.believed_ratio * case.error:
         return []
     text = (
-        f"The torque comes about {abs(delay):.2g} s {'later' if delay > 0 else 'earlier'} than the"
-        f" motion that it belongs to (the error falls from {100 * case.error:.3g} to"
-        f" {100 * error:.3g} %): stamp both when they are sampled, or give delay_s in the arm's"
-        " identification section."
+        f"The torque {'lags' if delay > 0 else 'leads'} the motion by about {abs(delay):.2g} s"
+        f" (without that, the error falls from {100 * case.error:.3g} to {100 * error:.3g} %)."
     )
-    return [Remark("late_torque", (), text, Grade.DOUBTFUL)]
+    advice = (
+        "Stamp position and torque when they are sampled, or set delay_s in the identification"
+        " section of the arm's file."
+    )
+    return [Remark("late_torque", (), text, Grade.DOUBTFUL, advice)]
 
 
 def _moved(case: Case, delay_s: float) -> Case:

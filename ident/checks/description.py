@@ -4,10 +4,14 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ident.checks.remark import Grade, Remark
-from ident.checks.words import joints, numbers
+from ident.checks.remark import Grade, Remark, joints, numbers
 from wamctl.arm.robot import Robot
 
+_CORRECT = (
+    "Correct its inertial element, or let `ident check-urdf FILE.urdf --out repaired.urdf` repair"
+    " it."
+)
+_GIVE = "Give a URDF with the true mass and inertia of each link."
 _LEAST_ALIKE = 3
 """So many links of the same mass and inertia are placeholders."""
 
@@ -29,16 +33,16 @@ def _impossible(urdf: str) -> list[Remark]:
         least = float(np.linalg.eigvalsh(inertia)[0])
         if mass < 0:
             text = (
-                f"Link {name} of the URDF has the mass {mass:g} kg, which no link can have:"
-                " correct its inertial element."
+                f"Link {name} has a mass of {mass:g} kg in the URDF, which is physically"
+                " impossible."
             )
-            found.append(Remark("impossible_link", (), text, Grade.REFUSED))
+            found.append(Remark("impossible_link", (), text, Grade.REFUSED, _CORRECT))
         elif least < -1e-9 * max(float(np.trace(inertia)), 1e-12):
             text = (
-                f"The inertia of link {name} in the URDF is negative about an axis"
-                f" ({least:.3g} kg m^2), which no link's can be: correct its inertial element."
+                f"Link {name} has a negative moment of inertia in the URDF ({least:.3g} kg m^2),"
+                " which is physically impossible."
             )
-            found.append(Remark("impossible_link", (), text, Grade.DOUBTFUL))
+            found.append(Remark("impossible_link", (), text, Grade.DOUBTFUL, _CORRECT))
     return found
 
 
@@ -64,10 +68,10 @@ def _empty(robot: Robot) -> list[Remark]:
         else f"The links of {joints(empty, robot.joint_names)}"
     )
     text = (
-        f"{whose} have no mass in the URDF, so that nothing tells whether the torque's unit"
-        " is right, nor how the base parameters divide into links: give a URDF with inertials."
+        f"{whose} have no mass in the URDF, so the unit of the torque cannot be checked, nor can"
+        " the base parameters be divided among the links."
     )
-    return [Remark("no_inertials", numbers(empty), text, Grade.DOUBTFUL)]
+    return [Remark("no_inertials", numbers(empty), text, Grade.DOUBTFUL, _GIVE)]
 
 
 def _placeholders(robot: Robot) -> list[Remark]:
@@ -79,8 +83,7 @@ def _placeholders(robot: Robot) -> list[Remark]:
     if first.mass == 0.0 or len(alike) < max(_LEAST_ALIKE, len(links)) or not all(alike):
         return []
     text = (
-        f"All links of the URDF have the same mass ({first.mass:g} kg) and inertia: they look like"
-        " placeholders, so that nothing tells whether the torque's unit is right; give a URDF with"
-        " the links' own inertials."
+        f"All links in the URDF have the same mass ({first.mass:g} kg) and inertia: these look like"
+        " placeholders, so the unit of the torque cannot be checked."
     )
-    return [Remark("no_inertials", (), text, Grade.DOUBTFUL)]
+    return [Remark("no_inertials", (), text, Grade.DOUBTFUL, _GIVE)]

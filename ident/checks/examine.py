@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ident.checks.base_motion import base_remarks
 from ident.checks.case import Case
 from ident.checks.conditioning import conditioning_remarks
+from ident.checks.currents import current_remarks, drive_gains
 from ident.checks.delay import delay_remarks
 from ident.checks.description import description_remarks
 from ident.checks.friction import friction_power
@@ -29,12 +30,12 @@ from ident.checks.motion import (
     little_motion,
     rate_remarks,
 )
-from ident.checks.remark import Grade, Remark, verdict_of
-from ident.checks.samples import name_remarks, sample_remarks
+from ident.checks.remark import Grade, Remark, joints, numbers, verdict_of
+from ident.checks.samples import name_remarks, reference_remarks, sample_remarks
 from ident.checks.settings import DEFAULT, CheckSettings
 from ident.checks.torque import constant_effort, constant_joints, unexplained
 from ident.checks.units import unit_factor, unit_remarks
-from ident.checks.words import joints, numbers
+from ident.identification.drive_gains import DriveGains
 from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset, Parts
 from ident.regression.probe import Chunk, Probe, chunks_of, probe_of
@@ -61,10 +62,12 @@ class Examined:
     Attributes:
         data: the recordings, with what could be mended mended.
         remarks: what the checks found.
+        gains: of the drives, where efforts were currents; the data hold torque then.
     """
 
     data: tuple[Dataset, ...]
     remarks: tuple[Remark, ...]
+    gains: DriveGains | None = None
 
     @property
     def verdict(self) -> Grade:
@@ -81,14 +84,18 @@ def examine(arm: Arm, data: Sequence[Dataset], bounds: CheckSettings = DEFAULT) 
         bounds: of the checks.
     """
     remarks = description_remarks(arm.robot)
-    found = tuple(data)
-    stages = (_samples, _signals, _physics)
-    for stage in stages:
-        if verdict_of(remarks) is Grade.REFUSED:
-            break
-        found, more = stage(arm, found, bounds)
+    found, gains = tuple(data), None
+    for stage in (_samples, _signals):
+        if verdict_of(remarks) is not Grade.REFUSED:
+            found, more = stage(arm, found, bounds)
+            remarks += more
+    if verdict_of(remarks) is not Grade.REFUSED:
+        if arm.settings.torque_unit == "A":
+            found, gains, more = _currents(arm, found, bounds)
+            remarks += more
+        found, more = _physics(arm, found, bounds)
         remarks += more
-    return Examined(found, tuple(remarks))
+    return Examined(found, tuple(remarks), gains)
 
 
 Stage = tuple[tuple[Dataset, ...], list[Remark]]
@@ -104,6 +111,7 @@ def _samples(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
         else:
             remarks += limit_remarks(arm.robot, one, bounds)
         remarks += name_remarks(one)
+        remarks += reference_remarks(one, arm.robot.joint_names, bounds)
         one, more = sample_remarks(one, bounds)
         found.append(one)
         remarks += more
@@ -141,6 +149,17 @@ def _moving(data: Sequence[Dataset]) -> NDArray[np.bool_]:
     return np.any([d.moving for d in data], axis=0)
 
 
+def _currents(
+    arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings
+) -> tuple[tuple[Dataset, ...], DriveGains, list[Remark]]:
+    """Currents as torque, and the gains."""
+    chunks, moving = chunks_of(data), _moving(data)
+    weighed = gains(Case(arm.robot, arm.terms, _probe(chunks, moving)))
+    found = drive_gains(arm, data, weighed, bounds)
+    torques = tuple(d.with_torque_times(found.value) for d in data)
+    return torques, found, current_remarks(found, moving, arm.robot.joint_names, bounds)
+
+
 def _physics(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stage:
     """What only the arm's dynamics tell: of each recording, and of all together."""
     chunks, moving = chunks_of(data), _moving(data)
@@ -152,8 +171,9 @@ def _physics(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
     for log, one in enumerate(data):
         own = [c for c in chunks if c.log == log]
         case = together if len(data) == 1 else replace(together, probe=_probe(own, judged))
-        factors, more = _of_one(case, own, bounds, judge=not remarks)
-        mended.append(one if (factors == 1.0).all() else _scaled(one, factors))
+        in_ampere = arm.settings.torque_unit == "A"
+        factors, more = _of_one(case, own, bounds, not remarks, in_ampere)
+        mended.append(one if (factors == 1.0).all() else one.with_torque_times(factors))
         remarks += more if len(data) == 1 else [_named(r, one.name) for r in more]
     return tuple(mended), remarks
 
@@ -163,11 +183,11 @@ def _probe(chunks: Sequence[Chunk], moving: NDArray[np.bool_]) -> Probe:
 
 
 def _named(remark: Remark, name: str) -> Remark:
-    return replace(remark, sentence=f"{name}: {remark.sentence}")
+    return replace(remark, finding=f"{name}: {remark.finding}")
 
 
 def _of_one(
-    case: Case, chunks: Sequence[Chunk], bounds: CheckSettings, judge: bool
+    case: Case, chunks: Sequence[Chunk], bounds: CheckSettings, judge: bool, in_ampere: bool
 ) -> tuple[Array, list[Remark]]:
     """What one recording's torque is to be multiplied by, shape (n,), and what it shows.
 
@@ -176,15 +196,18 @@ def _of_one(
         chunks: its samples.
         bounds: of the checks.
         judge: whether the motion tells enough for its error to mean something.
+        in_ampere: whether its torque was a current, whose size the URDF's weight has given.
     """
     names = case.robot.joint_names
     case, signs, remarks = _signed(case, chunks, bounds)
     if judge and not any(r.code in ("zero_pose", "gravity_direction") for r in remarks):
         case, more = by_weight(case, bounds)
         remarks += more
-    sizes = gains(case)
-    factor = unit_factor(sizes, bounds) or 1.0
-    remarks += unit_remarks(sizes, names, bounds)
+    factor = 1.0
+    if not in_ampere:
+        sizes = gains(case)
+        factor = unit_factor(sizes, bounds) or 1.0
+        remarks += unit_remarks(sizes, names, bounds)
     if judge:
         remarks += unexplained(case.by_joint, case.total, names, bounds)
         remarks += base_remarks(case, bounds)
@@ -201,16 +224,6 @@ def _cutoff_hz(chunks: Sequence[Chunk], moving: NDArray[np.bool_]) -> float:
         frequency = np.fft.rfftfreq(len(velocity), 1 / c.rate_hz)
         frequencies += [frequency[int(np.argmax(s > _ENERGY))] for s in share.T]
     return float(np.clip(_OVER_MOTION * max(frequencies), *_CUTOFFS_HZ))
-
-
-def _scaled(data: Dataset, factors: Array) -> Dataset:
-    """A recording with its torque multiplied, joint by joint."""
-    return replace(data, read=partial(_torque_scaled, data, factors))
-
-
-def _torque_scaled(data: Dataset, factors: Array) -> Parts:
-    for number, part in data.read():
-        yield number, replace(part, tau=part.tau * factors)
 
 
 def _signed(
@@ -259,12 +272,10 @@ def _all_reversed(case: Case, bounds: CheckSettings) -> tuple[Case, bool, list[R
     lifted = size.common < 0 and size.common_explained > _CLEAR_GAIN and not positive.any()
     if not (by_friction or lifted):
         return case, False, []
-    why = "friction would feed the motion" if by_friction else "the arm's weight would push up"
-    text = (
-        f"The torque of all joints has the wrong sign ({why}); it was turned round here: record the"
-        " torque that moves the arm, not its reaction."
-    )
-    remark = Remark("sign", (), text, Grade.DOUBTFUL)
+    why = "friction would drive the motion" if by_friction else "the arm's weight would lift it"
+    text = f"The torque of all joints has the wrong sign ({why}) and was inverted."
+    advice = "Record the torque that the drives exert on the arm, not its reaction."
+    remark = Remark("sign", (), text, Grade.DOUBTFUL, advice)
     return case.with_torque(-1.0), True, [remark]
 
 
@@ -276,7 +287,8 @@ def _turned(case: Case, k: int, bounds: CheckSettings) -> tuple[Case, Array | fl
         change = 1.0 if best.torque_signs is None else best.torque_signs
         return without, change, best.remark(case.error, without.error)
     text = (
-        f"Friction of {joints([k], names)} would feed its motion: its torque lags or leads its"
-        " position, or has the wrong sign; check stamps and sign."
+        f"Friction at {joints([k], names)} would drive the motion: the torque lags or leads the"
+        " position, or has the wrong sign."
     )
-    return case, 1.0, Remark("sign", numbers([k]), text, Grade.DOUBTFUL)
+    advice = "Check the stamps and the sign of this joint's torque."
+    return case, 1.0, Remark("sign", numbers([k]), text, Grade.DOUBTFUL, advice)

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.checks.case import Case
-from ident.dynamics.compiled_chain import chain_of, torques
-from wamctl.arm.robot import cad_parameters
+from wamctl.arm.robot import inverse_dynamics
 
 Array = NDArray[np.floating]
 
@@ -22,6 +21,7 @@ class Gains:
         value: of each joint, shape (n,); zero where the URDF says nothing.
         sd: its standard error, by leaving out stretches, shape (n,).
         explained: part of the torque beside friction that the URDF explains, shape (n,).
+        weight: square of the URDF's torque beside friction [N^2 m^2], shape (n,).
         common: one gain of all joints.
         common_explained: what the URDF explains with it.
     """
@@ -29,6 +29,7 @@ class Gains:
     value: Array
     sd: Array
     explained: Array
+    weight: Array
     common: float
     common_explained: float
 
@@ -36,25 +37,23 @@ class Gains:
 def gains(case: Case) -> Gains:
     """The gains of a case."""
     probe = case.probe
-    motion = [np.ascontiguousarray(x) for x in (probe.motion.q, probe.motion.qd, probe.motion.qdd)]
-    model = torques(chain_of(case.robot), cad_parameters(case.robot), *motion)
+    model = inverse_dynamics(case.robot, probe.motion.q, probe.motion.qd, probe.motion.qdd)
     n = case.robot.dof
-    value, sd, explained = np.zeros(n), np.zeros(n), np.zeros(n)
-    goals, bare, full = 0.0, 0.0, 0.0
-    inner = square = 0.0
+    value, sd, explained, weight = np.zeros((4, n))
+    goals = inner = 0.0
     for k in np.flatnonzero(probe.moving):
         others = np.column_stack([probe.motion.qd[:, k], probe.sign[:, k], np.ones(len(probe.t))])
         x, y = _beside(others, model[:, k]), _beside(others, probe.tau[:, k])
         if x @ x < 1e-18 * max(float(model[:, k] @ model[:, k]), 1e-12):
             continue
-        value[k] = (x @ y) / (x @ x)
+        weight[k] = x @ x
+        value[k] = (x @ y) / weight[k]
         sd[k] = _spread(x, y)
         explained[k] = 1 - np.sum((y - value[k] * x) ** 2) / max(float(y @ y), 1e-300)
-        inner, square, goals = inner + x @ y, square + x @ x, goals + y @ y
-    common = inner / square if square else 0.0
-    bare, full = goals, goals - common * inner
-    total = 1 - full / bare if bare else 0.0
-    return Gains(value, sd, explained, float(common), float(total))
+        inner, goals = inner + x @ y, goals + y @ y
+    common = inner / weight.sum() if weight.any() else 0.0
+    total = common * inner / goals if goals else 0.0
+    return Gains(value, sd, explained, weight, float(common), float(total))
 
 
 def _beside(others: Array, signal: Array) -> Array:

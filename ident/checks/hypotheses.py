@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from ident.checks.case import Case
 from ident.checks.gains import gains
-from ident.checks.remark import Grade, Remark
+from ident.checks.remark import Grade, Remark, joints, numbers
 from ident.checks.settings import CheckSettings
-from ident.checks.words import joints, numbers
 
 Array = NDArray[np.floating]
 
@@ -34,7 +33,8 @@ class Hypothesis:
     Attributes:
         code: of the remark.
         joints: that it concerns, from 0.
-        text: what it looks like, and what to do.
+        text: what was found, without a full stop.
+        advice: what to do about it.
         without: the recordings without that fault.
         grade: of the remark.
         torque_signs: factors that mend the torque, shape (n,), where that is all there is to it.
@@ -43,14 +43,19 @@ class Hypothesis:
     code: str
     joints: tuple[int, ...]
     text: str
+    advice: str
     without: Callable[[Case], Case]
     grade: Grade
     torque_signs: Array | None = None
 
     def remark(self, before: float, after: float) -> Remark:
         """The remark, with what the error falls from and to."""
-        figures = f" (the error falls from {100 * before:.3g} to {100 * after:.3g} %)"
-        return Remark(self.code, numbers(self.joints), self.text + figures + ".", self.grade)
+        return self.told(f"the error then falls from {100 * before:.3g} to {100 * after:.3g} %")
+
+    def told(self, figures: str) -> Remark:
+        """The remark with its evidence."""
+        finding = f"{self.text} ({figures})."
+        return Remark(self.code, numbers(self.joints), finding, self.grade, self.advice)
 
 
 def scanned(case: Case, bounds: CheckSettings) -> tuple[Case, list[Hypothesis], list[Remark]]:
@@ -103,35 +108,38 @@ def by_weight(case: Case, bounds: CheckSettings) -> tuple[Case, list[Remark]]:
     without = found[place][1].without(case) if fitting else case
     if best < bounds.cad_fits or without.error > bounds.sign_cost * case.error:
         return case, []
-    h = found[place][1]
-    text = (
-        f"{h.text} (of the torque beside friction the URDF's links explain"
-        f" {100 * best:.0f} % then, {100 * max(before.common_explained, 0.0):.0f} % as it is)."
+    figures = (
+        f"the URDF's links then account for {100 * best:.0f} % of the torque beyond friction,"
+        f" instead of {100 * max(before.common_explained, 0.0):.0f} %"
     )
-    return without, [Remark(h.code, numbers(h.joints), text, h.grade)]
+    return without, [found[place][1].told(figures)]
 
 
 def torque_sign(case: Case, k: int) -> Hypothesis:
     """The torque of a joint counts the other way round."""
     names, signs = case.robot.joint_names, _signs(case, k)
-    text = (
-        f"The torque of {joints([k], names)} has the wrong sign; it was turned round here: correct"
-        " it where it is recorded"
-    )
+    text = f"The torque of {joints([k], names)} has the wrong sign and was inverted"
     return Hypothesis(
-        "sign", (k,), text, lambda c: c.with_torque(signs), Grade.DOUBTFUL, torque_signs=signs
+        "sign",
+        (k,),
+        text,
+        "Correct the sign where the torque is recorded.",
+        lambda c: c.with_torque(signs),
+        Grade.DOUBTFUL,
+        torque_signs=signs,
     )
 
 
 def position_sign(case: Case, k: int) -> Hypothesis:
     """The position of a joint counts the other way round."""
     names, signs = case.robot.joint_names, _signs(case, k)
-    text = (
-        f"The position of {joints([k], names)} counts against the URDF's axis: turn the axis or"
-        " the recorded position round"
-    )
     return Hypothesis(
-        "sign", (k,), text, lambda c: replace(c, probe=c.probe.turned(signs)), Grade.REFUSED
+        "sign",
+        (k,),
+        f"The position of {joints([k], names)} counts in the opposite direction to the URDF's axis",
+        "Reverse the axis in the URDF, or the sign of the recorded position.",
+        lambda c: replace(c, probe=c.probe.turned(signs)),
+        Grade.REFUSED,
     )
 
 
@@ -146,15 +154,15 @@ def _orders(case: Case, moving: list[int]) -> Iterator[Hypothesis]:
     for pair in combinations(moving, 2):
         order = np.arange(n)
         order[list(pair)] = pair[::-1]
-        yield from _exchanges(pair, order, joints(pair, names), "were swapped")
+        yield from _exchanges(pair, order, joints(pair, names), "swapped")
     if len(moving) > 2:
         whole = np.arange(n)
         whole[moving] = moving[::-1]
-        yield from _exchanges(tuple(moving), whole, "all joints", "come in reverse order")
+        yield from _exchanges(tuple(moving), whole, "all joints", "in reverse order")
         by_name = np.arange(n)
         by_name[moving] = np.argsort(np.argsort([names[k] for k in moving])) + moving[0]
         if sorted(by_name) == list(range(n)) and (by_name != np.arange(n)).any():
-            yield from _exchanges(tuple(moving), by_name, "all joints", "come sorted by name")
+            yield from _exchanges(tuple(moving), by_name, "all joints", "sorted by name")
 
 
 def _exchanges(
@@ -171,11 +179,9 @@ def _exchanges(
 
     changes = (("torques", torque), ("positions", position), ("positions and torques", both))
     for what, change in changes:
-        text = (
-            f"The {what} of {whose} look as if they {how}: check the order of the joints in the"
-            " recording"
-        )
-        yield Hypothesis("joint_order", places, text, change, Grade.REFUSED)
+        text = f"The {what} of {whose} appear to be {how}"
+        advice = "Correct the order of the joints in the recording."
+        yield Hypothesis("joint_order", places, text, advice, change, Grade.REFUSED)
 
 
 def _zeros(case: Case, k: int) -> Iterator[Hypothesis]:
@@ -186,11 +192,11 @@ def _zeros(case: Case, k: int) -> Iterator[Hypothesis]:
         offset[k] = turns * np.pi / 2
         degrees = 90 * turns if turns < 3 else -90
         text = (
-            f"The zero pose of {joints([k], case.robot.joint_names)} looks {degrees} degrees off:"
-            " the URDF fits the torque with that much added to its positions; correct the zero in"
-            " the URDF or in the recording"
+            f"The zero position of {joints([k], case.robot.joint_names)} appears to be wrong: the"
+            f" URDF fits the torque if {degrees} degrees are added to the recorded positions"
         )
-        yield Hypothesis("zero_pose", (k,), text, _shift(offset), Grade.DOUBTFUL)
+        advice = "Correct the zero position in the URDF or in the recording."
+        yield Hypothesis("zero_pose", (k,), text, advice, _shift(offset), Grade.DOUBTFUL)
 
 
 def _shift(offset: Array) -> Callable[[Case], Case]:
@@ -210,11 +216,9 @@ def _gravities(case: Case) -> Iterator[Hypothesis]:
                 continue
             where = f"{'+' if sign > 0 else '-'}{_AXES[axis]}"
             vector = ", ".join(f"{x:g}" for x in wanted)
-            text = (
-                f"The arm looks mounted so that gravity points along {where} of its base: give"
-                f" robot.gravity_m_s2: [{vector}] in the arm's file"
-            )
-            yield Hypothesis("gravity_direction", (), text, _fall(wanted), Grade.DOUBTFUL)
+            text = f"The arm appears to be mounted so that gravity points along {where} of its base"
+            advice = f"Set robot.gravity_m_s2: [{vector}] in the arm's file."
+            yield Hypothesis("gravity_direction", (), text, advice, _fall(wanted), Grade.DOUBTFUL)
 
 
 def _fall(gravity: Array) -> Callable[[Case], Case]:

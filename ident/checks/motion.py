@@ -5,9 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.checks.remark import Grade, Remark
+from ident.checks.remark import Grade, Remark, joints, numbers
 from ident.checks.settings import CheckSettings
-from ident.checks.words import joints, numbers
 from ident.recordings.dataset import Dataset
 from ident.regression.probe import Chunk
 from wamctl.arm.robot import Robot
@@ -54,11 +53,10 @@ def degrees_remark(data: Dataset, robot: Robot) -> Remark:
     low, high = _range(robot, data)
     k = int(np.argmax(np.maximum(np.abs(low), np.abs(high))))
     text = (
-        f"{data.name}: the positions go far beyond the URDF's limits (joint {k + 1} from"
-        f" {low[k]:.4g} to {high[k]:.4g}) and lie inside them as degrees: they were taken for"
-        " degrees; record rad."
+        f"{data.name}: the positions far exceed the URDF's limits (joint {k + 1}: {low[k]:.4g} to"
+        f" {high[k]:.4g}), but keep them if they are in degrees, so they were converted to rad."
     )
-    return Remark("degrees", (), text, Grade.DOUBTFUL)
+    return Remark("degrees", (), text, Grade.DOUBTFUL, "Record positions in rad.")
 
 
 def limit_remarks(robot: Robot, data: Dataset, bounds: CheckSettings) -> list[Remark]:
@@ -70,11 +68,11 @@ def limit_remarks(robot: Robot, data: Dataset, bounds: CheckSettings) -> list[Re
     k = int(places[0])
     lower, upper = robot.model.lowerPositionLimit[k], robot.model.upperPositionLimit[k]
     text = (
-        f"{data.name}: {joints(places, robot.joint_names)} went beyond the URDF's limits (joint"
-        f" {k + 1} from {low[k]:.4g} to {high[k]:.4g}, allowed {lower:.4g} to {upper:.4g}): check"
-        " unit, zero pose, and turns counted by the encoder."
+        f"{data.name}: {joints(places, robot.joint_names)} exceeded the URDF's limits (joint"
+        f" {k + 1}: {low[k]:.4g} to {high[k]:.4g}, allowed {lower:.4g} to {upper:.4g})."
     )
-    return [Remark("beyond_limits", numbers(places), text, Grade.DOUBTFUL)]
+    advice = "Check the unit, the zero position, and whether the encoder counts whole turns."
+    return [Remark("beyond_limits", numbers(places), text, Grade.DOUBTFUL, advice)]
 
 
 def jump_remarks(
@@ -94,18 +92,20 @@ def jump_remarks(
             places = np.flatnonzero(wild.any(axis=0))
             text = (
                 f"{one.name}: {joints(places, robot.joint_names)} jumped {int(wild.sum())} times"
-                f" from one sample to the next, up to {rate.max():.3g} rad/s: two arms on one"
-                " topic, lost stretches without stamps, or an encoder that wraps; record one arm,"
-                " with continuous angles."
+                f" between consecutive samples, at up to {rate.max():.3g} rad/s: either two arms"
+                " publish on one topic, or samples were lost without a gap in the stamps, or an"
+                " encoder wraps around."
             )
             grade = Grade.REFUSED if share > _MOST_JUMPS else Grade.DOUBTFUL
-            found.append(Remark("jumps", numbers(places), text, grade))
+            advice = "Record one arm only, with continuous angles."
+            found.append(Remark("jumps", numbers(places), text, grade, advice))
         elif _in_turn([c.q[:, one.moving] for c in own], bounds):
             text = (
                 f"{one.name}: the positions alternate between two motions from sample to sample:"
-                " two arms on one topic; record one of them, or name its joints apart."
+                " two arms publish on one topic."
             )
-            found.append(Remark("jumps", (), text, Grade.REFUSED))
+            advice = "Record only one of them, or give their joints different names."
+            found.append(Remark("jumps", (), text, Grade.REFUSED, advice))
     return found
 
 
@@ -131,11 +131,12 @@ def rate_remarks(
             continue
         grade = Grade.REFUSED if worst > bounds.interpolation_refused else Grade.DOUBTFUL
         text = (
-            f"{one.name}: {one.rate_hz:.4g} samples a second are few for this motion (every other"
-            f" sample, predicted from those beside it, is off by {100 * worst:.2g} % of the"
-            " joint's range of motion): record at a higher rate, or move slower."
+            f"{one.name}: a sampling rate of {one.rate_hz:.4g} Hz is too low for this motion (every"
+            f" second sample, interpolated from its neighbours, is off by {100 * worst:.3g} % of"
+            " the joint's standard deviation)."
         )
-        found.append(Remark("low_rate", (), text, grade))
+        advice = "Record at a higher rate, or move more slowly."
+        found.append(Remark("low_rate", (), text, grade, advice))
     return found
 
 
@@ -168,14 +169,16 @@ def little_motion(
     if not len(places):
         return []
     k = int(places[0])
+    one = len(places) == 1
     text = (
-        f"{joints(places, robot.joint_names).capitalize()} hardly"
-        f" {'moves' if len(places) == 1 else 'move'} (joint {k + 1} by {span[k]:.2g} rad, at"
-        f" {speed[k]:.2g} rad/s at most): friction hides its parameters; let it move farther and"
-        " faster, or hold it still."
+        f"J{joints(places, robot.joint_names)[1:]} hardly {'moves' if one else 'move'} (joint"
+        f" {k + 1}: {span[k]:.2g} rad, at most {speed[k]:.2g} rad/s), so that friction masks the"
+        " other parameters."
     )
+    it = "it" if one else "them"
+    advice = f"Move {it} farther and faster, or hold {it} still."
     grade = Grade.REFUSED if len(places) == int(moving.sum()) else Grade.DOUBTFUL
-    return [Remark("poor_motion", numbers(places), text, grade)]
+    return [Remark("poor_motion", numbers(places), text, grade, advice)]
 
 
 def _speed(chunk: Chunk) -> Array:

@@ -6,6 +6,7 @@ from enum import IntEnum
 from typing import Any
 
 from wamctl.arm.errors import DataError
+from wamctl.arm.joint_labels import joint_labels, joints_text
 
 _SOUND = "the checks found nothing that speaks against this result."
 
@@ -30,18 +31,55 @@ class Remark:
     Attributes:
         code: of the kind of finding, e.g. `units`.
         joints: joints that it is about, from 1; empty: all of them.
-        sentence: what it looks like, and what to do.
+        finding: what was found, a sentence.
         grade: what it does to the verdict.
+        advice: what to do about it, a sentence; nothing that lowers the verdict is without it.
     """
 
     code: str
     joints: tuple[int, ...]
-    sentence: str
+    finding: str
     grade: Grade
+    advice: str = ""
+
+    def __post_init__(self) -> None:
+        """See that a remark that lowers the verdict says what to do."""
+        if self.grade is not Grade.TRUSTWORTHY and not self.advice:
+            raise ValueError(f"a remark without advice: {self.finding}")
+
+    @property
+    def sentence(self) -> str:
+        """Finding and advice in print."""
+        return f"{self.finding} {self.advice}".rstrip()
 
     def content(self) -> dict[str, Any]:
         """As it stands in result files."""
-        return {"code": self.code, "joints": list(self.joints), "sentence": self.sentence}
+        return {
+            "code": self.code,
+            "joints": list(self.joints),
+            "sentence": self.sentence,
+            "advice": self.advice,
+        }
+
+
+def no_fit(finding: str, grade: Grade = Grade.REFUSED) -> Remark:
+    """A fit that found no solution, or a doubtful one."""
+    advice = (
+        "Check that the URDF, joints and torque belong together, and that every joint moves far and"
+        " fast enough."
+    )
+    return Remark("no_fit", (), finding, grade, advice)
+
+
+def undetermined() -> Remark:
+    """Recordings that leave parameters of the model free."""
+    return Remark(
+        "poor_motion",
+        (),
+        "These recordings leave parameters of the model undetermined.",
+        Grade.REFUSED,
+        "Move every joint farther and faster; `ident design` computes a suitable motion.",
+    )
 
 
 def verdict_of(remarks: Iterable[Remark]) -> Grade:
@@ -86,3 +124,19 @@ def verdict_content(remarks: Iterable[Remark]) -> dict[str, Any]:
     """`verdict` and `remarks` of a result file, the gravest remark first."""
     ordered = gravest_first(remarks)
     return {"verdict": verdict_of(ordered).word, "remarks": [r.content() for r in ordered]}
+
+
+def joined(words: Sequence[str]) -> str:
+    """Words as a list in a sentence."""
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def joints(places: Iterable[int], names: Sequence[str]) -> str:
+    """Joints by number and short name; places count from 0."""
+    labels = joint_labels(names)
+    return joints_text([labels[k] for k in places])
+
+
+def numbers(places: Iterable[int]) -> tuple[int, ...]:
+    """Joints as remarks hold them, from 1."""
+    return tuple(int(k) + 1 for k in places)

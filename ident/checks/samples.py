@@ -1,12 +1,14 @@
 """Samples that are missing, repeated, or cut off, and what is done about them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
-from ident.checks.remark import Grade, Remark
+from ident.checks.remark import Grade, Remark, joined
 from ident.checks.settings import CheckSettings
 from ident.model.attachments import attached_trajectory
 from ident.recordings.dataset import Dataset, Parts
@@ -116,22 +118,20 @@ def _missing(data: Dataset, repeated: int, skipped: int, bounds: CheckSettings) 
     if source.lost:
         told.append(f"{source.lost} samples ({source.lost * source.period_s:.3g} s) are missing")
     if source.repeated:
-        told.append(f"{source.repeated} samples repeat the stamp before them")
+        told.append(f"{source.repeated} samples repeat the previous stamp")
     if repeated:
-        told.append(f"{repeated} readings repeat the one before them while the arm moves")
+        told.append(f"{repeated} readings repeat the previous one while the arm moves")
     if skipped:
-        told.append(f"{skipped} times a reading is lost although the stamps are even")
+        told.append(f"samples were lost {skipped} times although the stamps are evenly spaced")
     if not told:
         return []
     share = (source.lost + source.repeated + repeated + 10 * skipped) / total
     grade = Grade.TRUSTWORTHY if share < bounds.lost_share else Grade.DOUBTFUL
     grade = Grade.REFUSED if share > bounds.lost_refused else grade
-    done = "they were cut out" if grade < Grade.REFUSED else "too little is left"
-    text = (
-        f"{data.name}: {'; '.join(told)} ({100 * share:.2g} % of the recording); {done}; look for"
-        " an overloaded recorder or bus."
-    )
-    return [Remark("missing_data", (), text, grade)]
+    done = "were left out or interpolated" if grade < Grade.REFUSED else "leave too little to fit"
+    text = f"{data.name}: {'; '.join(told)}. They {done} ({100 * share:.3g} % of the recording)."
+    advice = "Check the recorder and the bus for overload, and record again if you can."
+    return [Remark("missing_data", (), text, grade, advice)]
 
 
 def _cut(data: Dataset) -> list[Remark]:
@@ -140,19 +140,17 @@ def _cut(data: Dataset) -> list[Remark]:
         return []
     there = source.spans_s[-1][1]
     file = attached_trajectory(source, data.name)
-    lost = "what came after is lost"
+    lost = "the rest is lost"
     if file is not None and file.fundamental_rad_s:
         wanted = file.periods * 2 * np.pi / file.fundamental_rad_s
         if wanted > there:
             lost = (
                 f"at least {wanted - there:.3g} s ({round((wanted - there) / source.period_s)}"
-                f" samples) of the {wanted:.3g} s of its excitation are lost"
+                f" samples) of its {wanted:.3g} s of excitation are lost"
             )
-    text = (
-        f"{data.name} is cut off after {there:.4g} s ({data.samples} samples), and {lost}: let the"
-        " recorder close the file, or record again."
-    )
-    return [Remark("cut_log", (), text, Grade.DOUBTFUL)]
+    text = f"{data.name} is cut off after {there:.4g} s ({data.samples} samples); {lost}."
+    advice = "Let the recorder close the file, or record again."
+    return [Remark("cut_log", (), text, Grade.DOUBTFUL, advice)]
 
 
 def name_remarks(data: Dataset) -> list[Remark]:
@@ -161,5 +159,43 @@ def name_remarks(data: Dataset) -> list[Remark]:
     if not isinstance(log, LogFile) or not log.renamed:
         return []
     listed = ", ".join(f"{old} as {new}" for old, new in log.renamed)
-    text = f"{data.name}: its joints were taken for the arm's by their names: {listed}."
+    text = f"{data.name}: joints were matched to the arm's by name: {listed}."
     return [Remark("names_matched", (), text, Grade.TRUSTWORTHY)]
+
+
+def reference_remarks(data: Dataset, names: Sequence[str], bounds: CheckSettings) -> list[Remark]:
+    """Reference positions, which carry no names, in another order than the joints.
+
+    Args:
+        data: the recording.
+        names: of the joints.
+        bounds: of the checks.
+    """
+    if not data.has_reference:
+        return []
+    n = len(data.moving)
+    apart, count = np.zeros((n, n)), 0
+    for _, part in data.read():
+        if part.reference is not None:
+            for k in range(n):
+                apart[k] += np.sum((part.reference - part.q[:, [k]]) ** 2, axis=0)
+            count += len(part.q)
+    moving = np.flatnonzero(data.moving)
+    apart = apart[np.ix_(moving, moving)] / max(count, 1)
+    joint, column = linear_sum_assignment(apart)
+    own, best = np.trace(apart), apart[joint, column].sum()
+    if (column == joint).all() or best > bounds.believed_ratio**2 * own:
+        return []
+    listed = joined(
+        [
+            f"{names[int(moving[i])]} is in the place of {names[int(moving[j])]}"
+            for i, j in zip(joint, column, strict=True)
+            if i != j
+        ]
+    )
+    text = (
+        f"{data.name}: the reference positions are in a different order from the joints ({listed}),"
+        " so simulations along the reference motion are wrong."
+    )
+    advice = "List the joints of /joint_states in the order of /joint_reference."
+    return [Remark("joint_order", (), text, Grade.DOUBTFUL, advice)]

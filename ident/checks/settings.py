@@ -147,6 +147,16 @@ class CheckSettings(BaseModel):
         default=0.95,
         description="the same, which a right zero pose or gravity must reach",
     )
+    gain_known: float = Field(
+        default=0.3,
+        description="relative standard error of a drive's gain above which it is not known: its"
+        " torque is then a guess",
+    )
+    gain_sure: float = Field(
+        default=0.1,
+        description="relative standard error of the gains' common factor above which results in"
+        " N m are doubtful",
+    )
     unit_tolerance: float = Field(
         default=1.7, description="factor about a known unit within which the unit is believed"
     )
@@ -173,10 +183,6 @@ class CheckSettings(BaseModel):
         default=2.0,
         description="a recording's error under the others' parameters, beside its own: less"
         " is of no consequence",
-    )
-    disagree_error: float = Field(
-        default=0.05,
-        description="relative error under the others' parameters below which recordings agree",
     )
 
 

@@ -5,12 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.checks.remark import Grade, Remark
+from ident.checks.remark import Grade, Remark, joints, numbers
 from ident.checks.settings import CheckSettings
-from ident.checks.words import joints, numbers
 from ident.regression.probe import Chunk
 
 Array = NDArray[np.floating]
+
+_SEARCH = "if they are right, let `ident gap` search for a missing effect."
 
 
 def constant_joints(
@@ -36,11 +37,13 @@ def constant_effort(
     what = "is zero" if zero else f"stays at {tau[:, k].mean():.4g}"
     grade = Grade.REFUSED if 2 * len(places) >= int(moving.sum()) else Grade.DOUBTFUL
     text = (
-        f"The effort of {joints(places, names)} {what} while the arm moves: no torque was"
-        " recorded; choose the topic or torque that holds it (--joint-states, --torque), or leave"
-        " the joint out of the arm."
+        f"The effort of {joints(places, names)} {what} while the arm moves: no torque was recorded."
     )
-    return [Remark("zero_effort", numbers(places), text, grade)]
+    advice = (
+        "Choose the topic or the kind of torque that holds it (--joint-states, --torque), or leave"
+        f" the joint{'s' * (len(places) > 1)} out of the arm."
+    )
+    return [Remark("zero_effort", numbers(places), text, grade, advice)]
 
 
 def unexplained(
@@ -59,17 +62,17 @@ def unexplained(
         grade = Grade.REFUSED if total > bounds.error_refused else Grade.DOUBTFUL
         text = (
             f"A rigid arm with friction leaves {100 * total:.3g} % of the torque unexplained on"
-            " data that were not fitted: check that URDF, joints, units, and torque belong to this"
-            " arm, and let `ident gap` look for what is missing."
+            " held-out data."
         )
-        remarks.append(Remark("large_error", (), text, grade))
+        advice = f"Check that the URDF, joints, units and torque belong to this arm; {_SEARCH}"
+        remarks.append(Remark("large_error", (), text, grade, advice))
     places = np.flatnonzero(shares > bounds.unexplained_joint)
     if len(places):
         listed = ", ".join(f"{100 * shares[k]:.0f} %" for k in places)
         text = (
-            f"The torque of {joints(places, names)} looks like noise: {listed} of it stay"
-            " unexplained on data that were not fitted; check its sensor, its topic, and whether"
-            " it moves fast enough."
+            f"The torque of {joints(places, names)} is hardly explained: {listed} of it"
+            f" {'is' if len(places) == 1 else 'are'} left on held-out data."
         )
-        remarks.append(Remark("large_error", numbers(places), text, Grade.DOUBTFUL))
+        advice = f"Check the sensor, the topic, and whether the joint moves fast enough; {_SEARCH}"
+        remarks.append(Remark("large_error", numbers(places), text, Grade.DOUBTFUL, advice))
     return remarks

@@ -3,9 +3,8 @@
 import numpy as np
 
 from ident.checks.gains import Gains
-from ident.checks.remark import Grade, Remark
+from ident.checks.remark import Grade, Remark, joined, joints, numbers
 from ident.checks.settings import CheckSettings
-from ident.checks.words import joined, joints, numbers
 
 MENDED = (1000.0, 0.001)
 """Units whose factor is taken for no current and no gear."""
@@ -45,19 +44,23 @@ def unit_remarks(found: Gains, names: tuple[str, ...], bounds: CheckSettings) ->
     factor = unit_factor(found, bounds)
     if factor is not None:
         text = (
-            f"The torque is {abs(found.common):.3g} times what the arm's own weight asks for: it"
-            f" looks like {UNITS[factor]}, and was divided by {factor:g} here; record N m."
+            f"The torque is {abs(found.common):.4g} times what the arm's own weight requires, so it"
+            f" was taken to be in {UNITS[factor]} and converted."
         )
-        return [Remark("units", (), text, Grade.DOUBTFUL)]
+        return [Remark("units", (), text, Grade.DOUBTFUL, "Record the torque in N m.")]
     if _outside(found, bounds):
         near = [name for u, name in UNITS.items() if 0.5 < abs(found.common) / u < 2.0]
         like = f" ({joined(near).replace(' and ', ' or ')}?)" if near else ""
         text = (
-            f"The torque is {abs(found.common):.3g} times what the arm's own weight asks for: it is"
-            f" in another unit{like}, ahead of the gears, or a current; give joint torque in N m"
-            " (a current times torque constant and gear ratio)."
+            f"The torque is {abs(found.common):.3g} times what the arm's own weight requires: it is"
+            f" in another unit{like}, measured before the gears, or a current."
         )
-        return [Remark("units", (), text, Grade.REFUSED)]
+        advice = (
+            "Give joint torque in N m (a current times torque constant and gear ratio), or set"
+            " torque_unit: A in the identification section of the arm's file to have the gains"
+            " estimated."
+        )
+        return [Remark("units", (), text, Grade.REFUSED, advice)]
     return [*_strange(found, bounds), *_apart(found, names, bounds)]
 
 
@@ -66,12 +69,14 @@ def _strange(found: Gains, bounds: CheckSettings) -> list[Remark]:
     if not found.value.any() or found.common_explained > bounds.cad_doubtful:
         return []
     text = (
-        f"The URDF's links explain only {100 * max(found.common_explained, 0.0):.0f} % of the"
-        " torque beside friction: look whether the URDF belongs to this arm, its zero poses and"
-        " mounting are right, its inertials are more than placeholders, and gravity was not taken"
-        " off the torque."
+        f"The URDF's links account for only {100 * max(found.common_explained, 0.0):.0f} % of the"
+        " torque beyond friction."
     )
-    return [Remark("cad_disagrees", (), text, Grade.DOUBTFUL)]
+    advice = (
+        "Check that the URDF belongs to this arm, that its zero positions, mounting and inertials"
+        " are right, and that gravity was not subtracted from the recorded torque."
+    )
+    return [Remark("cad_disagrees", (), text, Grade.DOUBTFUL, advice)]
 
 
 def _apart(found: Gains, names: tuple[str, ...], bounds: CheckSettings) -> list[Remark]:
@@ -89,9 +94,12 @@ def _apart(found: Gains, names: tuple[str, ...], bounds: CheckSettings) -> list[
     rest = np.flatnonzero(sure & ~odd)
     others = f"{np.nanmin(size[rest]):.2g} to {np.nanmax(size[rest]):.2g}"
     text = (
-        f"The effort of {joints(places, names)} is {listed} times what the URDF's links ask for,"
-        f" that of {joints(rest, names)} {others} times: it looks like a current or a motor's"
-        " torque with a factor of its own at each joint, or like a load that the"
-        " URDF lacks."
+        f"The effort of {joints(places, names)} is {listed} times what the URDF's links require,"
+        f" and that of {joints(rest, names)} {others} times: these are currents or motor torques"
+        " with a different factor at each joint, or the URDF lacks a load."
     )
-    return [Remark("current_not_torque", numbers(places), text, Grade.DOUBTFUL)]
+    advice = (
+        "If they are currents, let `--set torque_unit=A` estimate the gains; otherwise give joint"
+        " torque in N m, and a URDF with every load."
+    )
+    return [Remark("current_not_torque", numbers(places), text, Grade.DOUBTFUL, advice)]

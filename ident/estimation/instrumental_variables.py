@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from ident.recordings.dataset import Dataset
 from ident.regression.filters import Processing
@@ -110,7 +110,7 @@ def bias_test(found: Moments) -> BiasTest:
     count = len(without)
     sd = np.sqrt((count - 1) / count * np.sum((without - without.mean(axis=0)) ** 2, axis=0))
     z = (_solved(iv.sum(axis=0)) - _solved(ols.sum(axis=0))) / sd
-    return BiasTest(z, float(np.abs(z).max()), float(norm.isf(0.025 / len(z))))
+    return BiasTest(z, float(np.abs(z).max()), float(-ndtri(0.025 / len(z))))
 
 
 def _solved(moment: Array) -> Array:

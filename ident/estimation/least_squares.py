@@ -12,7 +12,7 @@ from ident.estimation.instrumental_variables import bias_test, instrumental_solu
 from ident.estimation.problem import Estimate, Problem, ordinary
 from ident.estimation.regression_data import FOLDS, RegressionData, held_out, noise_weights
 from ident.regression.squared_errors import sums
-from wamctl.arm.errors import DataError
+from wamctl.arm.errors import ConfigurationError, DataError
 
 Array = NDArray[np.floating]
 
@@ -50,8 +50,13 @@ def feasible_least_squares(evidence: RegressionData) -> Estimate:
     solver = evidence.arm.settings.solver
     if solver == "direct":
         return feasible(evidence.problem())
-    from ident.estimation.readable_sdp import feasible_program  # cvxpy takes a second to load
-
+    try:
+        from ident.estimation.readable_sdp import feasible_program  # cvxpy is an extra, and slow
+    except ModuleNotFoundError as error:
+        raise ConfigurationError(
+            "--solver",
+            [f"{solver} needs cvxpy, which is not installed: pip install 'wam-ident[cvxpy]'"],
+        ) from error
     estimate = feasible_program(evidence.problem()).solve(solver)
     if estimate.delta is None or not holds(evidence.problem().constraints, estimate.delta):
         raise DataError(

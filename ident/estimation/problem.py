@@ -16,6 +16,9 @@ Array = NDArray[np.floating]
 _LEAST_SHARE = 1e-8
 """Of the squared torque: data with less error count as if they had it, or no solver could scale."""
 
+_UNDETERMINED = 1e-13
+"""Of the largest singular value of scaled normal equations."""
+
 
 @dataclass(frozen=True)
 class Problem:
@@ -110,6 +113,12 @@ def least_error(problem: Problem) -> float:
 
 
 def solved(gram: Array) -> Array:
-    """The least squares of normal equations [W | tau]^T [W | tau], columns in their own scale."""
-    scale = np.sqrt(np.diag(gram)[:-1])
-    return np.linalg.solve(gram[:-1, :-1] / np.outer(scale, scale), gram[:-1, -1] / scale) / scale
+    """The least squares of normal equations [W | tau]^T [W | tau], columns in their own scale.
+
+    Columns that a recording leaves undetermined, such as those of its held joints, get the smallest
+    solution.
+    """
+    size = np.sqrt(np.diag(gram)[:-1])
+    scale = np.where(size > 0.0, size, 1.0)
+    normal, right = gram[:-1, :-1] / np.outer(scale, scale), gram[:-1, -1] / scale
+    return np.linalg.lstsq(normal, right, rcond=_UNDETERMINED)[0] / scale

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.effects.reversal_friction import SmoothedSign, best_mixture, parts_of
+from ident.effects.reversal_friction import SmoothedSign, best_mixture, curve_of, parts_of
 from ident.effects.smoothed_segment import DIRECTION_HZ
 from ident.model.fit_filter import ReversalPart
 from ident.regression.filters import CURVES
@@ -48,7 +48,7 @@ class KnownShapes:
     @classmethod
     def of_model(cls, reversals: Sequence[Sequence[ReversalPart]]) -> "KnownShapes":
         """What a model keeps of each joint."""
-        named = [[(_curve(p), p.part) for p in joint] for joint in reversals]
+        named = [[(curve_of(p), p.part) for p in joint] for joint in reversals]
         curves = tuple(dict.fromkeys(curve for joint in named for curve, _ in joint))
         shapes = np.zeros((len(named), len(curves)))
         for row, joint in zip(shapes, named, strict=True):
@@ -62,13 +62,6 @@ class KnownShapes:
             tuple(_part(c, float(x)) for c, x in zip(self.curves, row, strict=True) if x > 0.0)
             for row in self.shapes
         )
-
-
-def _curve(part: ReversalPart) -> SmoothedSign:
-    if part.cutoff_hz is None:
-        return SmoothedSign(part.scale, None)
-    nearest = int(np.abs(np.array(DIRECTION_HZ) - part.cutoff_hz).argmin())
-    return SmoothedSign(part.scale, nearest, part.tailed)
 
 
 def _part(curve: SmoothedSign, part: float) -> ReversalPart:

@@ -134,6 +134,7 @@ def model_of(found: Identification) -> Model:
         filter=fit_filter(process, KnownShapes(process.curves, evidence.reversals.shapes)),
         noise=found.assessments[name].filtered.rms_by_joint,
         logs=tuple(log.data.name for log in evidence.logs),
+        gains_nm_per_a=evidence.arm.settings.gains_nm_per_a or (),
     )
 
 

@@ -11,7 +11,7 @@ over fewer kinds of curves.
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy.special import stdtrit
 
 from ident.estimation.regression_data import RegressionData
 from ident.estimation.reversal_shapes import least_squares_with, other_solutions
@@ -68,7 +68,7 @@ def _cluster_robust(grams: Array) -> Array:
     parts = np.einsum("gji,gj->gi", directions, scores)
     parts /= np.sqrt(1 - np.clip(leverage, 0.0, _MOST_LEVERAGE))
     moves = np.einsum("gij,gj->gi", directions, parts) @ root
-    small_sample = stats.t(max(len(grams) - 1, 1)).ppf(0.95) / QUANTILE_90
+    small_sample = stdtrit(max(len(grams) - 1, 1), 0.95) / QUANTILE_90
     return small_sample**2 * np.sum(moves**2, axis=0) / scale**2
 
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.effects.compensation import without_effects
 from ident.estimation.regression_data import RegressionData, gather
 from ident.estimation.reversal_shapes import KnownShapes
 from ident.identification.cross_validation import spread
@@ -71,6 +70,8 @@ def arm_of(model: Model) -> Arm:
         sign_cutoff_hz=filter_.sign_cutoff_hz,
         velocity_threshold_rad_s=filter_.velocity_threshold_rad_s,
         reversals="auto" if filter_.reversals else "culled",
+        torque_unit="A" if model.gains_nm_per_a else "N m",
+        gains_nm_per_a=model.gains_nm_per_a or None,
     )
     terms = [name for name in TERM_NAMES if getattr(model.terms, name)]
     arm = Arm(model.arm, model.robot, settings, model.terms, None, "model.yaml")
@@ -101,6 +102,8 @@ def predict(model: Model, arm: Arm, data: Dataset) -> Prediction:
     known = KnownShapes.of_model(model.filter.reversals) if model.filter.reversals else None
     evidence = whole = gather([data], arm, known=known)
     if model.effects.records:
+        from ident.effects.compensation import without_effects  # it loads numba, half a second
+
         bare = replace(model, effects=NoEffects())
         whole, evidence = (
             gather([without_effects(m, data)], arm, known=known) for m in (bare, model)

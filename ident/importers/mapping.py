@@ -114,13 +114,18 @@ class Mapping(Section):
         default=None, description="matrix motor angle from joint angle [rad/rad]"
     )
     position: PositionSection
+    command_position: PositionSection | None = Field(
+        default=None, description="position that was asked for, by the same clock"
+    )
     velocity: VelocitySection | None = None
     effort: EffortSection | None = Field(default=None, description="measured torque")
     command: EffortSection | None = Field(default=None, description="commanded torque")
 
     @model_validator(mode="after")
     def _fits_together(self) -> "Mapping":
-        faults = [] if self.effort or self.command else ["give effort or command: a torque"]
+        faults = []
+        if not (self.effort or self.command or self.command_position):
+            faults.append("give effort or command (a torque), or command_position")
         if not self.robot and not self.joints:
             faults.append("give joints, or the robot whose joints they are")
         if not self.header:
@@ -139,7 +144,7 @@ class Mapping(Section):
 
     def series(self) -> "Iterator[Series]":
         """The quantities that the file maps, each with its name."""
-        for name in ("position", "velocity", "effort", "command"):
+        for name in ("position", "command_position", "velocity", "effort", "command"):
             part = getattr(self, name)
             if part is not None:
                 yield Series(name, part)

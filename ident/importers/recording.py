@@ -8,7 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.importers.columns import files, read_columns
-from ident.importers.mapping import EffortSection, Mapping, SeriesSection, load_mapping
+from ident.importers.mapping import (
+    EffortSection,
+    Mapping,
+    PositionSection,
+    SeriesSection,
+    load_mapping,
+)
 from wamctl.arm.config import beside, find_file, load_robot_file
 from wamctl.arm.errors import ConfigurationError
 from wamctl.arm.recorder import write_recording
@@ -67,9 +73,10 @@ def mapped_recording(source: Path, mapping: Path | str) -> Recording:
     arm = _arm(plan, where)
     columns = read_columns(source, plan, where, len(arm.joints))
     q = _joint_side(plan.position, columns.series["position"], plan)
-    qd, effort, command = (
+    wanted, qd, effort, command = (
         _joint_side(part, columns.series[place], plan) if part else None
         for place, part in (
+            ("command_position", plan.command_position),
             ("velocity", plan.velocity),
             ("effort", plan.effort),
             ("command", plan.command),
@@ -78,10 +85,12 @@ def mapped_recording(source: Path, mapping: Path | str) -> Recording:
     return Recording(
         arm.joints,
         columns.stamp_ns,
-        q + np.array(plan.position.offset or 0.0),
+        q,
         qd,
         effort,
-        None if command is None else Command(columns.stamp_ns, None, None, command),
+        None
+        if command is None and wanted is None
+        else Command(columns.stamp_ns, wanted, None, command),
         metadata={path.name: _digest(path) for path in files(source, plan)},
         attachments=arm.attachments | {"mapping.yaml": where.read_bytes()},
     )
@@ -117,8 +126,13 @@ def _arm(plan: Mapping, where: Path) -> _Arm:
 def _joint_side(part: SeriesSection, raw: Array, plan: Mapping) -> Array:
     """Joint quantities in SI units, shape (S, n)."""
     values = raw * _UNITS[part.unit] * np.array(part.scale or 1.0)
-    if part.side == "joint":
-        return values
+    if part.side == "motor":
+        values = _from_motors(part, values, plan)
+    return values + np.array(part.offset or 0.0) if isinstance(part, PositionSection) else values
+
+
+def _from_motors(part: SeriesSection, values: Array, plan: Mapping) -> Array:
+    """The motors' quantities as the joints', shape (S, n)."""
     if isinstance(part, EffortSection) and part.joint_from_motor:
         return values @ np.array(part.joint_from_motor).T
     motor_from_joint = np.array(plan.motor_from_joint)

@@ -2,11 +2,13 @@
 
 import csv
 import itertools
+import struct
+import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 import scipy.io
@@ -14,10 +16,17 @@ from numpy.typing import NDArray
 from scipy.io.matlab import MatReadError
 
 from wamctl.arm.errors import DataError
+from wamctl.arm.ros2.bounds import Allowance
 
 Array = NDArray[np.floating]
 Name = str | int
 
+_UNREADABLE = (
+    OSError, ValueError, TypeError, NotImplementedError, MemoryError, OverflowError, KeyError,
+    RecursionError, zlib.error, MatReadError,
+)  # fmt: skip
+_STEP = 1 << 20
+_COMPRESSED, _MAT_HEADER, _MAT_TAG = 15, 128, struct.Struct("<II")
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
@@ -121,9 +130,11 @@ def _is_number(cell: str) -> bool:
 
 def _npz(path: Path) -> dict[str, Any]:
     try:
+        with ZipFile(path) as archive:
+            Allowance.of(path).take(sum(entry.file_size for entry in archive.infolist()))
         with np.load(path) as archive:
             return dict(archive.items())
-    except (OSError, ValueError, BadZipFile, AttributeError) as error:
+    except (OSError, ValueError, MemoryError, BadZipFile, AttributeError, zlib.error) as error:
         raise DataError(f"{path} is not a readable .npz archive ({error}).") from error
 
 
@@ -135,9 +146,28 @@ def _mat(path: Path) -> dict[str, Any]:
         # Version 7.3 is HDF5 behind a MATLAB header of 512 bytes, with the axes in reverse order.
         if _HDF5 in head:
             return _hdf5(path)
+        _bounded(path)
         return dict(_flat(scipy.io.loadmat(path, simplify_cells=True)))
-    except (OSError, ValueError, TypeError, NotImplementedError, MatReadError) as error:
+    except _UNREADABLE as error:
         raise DataError(f"{path} is not a readable .mat file ({error}).") from error
+
+
+def _bounded(path: Path) -> None:
+    """Refuses a file of version 5 whose packed variables are larger than the file may unpack to.
+
+    Raises:
+        DataError: they are.
+    """
+    data, position, allowed = path.read_bytes(), _MAT_HEADER, Allowance.of(path)
+    while position + _MAT_TAG.size <= len(data):
+        kind, length = _MAT_TAG.unpack_from(data, position)
+        position += _MAT_TAG.size
+        if kind == _COMPRESSED:
+            unpacker, rest = zlib.decompressobj(), data[position : position + length]
+            while rest and not unpacker.eof:
+                allowed.take(len(unpacker.decompress(rest, _STEP)))
+                rest = unpacker.unconsumed_tail
+        position += length
 
 
 def _hdf5(path: Path) -> dict[str, Any]:
@@ -150,9 +180,12 @@ def _hdf5(path: Path) -> dict[str, Any]:
             " pip install 'wam-ident[mat]', or save the file with -v7."
         ) from error
 
+    allowed = Allowance.of(path)
+
     def datasets(group: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
         for name, item in group.items():
             if isinstance(item, h5py.Dataset):
+                allowed.take(item.size * item.dtype.itemsize)
                 yield prefix + name, item[()].T
             elif not name.startswith("#") and isinstance(item, h5py.Group):
                 yield from datasets(item, f"{prefix}{name}.")

@@ -1,6 +1,6 @@
 """The arm that a recording belongs to: from the log itself, or from the file given with --robot."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from wamctl.arm.config import (
     IdentificationSection,
     RobotFile,
     RobotSection,
+    ServoSection,
     beside,
     find_file,
     load_robot_file,
@@ -37,6 +38,7 @@ class Arm:
         harmonic_hz: highest harmonic of the excitation [Hz], where the file says it.
         source: where all this was read.
         unrecorded: joints of a plain URDF that the recording lacks; they are locked at zero.
+        servo: what its file says of position servos.
     """
 
     name: str
@@ -46,6 +48,7 @@ class Arm:
     harmonic_hz: float | None
     source: str
     unrecorded: tuple[str, ...] = ()
+    servo: ServoSection = field(default_factory=ServoSection)
 
     def with_settings(self, **changes: Any) -> "Arm":
         """The same arm with other settings; those that are None stay.
@@ -155,7 +158,8 @@ def arm_with(file: RobotFile | ArmFile, robot: Robot, source: str) -> Arm:
         excitation = file.excitation
         harmonic = excitation.fundamental_rad_s * excitation.harmonics / (2 * np.pi)
     terms = terms_of(file, robot.dof, file.identification.terms, source)
-    return Arm(file.arm, robot, file.identification, terms, harmonic, source)
+    servo = (file.servo if isinstance(file, RobotFile) else None) or ServoSection()
+    return Arm(file.arm, robot, file.identification, terms, harmonic, source, servo=servo)
 
 
 def terms_of(file: RobotFile | ArmFile, dof: int, wanted: tuple[str, ...], source: str) -> Terms:

@@ -59,6 +59,8 @@ class Model:
         filter: of the fit.
         noise: residual of the fit per joint [N m], shape (n,); NaN for held joints.
         logs: names of the recordings of the fit.
+        gains_nm_per_a: torque per ampere of each joint, where the recordings held currents; empty:
+            they held torque.
         effects: effects beyond (3), as `ident gap` finds them.
     """
 
@@ -72,6 +74,7 @@ class Model:
     filter: Filter
     noise: Array
     logs: tuple[str, ...]
+    gains_nm_per_a: tuple[float, ...] = ()
     effects: ModelEffects = field(default=NoEffects())
 
     def __post_init__(self) -> None:

@@ -66,6 +66,7 @@ class _ModelFile(Section):
     base_parameters: tuple[_BaseParameterEntry, ...]
     filter: _FilterSection
     logs: tuple[str, ...]
+    gains_nm_per_a: tuple[float, ...] = Field(default=())
     effects: tuple[EffectRecord, ...] = Field(default=())
     urdf: str
 
@@ -126,6 +127,7 @@ def _model(file: _ModelFile, source: str, bind: Bind) -> Model:
         filter=_filter(file.filter),
         noise=np.array([np.nan if x is None else x for x in file.noise_nm]),
         logs=file.logs,
+        gains_nm_per_a=file.gains_nm_per_a,
         effects=bind(file.effects),
     )
 

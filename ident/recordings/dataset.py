@@ -143,6 +143,15 @@ class Dataset:
 
         return replace(self, read=read)
 
+    def with_torque_times(self, factors: Array) -> "Dataset":
+        """The same recording with its torque multiplied, joint by joint, shape (n,)."""
+        return replace(self, read=partial(_torque_times, self, factors))
+
+
+def _torque_times(data: Dataset, factors: Array) -> Parts:
+    for number, part in data.read():
+        yield number, replace(part, tau=part.tau * factors)
+
 
 def dataset(
     recording: Recording,

@@ -27,11 +27,18 @@ class TooShortError(DataError):
         self.cutoff_hz = cutoff_hz
         super().__init__(log, seconds, needed, cutoff_hz)
 
-    def __str__(self) -> str:
+    advice = "Record for longer, or raise --cutoff."
+
+    @property
+    def finding(self) -> str:
+        """What is too short."""
         return (
-            f"{self.log} is {self.seconds:.3g} s long, and a filter of {self.cutoff_hz:g} Hz needs"
-            f" {self.needed:.3g} s: record for longer, or raise --cutoff."
+            f"{self.log} is {self.seconds:.3g} s long, but a filter with a cut-off of"
+            f" {self.cutoff_hz:g} Hz needs {self.needed:.3g} s."
         )
+
+    def __str__(self) -> str:
+        return f"{self.finding} {self.advice}"
 
 
 class ArmsDifferError(DataError):

@@ -1,7 +1,8 @@
 """A first pass over a log: its joints, rate, holes, and how far each joint moves."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -21,6 +22,10 @@ _MOST_STEPS = 100_000
 """The period is the median of so many steps between stamps at most, evenly thinned."""
 
 
+_SMALL_BYTES = 64e6
+"""Logs of so many bytes of numbers at most are kept as they were read, so as to be read once."""
+
+
 class Log(Protocol):
     """What can be read from its start as often as needed: a file, or a recording in memory."""
 
@@ -35,7 +40,8 @@ class LogSummary:
 
     Attributes:
         name: the log's name.
-        log: to be read again.
+        log: as it was given.
+        pieces: reads it again; small ones from memory.
         joint_names: of its columns, N of them.
         attachments: files inside the log.
         first_ns: its first stamp [ns].
@@ -51,6 +57,7 @@ class LogSummary:
 
     name: str
     log: Log
+    pieces: Callable[[], Iterator[Piece]]
     joint_names: tuple[str, ...]
     attachments: dict[str, bytes]
     first_ns: int
@@ -82,7 +89,12 @@ def survey(log: Log, name: str) -> LogSummary:
     measured = commanded = False
     complete = True
     wanted, widths = 0, set()
+    kept, size = [], 0
     for piece in log.pieces():
+        size += _bytes(piece)
+        kept.append(piece)
+        if size > _SMALL_BYTES:
+            kept.clear()
         attachments |= piece.attachments
         complete = complete and piece.complete
         if piece.states is not None:
@@ -99,6 +111,7 @@ def survey(log: Log, name: str) -> LogSummary:
     return LogSummary(
         name=name,
         log=log,
+        pieces=partial(iter, kept) if size <= _SMALL_BYTES else log.pieces,
         joint_names=joints,
         attachments=attachments,
         first_ns=stamps.first,
@@ -113,6 +126,13 @@ def survey(log: Log, name: str) -> LogSummary:
         commanded=commanded,
         reference=wanted > 1 and widths == {len(joints)},
     )
+
+
+def _bytes(piece: Piece) -> int:
+    """What the numbers of a piece take in memory."""
+    series = (piece.states, piece.commands, piece.reference)
+    numbers = [x for s in series if s is not None for x in vars(s).values()]
+    return sum(x.nbytes for x in numbers if isinstance(x, np.ndarray))
 
 
 class _Stamps:
@@ -161,8 +181,8 @@ class _Stamps:
         """
         if not len(self._steps):
             raise DataError(
-                f"{self._name} holds {self._count} samples at one instant; nothing can be learned"
-                " from it: write the sampling instants into the headers' stamps."
+                f"{self._name} holds {self._count} samples with one and the same stamp, from which"
+                " nothing can be learned: write the sampling instants into the headers' stamps."
             )
         return float(np.median(self._steps))
 

@@ -86,7 +86,7 @@ def instants(found: LogSummary, torque: TorqueSource, columns: Sequence[int]) ->
         columns: the log's joints to take, n of them.
     """
     waiting = _Waiting(found, torque, columns)
-    for piece in found.log.pieces():
+    for piece in found.pieces():
         waiting.add(piece)
         yield from waiting.taken(waiting.known_s)
     yield from waiting.taken(np.inf)

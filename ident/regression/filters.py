@@ -117,10 +117,19 @@ def _cutoff(arm: Arm, data: Dataset) -> tuple[float, str]:
     if arm.harmonic_hz is not None:
         text = f"{_OVER_HARMONIC} times the highest harmonic of the excitation (paper, V-C)"
         return _OVER_HARMONIC * arm.harmonic_hz, text
-    found = _OVER_HARMONIC * highest_frequency(data)
     return min(
-        found, _HIGHEST_SHARE * data.rate_hz / 2
+        wanted_cutoff_hz(data), highest_cutoff_hz(data)
     ), f"{_OVER_HARMONIC} times the frequency below which {_ENERGY:.0%} of the velocity lies"
+
+
+def wanted_cutoff_hz(data: Dataset) -> float:
+    """The cut-off that the velocity's spectrum asks for [Hz]."""
+    return _OVER_HARMONIC * highest_frequency(data)
+
+
+def highest_cutoff_hz(data: Dataset) -> float:
+    """The highest cut-off that is taken without being asked for [Hz]."""
+    return _HIGHEST_SHARE * data.rate_hz / 2
 
 
 def highest_frequency(data: Dataset) -> float:

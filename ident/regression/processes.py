@@ -5,11 +5,11 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import active_children, get_context, parent_process
 from types import ModuleType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -23,18 +23,30 @@ def in_processes(
     The function has to be one of an importable module: a process does not run the caller's script
     again, so that this also works in a script without a `__main__` guard and in a notebook.
     """
+    with process_pool(workers) as pool:
+        yield from pool.map(function, items)
+
+
+@contextmanager
+def process_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """A pool of processes, ended with the block: at once where an error or interrupt ends it."""
     before = set(active_children())
-    pool = ProcessPoolExecutor(workers, get_context("spawn"), _end_with_parent)
+    pool = _Pool(workers, get_context("spawn"), _end_with_parent)
     try:
-        with _deaf(), _without_main():
-            results = pool.map(function, items)
-        yield from results
+        yield pool
     except BaseException:
         for worker in set(active_children()) - before:
             worker.terminate()
         raise
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+class _Pool(ProcessPoolExecutor):
+    def submit(self, *args: Any, **kwargs: Any) -> Future:
+        """As of any executor; processes start here."""
+        with _deaf(), _without_main():
+            return super().submit(*args, **kwargs)
 
 
 def _end_with_parent() -> None:

@@ -14,6 +14,8 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from wamctl.arm.command_line import is_quiet
+
 
 class Tell(Protocol):
     """Called with a few words when a step begins, and again as it goes on."""
@@ -36,12 +38,12 @@ def shown() -> Iterator[Tell]:
     console = Console(stderr=True)
     columns = (
         SpinnerColumn(),
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         TimeElapsedColumn(),
         BarColumn(),
         TimeRemainingColumn(),
     )
-    hidden = not console.is_terminal
+    hidden = is_quiet() or not console.is_terminal
     with Progress(*columns, console=console, transient=True, disable=hidden) as progress:
         task = progress.add_task("starting", total=None)
 

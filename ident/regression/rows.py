@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from itertools import groupby
 from operator import itemgetter
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,14 +76,36 @@ class Window:
     count: int
 
 
+class FurtherColumns(Protocol):
+    """Torque per unit of what the base parameters do not hold, as smooth as the motion."""
+
+    @property
+    def count(self) -> int:
+        """Number of columns."""
+        ...
+
+    def __call__(self, motion: Motion) -> Array:
+        """Columns along S samples of n joints, shape (S, n, count)."""
+        ...
+
+
 @dataclass(frozen=True)
 class Regressor:
-    """What forms the rows of one arm: robot, friction, and the base parameters that are wanted."""
+    """What forms the rows of one arm.
+
+    Attributes:
+        robot: kinematics, frames, and gravity.
+        terms: friction and rotors.
+        base: the base parameters that are wanted.
+        moving: which joints move, shape (n,).
+        further: columns that follow those of the base parameters in W; None: there are none.
+    """
 
     robot: Robot
     terms: Terms
     base: BaseMap
     moving: NDArray[np.bool_]
+    further: FurtherColumns | None = None
 
     @property
     def columns(self) -> list[Parameter]:
@@ -91,9 +114,10 @@ class Regressor:
 
     @property
     def order(self) -> NDArray[np.intp]:
-        """Places that bring the columns as formed into the order of beta."""
+        """Places that bring the columns as formed into the order of beta, further ones last."""
         groups = [_column_group(p) for p in self.base.kept_parameters]
-        return np.argsort(np.argsort(groups, kind="stable"))
+        further = [1] * (self.further.count if self.further else 0)
+        return np.argsort(np.argsort(groups + further, kind="stable"))
 
 
 def _column_group(parameter: Parameter) -> int:
@@ -250,6 +274,8 @@ def _columns(body: Motion, sharp_speed: Array, regressor: Regressor) -> tuple[Ar
     columns = regressor.columns
     smooth = smooth_columns(robot, terms, body, [p for p in columns if p.kind not in SHARP])
     sharp = sharp_columns(terms, sharp_speed * moving, [p for p in columns if p.kind in SHARP])
+    if regressor.further is not None:
+        smooth = np.concatenate([smooth, regressor.further(body)], axis=2)
     return smooth[:, moving], sharp[:, moving]
 
 

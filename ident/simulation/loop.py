@@ -51,6 +51,17 @@ class Wire:
     torque_step: Array
     period_s: float
 
+    def read(self, q: Array) -> Array:
+        """Joint positions [rad] as the encoders tell them, in whole counts, shape (n,)."""
+        step = 2 * np.pi / self.counts_per_revolution
+        counts = np.rint(self.motor_from_joint @ q / step)
+        return np.linalg.solve(self.motor_from_joint, counts * step)
+
+    def given(self, torque: Array) -> Array:
+        """Joint torque [N m] that drives give when asked for one, in whole steps, shape (n,)."""
+        motor = np.linalg.solve(self.motor_from_joint.T, torque)
+        return self.motor_from_joint.T @ (np.rint(motor / self.torque_step) * self.torque_step)
+
 
 @dataclass(frozen=True)
 class Run:
@@ -85,7 +96,7 @@ def run(
     wanted: tuple[Array, Array, Array],
     disturbance: Array | None = None,
 ) -> Run:
-    """Follow a reference in closed loop, from rest at its first sample.
+    """Follow a reference in closed loop, from its first sample and velocity.
 
     Args:
         arm: what is simulated.
@@ -127,14 +138,14 @@ def _simulate(functions, arm, law, q_ref, qd_ref, qdd_ref, noise):
     m, (elements, size) = arm.coulomb.size, arm.rows.shape
     state = State(np.empty(size), np.zeros(size), np.zeros(n), np.zeros(m), np.zeros(elements))
     w, law_w, tmp = workspace(n), workspace(n), scratch(n, size, m, elements)
-    _start(arm, state, q_ref[0], w, tmp)
+    _start(arm, state, q_ref[0], qd_ref[0], w, tmp)
     acting, torque = np.zeros(n), np.zeros(n)
-    velocity, last, alpha = np.zeros(n), np.zeros(n), np.empty(n)
+    velocity, last, alpha = qd_ref[0].copy(), np.zeros(n), np.empty(n)
     for k in range(samples):
         _read(arm, law, state, q_log[k])
         if k == 0:
             copy(q_log[0], last)
-            inverse_dynamics(law.chain, law.delta, q_log[0], velocity, velocity, law_w, torque)
+            inverse_dynamics(law.chain, law.delta, q_log[0], velocity, tmp.zero, law_w, torque)
             _round(law, torque)
         copy(torque, tau_log[k])
         for i in range(n):
@@ -154,12 +165,17 @@ def _simulate(functions, arm, law, q_ref, qd_ref, qdd_ref, noise):
 
 
 @njit(cache=True)
-def _start(arm, state, wanted, w, tmp):
-    """At rest, where encoders read what is wanted; a tie that gives hangs by the arm's weight."""
+def _start(arm, state, wanted, speed, w, tmp):
+    """At the wanted speed, where encoders read what is wanted.
+
+    A tie that gives hangs by the arm's weight.
+    """
     n = wanted.size
     for i in range(n):
         state.q[i] = wanted[i] + arm.zero[i]
         state.q[arm.seat[i]] = state.q[i]
+        state.v[i] = speed[i]
+        state.v[arm.seat[i]] = speed[i]
     inverse_dynamics(arm.chain, arm.delta, state.q[:n], tmp.zero, tmp.zero, w, tmp.bias)
     for i in range(n):
         if arm.seat[i] != i:

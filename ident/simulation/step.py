@@ -7,6 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import Chain, inverse_dynamics, mass_matrix
+from ident.dynamics.compiled_inverse import invert
 
 Array = NDArray[np.floating]
 
@@ -96,7 +97,7 @@ def advance(functions, arm, state, w, tmp, acting, t, h):
     for f in range(len(functions)):
         functions[f](t, q, v, tmp.load, arm.joints[f], arm.settings[f], tmp.resistance, tmp.level)
     _momentum(arm, state, tmp, acting, h)
-    _invert(tmp.system, tmp.inverse)
+    invert(tmp.system, tmp.inverse)
     _times(tmp.inverse, arm.rows, tmp.response)
     for i in range(size):
         tmp.free[i] = 0.0
@@ -119,7 +120,7 @@ def _momentum(arm, state, tmp, acting, h):
     n, size = arm.seat.size, state.q.size
     _inertia(arm, tmp)
     if size > n:
-        _invert(tmp.system, tmp.inverse)
+        invert(tmp.system, tmp.inverse)
         _inertia(arm, tmp)
         for i in range(n):
             k = arm.seat[i]
@@ -156,26 +157,6 @@ def _times(a, rows, out):
             out[i, e] = 0.0
             for j in range(rows.shape[1]):
                 out[i, e] += a[i, j] * rows[e, j]
-
-
-@njit(cache=True)
-def _invert(matrix, out):
-    """Inverse of a positive definite matrix by Gauss-Jordan steps; the matrix is used up."""
-    n = matrix.shape[0]
-    for i in range(n):
-        for j in range(n):
-            out[i, j] = 1.0 if i == j else 0.0
-    for i in range(n):
-        pivot = 1.0 / matrix[i, i]
-        for c in range(n):
-            matrix[i, c] *= pivot
-            out[i, c] *= pivot
-        for r in range(n):
-            factor = matrix[r, i]
-            if r != i and factor != 0.0:
-                for c in range(n):
-                    matrix[r, c] -= factor * matrix[i, c]
-                    out[r, c] -= factor * out[i, c]
 
 
 @njit(cache=True)
