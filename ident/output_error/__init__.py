@@ -1,0 +1,1 @@
+"""Identification by simulation: servo, transmission, and friction from commands and positions."""

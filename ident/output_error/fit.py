@@ -1,0 +1,262 @@
+"""Settings with which the simulated arm answers the commands as the recorded one did.
+
+Gauss-Newton with Levenberg's damping on the simulated positions, in closed loop: the servo keeps
+the simulation on its way, so that long recordings need no restarts; a hole begins a new stretch.
+Derivatives are differences of whole simulations. A setting of one joint is taken to move that
+joint alone (a geared arm's joints hardly feel each other), so that one simulation serves all
+joints; zero positions, which turn the gravity of others, have a simulation each. The residuals
+themselves are always those of the coupled arm.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.dynamics.compiled_chain import Chain
+from ident.output_error.parameters import QUANTITIES
+from ident.output_error.plant import Motion, simulate
+
+Array = NDArray[np.floating]
+Heard = Callable[[int, float], None]
+
+_REACHING = ("zero",)  # felt by other joints
+_NUDGE = 0.03  # of a logarithm; sticking makes smaller changes uneven
+_PART = 0.1  # the same of a quantity's scale
+_MEMORY_S = 0.4  # residuals closer than this say the same
+_TRIES = 7
+_LONGEST = 1.0  # step in a coordinate
+_ENOUGH = 3e-3  # nats by which a step must help, per effective sample
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Unbroken samples of one recording.
+
+    Attributes:
+        motion: what was commanded.
+        q: what the encoders told [rad], shape (S, n).
+        name: of the recording.
+        counted: the first sample that errors count; before it the simulation finds its way.
+    """
+
+    motion: Motion
+    q: Array
+    name: str = ""
+    counted: int = 0
+
+
+@dataclass(frozen=True)
+class Setup:
+    """All that a fit holds fixed.
+
+    Attributes:
+        chain, delta: the links.
+        at_link: whether each joint's encoder sits behind the gears, shape (n,).
+        stretches: the recordings.
+        step: longest step of the simulation [s].
+    """
+
+    chain: Chain
+    delta: Array
+    at_link: NDArray[np.bool_]
+    stretches: tuple[Stretch, ...]
+    step: float
+
+    @property
+    def seconds(self) -> float:
+        """Length of all recordings."""
+        return sum(float(s.motion.t[-1] - s.motion.t[0]) for s in self.stretches)
+
+    def replay(self, settings: Array) -> list[Array]:
+        """Simulated positions along each stretch, shape (S, n) each [rad]."""
+        made = []
+        for stretch in self.stretches:
+            out = np.empty_like(stretch.q)
+            simulate(self.chain, self.delta, settings, self.at_link, stretch.motion, self.step, out)
+            made.append(out)
+        return made
+
+    def residuals(self, settings: Array) -> Array:
+        """Measured less simulated positions, all stretches stacked [rad], shape (S, n)."""
+        pairs = zip(self.stretches, self.replay(settings), strict=True)
+        return np.concatenate([s.q[s.counted :] - m[s.counted :] for s, m in pairs])
+
+
+@dataclass(frozen=True)
+class Prior:
+    """What is believed before the data: where coordinates lie, and how alike joints are.
+
+    Attributes:
+        center: settings around which they lie, shape (22, n).
+        sd: of each coordinate, shape (22, n).
+        alike: of the difference of a coordinate from its mean over joints, shape (22,); inf: not.
+    """
+
+    center: Array
+    sd: Array
+    alike: Array
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fit's end.
+
+    Attributes:
+        settings: shape (22, n).
+        free: which of them were fitted, shape (22, n).
+        residuals: [rad], shape (S, n).
+        cost: twice the negative logarithm of the posterior, but for a constant.
+        rounds: steps that were taken.
+    """
+
+    settings: Array
+    free: NDArray[np.bool_]
+    residuals: Array
+    cost: float
+    rounds: int
+
+    @property
+    def rms(self) -> Array:
+        """Of the residuals by joint [rad], shape (n,)."""
+        return np.sqrt(np.mean(self.residuals**2, axis=0))
+
+
+def coordinates(settings: Array) -> Array:
+    """Settings as a fit moves them: logarithms, or in units of their scale."""
+    rows = [
+        np.log(row) if q.scale == 0.0 else row / q.scale
+        for q, row in zip(QUANTITIES, settings, strict=True)
+    ]
+    return np.array(rows)
+
+
+def settings_at(place: Array) -> Array:
+    """The settings at coordinates, inside their bounds."""
+    rows = [
+        np.clip(np.exp(np.clip(row, -60, 60)) if q.scale == 0.0 else row * q.scale, q.low, q.high)
+        for q, row in zip(QUANTITIES, place, strict=True)
+    ]
+    return np.array(rows)
+
+
+def columns(setup: Setup, settings: Array, free: NDArray[np.bool_], residuals: Array) -> Array:
+    """Change of the simulated positions per coordinate, shape (p, S, n), p free ones by rows."""
+    pairs = np.argwhere(free)
+    made = np.zeros((len(pairs), *residuals.shape))
+    place = coordinates(settings)
+    for row in np.unique(pairs[:, 0]):
+        joints = np.flatnonzero(free[row])
+        alone = QUANTITIES[row].name in _REACHING
+        for group in [[j] for j in joints] if alone else [list(joints)]:
+            nudge = _nudge(settings, row)
+            moved = place.copy()
+            moved[row, group] += nudge[group]
+            change = residuals - setup.residuals(settings_at(moved))
+            for j in group:
+                i = int(np.flatnonzero((pairs[:, 0] == row) & (pairs[:, 1] == j))[0])
+                if alone:
+                    made[i] = change / nudge[j]
+                else:
+                    made[i, :, j] = change[:, j] / nudge[j]
+    return made
+
+
+def _nudge(settings: Array, row: int) -> Array:
+    """Change of a coordinate that a difference is made of, inside the bounds, shape (n,)."""
+    q = QUANTITIES[row]
+    size = _NUDGE if q.scale == 0.0 else _PART
+    ahead = settings[row] * np.exp(size) if q.scale == 0.0 else settings[row] + size * q.scale
+    return np.where(ahead > q.high, -size, size)
+
+
+def fit(
+    setup: Setup,
+    start: Array,
+    free: NDArray[np.bool_],
+    prior: Prior,
+    rounds: int = 15,
+    heard: Heard | None = None,
+) -> Fit:
+    """The most probable settings near a start.
+
+    Args:
+        setup: arm and recordings.
+        start: settings, shape (22, n).
+        free: which of them to fit, shape (22, n).
+        prior: what is believed of them.
+        rounds: most steps.
+        heard: is told round and rms [rad].
+    """
+    pairs = np.argwhere(free)
+    at = tuple(pairs.T)
+    settings, damping, taken = start, 1e-2, 0
+    residuals = setup.residuals(settings)
+    informed = setup.seconds / _MEMORY_S
+    cost = _cost(setup, settings, free, prior, residuals, informed)
+    for _ in range(rounds):
+        made = columns(setup, settings, free, residuals)
+        weight = informed / len(residuals) / np.mean(residuals**2, axis=0)
+        hessian, slope = _pull(settings, free, prior)
+        hessian += np.einsum("asj,bsj,j->ab", made, made, weight, optimize=True)
+        slope += np.einsum("asj,sj,j->a", made, residuals, weight, optimize=True)
+        place, before = coordinates(settings), cost
+        loose = np.flatnonzero(~_stopped(settings, free, slope))
+        for _ in range(_TRIES):
+            lifted = hessian + damping * np.diag(np.diag(hessian))
+            step = np.zeros(len(pairs))
+            step[loose] = np.linalg.solve(lifted[np.ix_(loose, loose)], slope[loose])
+            moved = place.copy()
+            moved[at] += np.clip(step, -_LONGEST, _LONGEST)
+            trial = settings_at(moved)
+            left = setup.residuals(trial)
+            new = _cost(setup, trial, free, prior, left, informed)
+            if new < cost:
+                settings, residuals, cost = trial, left, new
+                damping = max(damping / 5, 1e-6)
+                taken += 1
+                break
+            damping *= 5
+        if heard is not None:
+            heard(taken, float(np.sqrt(np.mean(residuals**2))))
+        if before - cost < _ENOUGH * informed:
+            break
+    return Fit(settings, free, residuals, cost, taken)
+
+
+def _stopped(settings: Array, free: NDArray[np.bool_], slope: Array) -> NDArray[np.bool_]:
+    """Which free settings lie on a bound beyond which the slope would take them."""
+    rows = np.argwhere(free)[:, 0]
+    low, high = (np.array([getattr(QUANTITIES[r], end) for r in rows]) for end in ("low", "high"))
+    value = settings[free]
+    return ((value <= low) & (slope < 0.0)) | ((value >= high) & (slope > 0.0))
+
+
+def _cost(
+    setup: Setup,
+    settings: Array,
+    free: NDArray[np.bool_],
+    prior: Prior,
+    residuals: Array,
+    informed: float,
+) -> float:
+    fitting = informed * np.sum(np.log(np.mean(residuals**2, axis=0)))
+    hessian, slope = _pull(settings, free, prior)
+    off = np.linalg.solve(hessian, slope)
+    return float(fitting + off @ slope)
+
+
+def _pull(settings: Array, free: NDArray[np.bool_], prior: Prior) -> tuple[Array, Array]:
+    """Hessian and downhill slope of half the prior's cost, by free coordinate."""
+    pairs = np.argwhere(free)
+    rows, joints = pairs.T
+    away = coordinates(settings)[rows, joints] - coordinates(prior.center)[rows, joints]
+    hessian = np.diag(prior.sd[rows, joints] ** -2.0)
+    for row in np.unique(rows):
+        mine = rows == row
+        count = int(mine.sum())
+        if np.isfinite(prior.alike[row]) and count > 1:
+            spread = (np.eye(count) - 1.0 / count) / prior.alike[row] ** 2
+            hessian[np.ix_(mine, mine)] += spread
+    return hessian, -hessian @ away

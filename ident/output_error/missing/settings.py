@@ -1,0 +1,48 @@
+"""The numbers that decide a verdict of the search by simulation."""
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class GapBySimulation:
+    """Every number that decides a verdict.
+
+    Attributes:
+        null_runs: effect-free simulations behind the thresholds.
+        least_gain: nats per sample that any effect has to bring on held-out pieces; 0.03 is 3 %.
+        null_factor: by how much it has to exceed the largest gain of the effect-free simulations.
+        per_quantity: nats per sample that each further quantity of an effect has to earn.
+        sure: standard errors over blocks of time by which it has to help, and by which its size
+            has to differ from nothing.
+        seen: of the encoder's own noise (a step over the root of 12), what it explains at least.
+        apart: standard errors by which an effect has to beat a rival.
+        rival_share: of its gain, what a rival has at least.
+        together: of the largest gain, what joints need that are given their effect in one round.
+        clear: of the noise floor, above which something is left.
+        clear_steps: of the encoder, rms, that it has to be beyond the floor.
+        unclosed: share of a joint's gap that may be left beside named effects.
+        screen: nats per sample that an effect explains in first order at least, to be fitted.
+        rounds: of the search.
+        fit_rounds: steps of a fit with a trial effect.
+    """
+
+    null_runs: int = 4
+    least_gain: float = 0.03
+    null_factor: float = 2.0
+    per_quantity: float = 0.01
+    sure: float = 3.0
+    seen: float = 1.0
+    apart: float = 2.0
+    rival_share: float = 0.5
+    together: float = 0.5
+    clear: float = 1.6
+    clear_steps: float = 1.0
+    unclosed: float = 0.5
+    screen: float = 0.005
+    rounds: int = 4
+    fit_rounds: int = 12
+
+    def content(self) -> dict[str, Any]:
+        """As it stands in `gap.json`."""
+        return asdict(self)

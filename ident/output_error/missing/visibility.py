@@ -1,0 +1,50 @@
+"""The smallest effects that recordings would have shown."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.output_error.missing.screening import at_sizes, tangents
+from ident.output_error.missing.search import Search
+from ident.output_error.missing.settings import GapBySimulation
+
+Array = NDArray[np.floating]
+
+
+def smallest(found: Search, resolution: Array, settings: GapBySimulation) -> dict[str, Array]:
+    """Size of each effect that would be named, by joint; NaN where none would, shape (n,).
+
+    What the arm's other settings can take of an effect is taken, in first order; what remains
+    counts against the noise floor.
+    """
+    setup, end = found.folds[0].judged, found.end
+    residuals = setup.residuals(end.settings)
+    bases = tangents(setup, end, residuals)
+    sizes = {}
+    for kind, places in found.asked.items():
+        asked = max(settings.least_gain, settings.null_factor * found.nulls.gain[kind.name])
+        need = found.nulls.floor**2 * np.expm1(2.0 * asked)
+        need = np.maximum(need, settings.seen**2 * resolution**2 / 12.0)
+        tried, shown = [], []
+        for size, moved in at_sizes(end, kind, places):
+            if (size > 0.0).all():
+                change = setup.residuals(moved) - residuals
+                left = [c - Q @ (Q.T @ c) for c, Q in zip(change.T, bases, strict=True)]
+                tried.append(size)
+                shown.append([np.mean(x**2) for x in left])
+        seen = zip(np.array(tried).T, np.array(shown).T, need, strict=True)
+        sizes[kind.name] = np.array(
+            [_crossing(*s) if here else np.nan for s, here in zip(seen, places, strict=True)]
+        )
+    return sizes
+
+
+def _crossing(size: Array, shown: Array, need: float) -> float:
+    """Where what is shown reaches what is needed; NaN where the largest size does not."""
+    shown = np.maximum.accumulate(np.maximum(shown, 1e-300))
+    if shown[-1] < need:
+        return float("nan")
+    k = int(np.searchsorted(shown, need))
+    if k == 0:  # small effects show as their square
+        return float(size[0] * np.sqrt(need / shown[0]))
+    part = np.log(need / shown[k - 1]) / np.log(shown[k] / shown[k - 1])
+    return float(size[k - 1] * (size[k] / size[k - 1]) ** part)

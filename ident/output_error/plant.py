@@ -1,0 +1,286 @@
+"""Position servos, gears, and links in compiled form: commands in, positions out.
+
+Links are one coupled rigid-body system; their mass matrix and the torque of gravity and speed are
+formed once a sample, and held while servo, friction, and play take their finer steps. A joint
+without play or twist moves as one with its rotor; one with them pushes through a dead zone with a
+spring, without rebound. Friction rubs at the rotor. All joints' impulses of a step are found by
+Gauss-Seidel sweeps, each joint's own exactly.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ident.dynamics.compiled_chain import inverse_dynamics, mass_matrix, workspace
+from ident.dynamics.compiled_inverse import invert
+
+Array = NDArray[np.floating]
+
+_SWEEPS = 40
+_NO_PROFILE = 1e5  # rad/s^2
+_SETTLED = 1e-7  # of the largest impulse of a step
+_RINGING = 0.5  # time constant of the tie's damper, in steps
+
+(
+    STIFFNESS, INTEGRAL, RATE_GAIN, DEAD_ZONE, TORQUE_LIMIT, PROFILE_SPEED,
+    PROFILE_ACCELERATION, DELAY, ARMATURE, DAMPING,
+    COULOMB, STRIBECK, STRIBECK_SPEED, LOAD_FRICTION, OFFSET, HALF_PLAY, COMPLIANCE, ZERO,
+    SPRING, DRAG, SKEW, TURNING_SPEED,
+) = range(22)  # fmt: skip
+
+
+class Motion(NamedTuple):
+    """Commands and when they came.
+
+    Attributes:
+        t: instants at which positions are told [s], shape (S,), rising.
+        stamp: instants of the commands [s], shape (C,), rising.
+        command: position that is wanted from each of them on [rad], shape (C, n).
+        start: position at the first instant [rad], shape (n,).
+        speed: likewise [rad/s].
+    """
+
+    t: Array
+    stamp: Array
+    command: Array
+    start: Array
+    speed: Array
+
+
+@njit(cache=True)
+def simulate(chain, delta, settings, at_link, motion, step, out):
+    """Positions that the encoders tell at each instant.
+
+    Args:
+        chain: kinematics and gravity.
+        delta: the links' parameters, shape (10 n,).
+        settings: rows as `QUANTITIES` has them, shape (22, n).
+        at_link: whether each joint's encoder sits behind the gears, shape (n,).
+        motion: what is commanded.
+        step: longest step [s].
+        out: positions [rad], shape (S, n).
+    """
+    samples, n = motion.t.size, motion.start.size
+    p = settings
+    w = workspace(n)
+    bias, still, mass = np.zeros(n), np.zeros(n), np.zeros((n, n))
+    a, inverse = np.zeros((n, n)), np.zeros((n, n))
+    q, v, rotor, speed = np.empty(n), motion.speed.copy(), np.empty(n), motion.speed.copy()
+    impulse, free, momentum, integral = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
+    torque, level = np.zeros(n), np.zeros(n)
+    loose = np.empty(n, dtype=np.bool_)
+    at = np.zeros(n, dtype=np.int64)
+    goal, pace = np.empty(n), motion.speed.copy()
+    for i in range(n):
+        loose[i] = p[HALF_PLAY, i] > 0.0 or p[COMPLIANCE, i] > 0.0
+        q[i] = motion.start[i] + p[ZERO, i]
+        rotor[i] = q[i]
+        out[0, i] = motion.start[i]
+        goal[i], _ = commanded(motion, at, i, motion.t[0] - p[DELAY, i], step)
+    inverse_dynamics(chain, delta, q, still, still, w, bias)
+    for i in range(n):
+        if loose[i]:
+            beyond = p[COMPLIANCE, i] * bias[i] + np.sign(bias[i]) * p[HALF_PLAY, i]
+            if at_link[i]:
+                rotor[i] += beyond
+            else:
+                q[i] -= beyond
+    for k in range(samples - 1):
+        span = motion.t[k + 1] - motion.t[k]
+        steps = max(1, int(np.ceil(span / step - 1e-6)))
+        h = span / steps
+        inverse_dynamics(chain, delta, q, v, still, w, bias)
+        mass_matrix(chain, delta, w, mass)
+        damped(p, loose, mass, a, h)
+        invert(a, inverse)
+        for s in range(steps):
+            t = motion.t[k] + s * h
+            for i in range(n):
+                here = (q[i] if at_link[i] else rotor[i]) - p[ZERO, i]
+                wanted, rate = commanded(motion, at, i, t - p[DELAY, i], h)
+                if p[PROFILE_ACCELERATION, i] < _NO_PROFILE:
+                    rate = planned(p, i, wanted, goal, pace, h)
+                    wanted = goal[i]
+                torque[i] = servo(p, i, wanted - here, rate, integral, h) - p[OFFSET, i]
+                torque[i] -= speed_torque(p, i, speed[i])
+                level[i] = h * dry_friction(p, i, speed[i], bias[i])
+                momentum[i] = -h * (bias[i] + p[SPRING, i] * q[i])
+                for j in range(n):
+                    momentum[i] += mass[i, j] * v[j]
+                if not loose[i]:
+                    momentum[i] += h * torque[i]
+            for i in range(n):
+                free[i] = 0.0
+                for j in range(n):
+                    free[i] += inverse[i, j] * momentum[j]
+            solve(p, loose, inverse, free, level, torque, speed, rotor, q, impulse, h)
+            for i in range(n):
+                v[i] = free[i]
+                for j in range(n):
+                    v[i] += inverse[i, j] * impulse[j]
+                q[i] += h * v[i]
+                if loose[i]:
+                    left = p[ARMATURE, i] * speed[i] + h * torque[i] - impulse[i]
+                    inertia = p[ARMATURE, i] + h * p[DAMPING, i]
+                    speed[i] = slowed(left, level[i], p[TURNING_SPEED, i], inertia)
+                    rotor[i] += h * speed[i]
+                else:
+                    speed[i], rotor[i] = v[i], q[i]
+        for i in range(n):
+            out[k + 1, i] = (q[i] if at_link[i] else rotor[i]) - p[ZERO, i]
+
+
+@njit(cache=True)
+def damped(p, loose, mass, a, h):
+    """Mass with the rotors of joints without play, and in `a` with their damping over a step."""
+    n = mass.shape[0]
+    for i in range(n):
+        for j in range(n):
+            a[i, j] = mass[i, j]
+        if not loose[i]:
+            mass[i, i] += p[ARMATURE, i]
+            a[i, i] = mass[i, i] + h * p[DAMPING, i]
+
+
+@njit(cache=True)
+def dry_friction(p, i, speed, load):
+    """Torque that dry friction may take at most [N m]."""
+    slow = speed / p[STRIBECK_SPEED, i]
+    dry = p[COULOMB, i] + p[LOAD_FRICTION, i] * abs(load)
+    return dry + p[STRIBECK, i] * np.exp(-slow * slow)
+
+
+@njit(cache=True)
+def commanded(motion, at, i, t, h):
+    """Mean command over the step that begins at t, and its rate between samples."""
+    stamp, last = motion.stamp, motion.stamp.size - 1
+    while at[i] < last and stamp[at[i] + 1] <= t:
+        at[i] += 1
+    k = at[i]
+    now, before = motion.command[k, i], motion.command[max(k - 1, 0), i]
+    if k < last and t + h > stamp[k + 1]:
+        part = min((t + h - stamp[k + 1]) / h, 1.0)
+        after, span = motion.command[k + 1, i], stamp[k + 1] - stamp[k]
+        rate = ((now - before) * (1.0 - part) + (after - now) * part) / span
+        return now + part * (after - now), rate
+    return now, (now - before) / (stamp[k] - stamp[k - 1]) if k > 0 else 0.0
+
+
+@njit(cache=True)
+def planned(p, i, wanted, goal, pace, h):
+    """Speed of the motion that the servo plans to what is wanted; its place is in `goal`."""
+    far, hard = wanted - goal[i], p[PROFILE_ACCELERATION, i]
+    short = 0.5 * hard * h
+    stopping = np.sqrt(short * short + 2.0 * hard * abs(far)) - short
+    fast = min(p[PROFILE_SPEED, i], stopping, abs(far) / h)
+    change = (fast if far > 0.0 else -fast) - pace[i]
+    pace[i] += min(max(change, -hard * h), hard * h)
+    goal[i] += h * pace[i]
+    return pace[i]
+
+
+@njit(cache=True)
+def servo(p, i, error, rate, integral, h):
+    """Torque at the joint that the servo gives [N m]."""
+    dead = p[DEAD_ZONE, i]
+    felt = error - min(max(error, -dead), dead)
+    integral[i] += h * p[INTEGRAL, i] * felt
+    wanted = p[STIFFNESS, i] * felt + integral[i] + p[RATE_GAIN, i] * rate
+    given = min(max(wanted, -p[TORQUE_LIMIT, i]), p[TORQUE_LIMIT, i])
+    integral[i] -= wanted - given if p[INTEGRAL, i] > 0.0 else 0.0
+    return given
+
+
+@njit(cache=True)
+def shrunk(value, by):
+    """A momentum after dry friction took what it can."""
+    return value - min(max(value, -by), by)
+
+
+@njit(cache=True)
+def speed_torque(p, i, speed):
+    """What drag and direction take beside damping [N m]."""
+    return abs(speed) * (p[DRAG, i] * speed + p[SKEW, i])
+
+
+@njit(cache=True)
+def slowed(momentum, level, turning, inertia):
+    """Speed that dry friction leaves; below the turning speed it is a damper."""
+    if turning > 0.0:
+        slow = momentum / (inertia + level / turning)
+        if abs(slow) <= turning:
+            return slow
+    return shrunk(momentum, level) / inertia
+
+
+@njit(cache=True)
+def solve(p, loose, inverse, free, level, torque, speed, rotor, q, impulse, h):
+    """Impulse on each link of a step [N m s]: friction, or what the gears carry."""
+    n = free.size
+    for _ in range(_SWEEPS):
+        change, largest = 0.0, 0.0
+        for i in range(n):
+            rest = free[i]
+            for j in range(n):
+                if j != i:
+                    rest += inverse[i, j] * impulse[j]
+            if loose[i]:
+                new = tie(p, i, inverse[i, i], rest, level[i], torque[i], speed[i],
+                          rotor[i] - q[i], h)  # fmt: skip
+            else:
+                held = rest / (inverse[i, i] + p[TURNING_SPEED, i] / level[i])
+                new = -min(max(held, -level[i]), level[i])
+            change = max(change, abs(new - impulse[i]))
+            largest = max(largest, abs(new))
+            impulse[i] = new
+        if change <= _SETTLED * largest:
+            return
+
+
+@njit(cache=True)
+def tie(p, i, mobility, rest, level, torque, speed, twist, h):
+    """Impulse through the gears: none within the play; beyond it a spring with a damper."""
+    inertia = p[ARMATURE, i] + h * p[DAMPING, i]
+    momentum = p[ARMATURE, i] * speed + h * torque
+    half, turning = p[HALF_PLAY, i], p[TURNING_SPEED, i]
+    apart = twist + h * (slowed(momentum, level, turning, inertia) - rest)
+    if abs(apart) <= half:
+        return 0.0
+    edge = half if apart > 0.0 else -half
+    give = p[COMPLIANCE, i] / h
+    for side in (1.0, -1.0):
+        slip = (momentum - side * level) / inertia
+        carried = (twist - edge + h * (slip - rest)) / (h / inertia + h * mobility + give)
+        if side * (momentum - carried) > level + turning * inertia:
+            return carried
+    if turning > 0.0:
+        held = inertia + level / turning
+        return (twist - edge + h * (momentum / held - rest)) / (h / held + h * mobility + give)
+    return (twist - edge - h * rest) / (h * mobility + give)
+
+
+@njit(cache=True)
+def motor_command(motion, settings, step):
+    """What the servos' position loops get: commands after delay and planning.
+
+    Returns:
+        instants [s], shape (K,), and positions [rad], shape (K, n), with the planned speed's part
+        of the torque as a further error.
+    """
+    n, p = motion.start.size, settings
+    count = int(np.ceil((motion.t[-1] - motion.t[0]) / step))
+    grid, made = np.empty(count), np.empty((count, n))
+    at, goal, pace = np.zeros(n, dtype=np.int64), np.empty(n), motion.speed.copy()
+    for i in range(n):
+        goal[i], _ = commanded(motion, at, i, motion.t[0] - p[DELAY, i], step)
+    for k in range(count):
+        grid[k] = motion.t[0] + k * step
+        for i in range(n):
+            wanted, rate = commanded(motion, at, i, grid[k] - p[DELAY, i], step)
+            if p[PROFILE_ACCELERATION, i] < _NO_PROFILE:
+                rate = planned(p, i, wanted, goal, pace, step)
+                wanted = goal[i]
+            made[k, i] = wanted + p[RATE_GAIN, i] * rate / p[STIFFNESS, i]
+    return grid, made

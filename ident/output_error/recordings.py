@@ -1,0 +1,99 @@
+"""Recordings as stretches of commands and positions."""
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.output_error.fit import Stretch
+from ident.output_error.plant import Motion
+from ident.recordings.errors import JointMismatchError
+from ident.recordings.log_summary import GAP_PERIODS
+from wamctl.arm.errors import DataError
+from wamctl.arm.recording import Recording
+
+Array = NDArray[np.floating]
+
+_SHORTEST = 20
+"""A stretch has so many samples at least."""
+
+WARM_S = 0.5
+"""What a simulation that begins in the middle of a motion needs to find its way [s]."""
+
+
+def stretches_of(
+    recording: Recording, joint_names: Sequence[str], name: str
+) -> tuple[Stretch, ...]:
+    """Commands and positions of a recording between its holes, joints in the robot's order.
+
+    Raises:
+        DataError: no commanded positions, other joints, or too few samples.
+    """
+    missing = [j for j in joint_names if j not in recording.joint_names]
+    if missing:
+        raise JointMismatchError(name, missing, recording.joint_names)
+    columns = [recording.joint_names.index(j) for j in joint_names]
+    stamp_ns, wanted = _commands(recording, name)
+    new = np.diff(recording.stamp_ns, prepend=recording.stamp_ns[0] - 1) > 0
+    zero = recording.stamp_ns[0]
+    t, q = (recording.stamp_ns[new] - zero) * 1e-9, recording.q[new][:, columns]
+    fresh = np.diff(stamp_ns, prepend=stamp_ns[0] - 1) > 0
+    stamp, command = (stamp_ns[fresh] - zero) * 1e-9, wanted[fresh][:, columns]
+    period = float(np.median(np.diff(t)))
+    edges = [0, *(np.flatnonzero(np.diff(t) > GAP_PERIODS * period) + 1), len(t)]
+    parts = [slice(a, b) for a, b in itertools.pairwise(edges) if b - a >= _SHORTEST]
+    if not parts:
+        raise DataError(f"{name} has {len(t)} samples; a simulation needs {_SHORTEST} in a row.")
+    return tuple(_stretch(t[p], q[p], stamp, command, name, warm=i > 0) for i, p in
+                 enumerate(parts))  # fmt: skip
+
+
+def pieces(stretches: Sequence[Stretch], count: int) -> tuple[Stretch, ...]:
+    """Each stretch cut into parts of one length."""
+    cut = []
+    for s in stretches:
+        bounds = np.linspace(0, len(s.q), count + 1).astype(int)
+        for k, (a, b) in enumerate(itertools.pairwise(bounds)):
+            if b - a >= _SHORTEST:
+                m = s.motion
+                part = _stretch(m.t[a:b], s.q[a:b], m.stamp, m.command, s.name, warm=k > 0)
+                cut.append(replace(part, counted=max(part.counted, s.counted - a)))
+    return tuple(cut)
+
+
+def settled(stretches: Sequence[Stretch]) -> tuple[Stretch, ...]:
+    """The same, but that errors of the first moments do not count: nobody knows how they began."""
+    counts = (int(np.searchsorted(s.motion.t, s.motion.t[0] + WARM_S)) for s in stretches)
+    return tuple(
+        replace(s, counted=max(s.counted, count))
+        for s, count in zip(stretches, counts, strict=True)
+    )
+
+
+def _commands(recording: Recording, name: str) -> tuple[NDArray[np.int64], Array]:
+    command, reference = recording.command, recording.reference
+    if command is not None and command.q is not None:
+        return command.stamp_ns, command.q
+    if reference is not None and reference.q.shape[1] == recording.q.shape[1]:
+        return reference.stamp_ns, reference.q
+    raise DataError(
+        f"{name} holds no commanded positions: /joint_commands has no position, and there is no"
+        " /joint_reference; record what the arm was asked for, beside what it did."
+    )
+
+
+def _stretch(t: Array, q: Array, stamp: Array, command: Array, name: str, *, warm: bool) -> Stretch:
+    first = max(int(np.searchsorted(stamp, t[0], side="right")) - 30, 0)
+    last = int(np.searchsorted(stamp, t[-1], side="right")) + 1
+    speed = (q[2] - q[0]) / (t[2] - t[0])
+    motion = Motion(
+        np.ascontiguousarray(t),
+        np.ascontiguousarray(stamp[first:last]),
+        np.ascontiguousarray(command[first:last]),
+        q[0].copy(),
+        speed,
+    )
+    counted = int(np.searchsorted(t, t[0] + WARM_S)) if warm else 0
+    return Stretch(motion, np.ascontiguousarray(q), name, counted)

@@ -1,0 +1,170 @@
+"""Which parts of servo and gears the recordings ask for: one after the other, joint by joint.
+
+A part is tried at a few sizes with all else held, then fitted with all else; it stays at the joints
+where held-out pieces are simulated better with it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.output_error.fit import Fit, Prior, Setup, fit
+from ident.output_error.parameters import QUANTITIES, ROW
+from ident.regression.progress import Tell
+
+Array = NDArray[np.floating]
+
+BASE = ("stiffness", "armature", "damping", "coulomb", "delay")
+"""What every joint has."""
+
+_ROUNDS = 4
+_LEAST_GAIN = 0.02  # nats per sample, of a joint's held-out error: 2 % smaller
+
+
+@dataclass(frozen=True)
+class Part:
+    """Something that a servo or its gears may have.
+
+    Attributes:
+        name: in arms' files and reports.
+        quantities: what it adds, the deciding one first.
+        sizes: of the deciding one, to begin with; empty: where it is.
+        relative: quantity that the sizes are parts of.
+        of_servo: whether joints with the same servo have it alike.
+    """
+
+    name: str
+    quantities: tuple[str, ...]
+    sizes: tuple[float, ...] = ()
+    relative: str = ""
+    of_servo: bool = False
+
+
+PARTS = (
+    Part("zero", ("zero",)),
+    Part(
+        "profile", ("profile_acceleration",), (3.0, 6.0, 12.0, 25.0, 50.0, 100.0, 200.0), "", True
+    ),
+    Part("torque_limit", ("torque_limit",), (0.03, 0.06, 0.12, 0.25), "stiffness"),
+    Part("rate_gain", ("rate_gain",), (0.15, 0.4, 0.8), "damping", True),
+    Part("load_friction", ("load_friction",), (0.05, 0.15, 0.4)),
+    Part("stribeck", ("stribeck", "stribeck_speed"), (0.1, 0.3, 0.8), "coulomb"),
+    Part("half_play", ("half_play",), (1e-3, 2e-3, 4e-3, 8e-3, 0.016)),
+    Part("compliance", ("compliance",), (2e-3, 8e-3, 0.03)),
+    Part("offset", ("offset",), (-0.3, 0.3), "coulomb"),
+    Part("integral", ("integral",), (0.3, 1.0, 4.0), "stiffness", True),
+    Part("dead_zone", ("dead_zone",), (2e-3, 5e-3), "", True),
+    Part("profile_speed", ("profile_speed",), (0.5, 1.0, 2.0, 4.0), "", True),
+)
+"""In the order in which they are tried: what shapes the motion most comes first."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A part that was tried.
+
+    Attributes:
+        name: of the part.
+        gain: logarithm of the held-out error's ratio, without over with it, shape (n,).
+        kept: at which joints it stayed, shape (n,).
+    """
+
+    name: str
+    gain: Array
+    kept: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """What the search ends with.
+
+    Attributes:
+        fit: of the searched pieces.
+        held_out: rms on the others [rad], shape (n,).
+        trials: in their order.
+    """
+
+    fit: Fit
+    held_out: Array
+    trials: tuple[Trial, ...]
+
+
+def rms(setup: Setup, settings: Array) -> Array:
+    """Of simulated against measured positions, by joint [rad], shape (n,)."""
+    return np.sqrt(np.mean(setup.residuals(settings) ** 2, axis=0))
+
+
+def chosen(
+    searched: Setup,
+    other: Setup,
+    start: Array,
+    prior: Prior,
+    may: NDArray[np.bool_],
+    parts: Sequence[Part],
+    same_servo: bool,
+    tell: Tell,
+) -> Chosen:
+    """The parts that held-out pieces confirm, and the fit with them.
+
+    Args:
+        searched: pieces that are fitted.
+        other: pieces that judge.
+        start: settings of the base, shape (22, n).
+        prior: what is believed.
+        may: what may be fitted, shape (22, n): not what is known, nor joints at rest.
+        parts: to be tried.
+        same_servo: whether all joints have the same.
+        tell: hears what is being done.
+    """
+    free = np.zeros(may.shape, dtype=bool)
+    free[[ROW[name] for name in BASE]] = True
+    tell("fitting servo and friction", 0.0)
+    best = fit(searched, start, free & may, prior, 2 * _ROUNDS)
+    judged, trials = rms(other, best.settings), []
+    for k, part in enumerate(parts):
+        tell(f"trying {part.name.replace('_', ' ')}", (k + 1) / (len(parts) + 1))
+        rows = [ROW[name] for name in part.quantities]
+        new = np.zeros_like(free)
+        new[rows] = True
+        new &= may
+        if not new.any():
+            continue
+        alike = part.of_servo and same_servo
+        began = _scanned(searched, best, part, new, alike)
+        loose = best.free | new
+        loose[ROW["zero"]] &= new[ROW["zero"]]  # held while others are tried: they take long
+        with_it = fit(searched, began, loose, prior, _ROUNDS)
+        gain = np.log(judged / rms(other, with_it.settings))
+        kept = (gain > _LEAST_GAIN) & new.any(axis=0)
+        if part.name == "zero" or alike:  # one joint's zero turns the gravity of others
+            kept = new.any(axis=0) & (gain.mean() > _LEAST_GAIN)
+        trials.append(Trial(part.name, gain, kept))
+        if not kept.any():
+            continue
+        if not kept[new.any(axis=0)].all():
+            settings = np.where(new & ~kept, best.settings, with_it.settings)
+            settings = np.where(kept, settings, best.settings)
+            with_it = fit(searched, settings, loose & ~(new & ~kept), prior, 2)
+        after = rms(other, with_it.settings)
+        if np.log(judged / after).sum() > _LEAST_GAIN:
+            best, judged = replace(with_it, free=best.free | (new & kept)), after
+        else:
+            trials[-1] = Trial(part.name, gain, np.zeros_like(kept))
+    return Chosen(best, judged, tuple(trials))
+
+
+def _scanned(setup: Setup, best: Fit, part: Part, new: NDArray[np.bool_], alike: bool) -> Array:
+    """Each joint at the size that fits best with all else held; all at one where they are alike."""
+    row, q = ROW[part.quantities[0]], QUANTITIES[ROW[part.quantities[0]]]
+    began, left = best.settings.copy(), np.full(new.shape[1], np.inf)
+    for size in part.sizes:
+        unit = best.settings[ROW[part.relative]] if part.relative else 1.0
+        tried = best.settings.copy()
+        tried[row] = np.where(new[row], np.clip(size * unit, q.low, q.high), tried[row])
+        error = np.log(rms(setup, tried))
+        error = np.full_like(error, error.mean()) if alike else error
+        began[row] = np.where(error < left, tried[row], began[row])
+        left = np.minimum(error, left)
+    return began

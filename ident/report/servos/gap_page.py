@@ -1,0 +1,311 @@
+"""The page of `ident gap --method simulation`: positions, not torques."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ident.report.charts import Chart, Curve, Panel, kept_samples, line_chart, row_chart
+from ident.report.page import (
+    Block,
+    Column,
+    Figure,
+    Page,
+    Points,
+    Section,
+    Status,
+    Step,
+    Table,
+    Text,
+    Verdict,
+    with_trust,
+)
+from ident.report.provenance_section import provenance_section
+from ident.report.servos.run_page import ServoTrace
+from ident.report.style import AFTER, BEFORE, BLUE, FLOOR, MEASURED, WITH, WITHOUT, Sign
+from ident.report.words import kinds_text, number, plus_minus, share, unit_text
+from wamctl.arm.joint_labels import joint_labels, joints_text, listed
+
+Content = Mapping[str, Any]
+
+_WORDS: dict[str, tuple[Status, str]] = {
+    "no_gap": ("good", "nothing missing"),
+    "named": ("good", "missing effect named"),
+    "ambiguous": ("warning", "several explanations"),
+    "unknown": ("open", "unknown effect"),
+    "data_fault": ("bad", "fault in the data"),
+}
+_MOST_RECORDINGS = 3
+
+
+@dataclass(frozen=True)
+class ServoGap:
+    """What the page is made of.
+
+    Attributes:
+        content: of `gap.json`.
+        titles: of the effects in plain words, by id.
+        explained: of each effect by id: its signature, and the motion that tells it from others.
+        before, after: the recordings beside the simulation without and with the effects.
+    """
+
+    content: Content
+    titles: Mapping[str, str]
+    explained: Mapping[str, tuple[str, str]]
+    before: tuple[ServoTrace, ...]
+    after: tuple[ServoTrace, ...]
+
+    @property
+    def labels(self) -> list[str]:
+        """The joints in print."""
+        return joint_labels(self.content["joints"])
+
+    @property
+    def moving(self) -> list[int]:
+        """The joints that moved, from 0."""
+        return np.flatnonzero(self.content["moving"]).tolist()
+
+    def title(self, effect: str) -> str:
+        """An effect in plain words."""
+        return self.titles.get(effect, f"the servo's {effect.replace('_', ' ')}")
+
+    def of(self, joints: Sequence[int]) -> str:
+        """Joints, from 1, in a sentence."""
+        return joints_text([self.labels[j - 1] for j in joints])
+
+    def kinds(self, effects: Sequence[Content]) -> str:
+        """Effects and where they are, joints of one kind together."""
+        places: dict[str, list[int]] = {}
+        for e in effects:
+            places.setdefault(e["name"], []).extend(e["joints"])
+        merged = [{"name": k, "joints": sorted(j)} for k, j in places.items()]
+        return listed(kinds_text(merged, self.title, self.of))
+
+
+def verdict_sentences(report: ServoGap) -> list[str]:
+    """The answer, and what to know beside it."""
+    content, effects = report.content, report.kinds(report.content["effects"])
+    first = {
+        "no_gap": "The servo model misses nothing that these positions show clearly.",
+        "named": f"The servo model misses {effects}.",
+        "ambiguous": f"The servo model misses something that looks like {effects}, but these"
+        " recordings cannot tell it from other effects.",
+        "unknown": "The servo model misses something that none of the effects asked for explains.",
+        "data_fault": "These recordings cannot be trusted, so no effect is named.",
+    }[content["verdict"]]
+    more = []
+    if content["verdict"] == "unknown" and effects:
+        more.append(f"Part of it looks like {effects}.")
+    if effects:
+        more.append(_closed(report))
+    for e in content["effects"]:
+        if e["rivals"]:
+            rivals = listed([report.title(r["name"]) for r in e["rivals"]])
+            text = f"At {report.of(e['joints'])}, {report.title(e['name'])} may also be {rivals}."
+            motion = report.explained.get(e["name"], ("", ""))[1]
+            more.append(text + (f" To tell them apart, {motion}." if motion else ""))
+    for s in content["suspected"]:
+        what = f"{report.title(s['name'])} at {report.of(s['joints'])}"
+        more.append(f"Suspected, not named and not in the model: {what}; {s['doubt']}.")
+    for u in content["unexplained"]:
+        rms, floor = (number(1e3 * u[k]) for k in ("rms", "noise_floor"))
+        more.append(
+            f"At {report.of([u['joint']])} the simulation stays {rms} mrad (rms) from the"
+            f" measurement on held-out motions, where noise alone gives {floor} mrad."
+        )
+    return [first, *more]
+
+
+def _closed(report: ServoGap) -> str:
+    held = report.content["held_out"]
+    joints = sorted({j for e in report.content["effects"] for j in e["joints"]})
+    sides = [
+        np.sqrt(np.mean([held[k]["rms_by_joint"][j - 1] ** 2 for j in joints]))
+        for k in ("before", "after")
+    ]
+    before, after = (number(1e3 * float(x)) for x in sides)
+    return (
+        f"Adding it closes {share(held['closed_fraction'], 2)} of the gap: on held-out motions the"
+        f" simulation of {report.of(joints)} is {after} mrad from the measurement (rms), where it"
+        f" was {before} mrad."
+    )
+
+
+def servo_gap_page(report: ServoGap) -> Page:
+    """The page of a search by simulation."""
+    content = report.content
+    status, word = _WORDS[content["verdict"]]
+    first, *more = verdict_sentences(report)
+    sections = [
+        Section("What is missing", _effects(report)),
+        Section("Where it shows", _where(report)),
+        Section("Error on held-out motions", _held_out(report)),
+        Section("Measured and simulated positions", _positions(report)),
+        Section("Other explanations", _rivals(report)),
+        Section("What could have been seen", _seen(report)),
+        Section("The servo model", _servo(report)),
+        provenance_section(content),
+    ]
+    held, tiles = content["held_out"], []
+    for side, words in (("before", "without effects"), ("after", "with them")):
+        rms = [x for x in held[side]["rms_by_joint"] if x is not None]
+        if side == "before" or content["effects"]:
+            value = number(1e3 * float(np.sqrt(np.mean(np.square(rms)))))
+            tiles.append((f"{value} mrad", f"rms error on held-out motions, {words}"))
+    return Page(
+        command="ident gap",
+        title=f"{content['arm']}: what the servo model misses",
+        verdict=with_trust(Verdict(status, word, first, more), content, "trust"),
+        figures=tiles,
+        sections=[s for s in sections if s.blocks],
+        steps=_steps(content),
+    )
+
+
+def _effects(report: ServoGap) -> list[Block]:
+    blocks: list[Block] = []
+    for e in report.content["effects"]:
+        what = f"{report.title(e['name'])}, {report.of(e['joints'])}"
+        signature, facts = report.explained.get(e["name"], ("", ""))[0], e["evidence"]
+        blocks.append(Text(f"{what[0].upper()}{what[1:]}. In the simulation: {e['equation']}."))
+        if signature:
+            blocks.append(Text(f"How it shows in general: {signature}."))
+        gain, asked = (number(facts[f"{k}_nats_per_sample"], 2) for k in ("gain", "asked"))
+        blocks.append(
+            Text(
+                f"Evidence: it needed {asked}, and has {gain} (log-likelihood gained per sample of"
+                f" held-out motion); {facts['confirmed_parts']} of {facts['held_out_parts']} parts"
+                " of the recordings, each predicted by a fit to the others, are simulated better"
+                " with it."
+            )
+        )
+        rows = [
+            [name.replace("_", " "), plus_minus(p["value"], p["sd"]), unit_text(p["unit"])]
+            for name, p in e["parameters"].items()
+        ]
+        columns = [Column("parameter", "words"), Column("value"), Column("unit", "words")]
+        blocks.append(Table("Its parameters, ± standard deviation.", columns, rows))
+    return blocks
+
+
+def _where(report: ServoGap) -> list[Block]:
+    where = report.content["where"]
+    if not where:
+        return []
+    regions = [w["region"].replace("|qd| < ", "below ").replace("|qd| > ", "above ") for w in where]
+    names = [report.labels[w["joint"] - 1] for w in where]
+    rows = [f"{name}, {region}" for name, region in zip(names, regions, strict=True)]
+    shares = [100 * w["share_of_gap"] for w in where]
+    quantity = "share of the gap [%]"
+    chart = row_chart(quantity, quantity, rows, {"share": (Sign(BLUE, "bar"), shares)}, wide=True)
+    columns = [Column("joint", "words"), Column("speed", "words"), Column(quantity)]
+    cells = [list(row) for row in zip(names, regions, map(number, shares), strict=True)]
+    caption = "Squared error of the simulation without effects, in units of the noise."
+    table = Table("Share of the gap.", columns, cells)
+    return [Figure("Share of the gap", caption, [chart], table)]
+
+
+def _held_out(report: ServoGap) -> list[Block]:
+    held = report.content["held_out"]
+    sides = {"before": ("without effects", BEFORE), "noise_floor": ("noise floor", FLOOR)}
+    if report.content["effects"]:
+        sides["after"] = ("with effects", AFTER)
+    labels = [report.labels[j] for j in report.moving]
+    values = {
+        words: (sign, [1e3 * held[k]["rms_by_joint"][j] for j in report.moving])
+        for k, (words, sign) in sides.items()
+    }
+    title, unit = "Rms position error of each joint", "rms error [mrad]"
+    chart = row_chart(title, unit, labels, values, wide=True)
+    columns = [Column("joint", "words"), *(Column(f"{w} [mrad]") for w in values)]
+    rows = [[label, *(number(v[i]) for _, v in values.values())] for i, label in enumerate(labels)]
+    caption = (
+        "Motions, or pieces of them, that the fit had not seen, simulated from their commands"
+        " alone. The noise floor is the same of a simulated arm that misses nothing: encoder steps"
+        " and white noise."
+    )
+    return [Figure(title, caption, [chart], Table("Rms on held-out motions.", columns, rows))]
+
+
+def _positions(report: ServoGap) -> list[Block]:
+    joints = list(dict.fromkeys(w["joint"] - 1 for w in report.content["where"])) or report.moving
+    blocks: list[Block] = []
+    for old, new in list(zip(report.before, report.after, strict=True))[:_MOST_RECORDINGS]:
+        charts = [_chart(report, old, new, j) for j in joints]
+        rows = [
+            [
+                report.labels[j],
+                *(
+                    number(1e3 * float(np.sqrt(np.mean((x.measured - x.simulated)[:, j] ** 2))))
+                    for x in (old, new)
+                ),
+            ]
+            for j in joints
+        ]
+        columns = [Column("joint", "words"), Column("without [mrad]"), Column("with [mrad]")]
+        caption = (
+            "Below: measured less simulated position, without and with the effects, in a fit to"
+            " all recordings."
+        )
+        table = Table("Rms of measured less simulated.", columns, rows)
+        blocks.append(Figure(Path(old.name).name, caption, charts, table))
+    return blocks
+
+
+def _chart(report: ServoGap, old: ServoTrace, new: ServoTrace, j: int) -> Chart:
+    kept = kept_samples(old.measured[:, j], old.simulated[:, j], new.simulated[:, j])
+    measured = old.measured[kept, j]
+    left = [Curve("without effects", WITHOUT, 1e3 * (measured - old.simulated[kept, j]))]
+    if report.content["effects"]:
+        left.append(Curve("with effects", WITH, 1e3 * (measured - new.simulated[kept, j])))
+    panels = [
+        Panel("position [rad]", [Curve("measured", MEASURED, measured)], height=110),
+        Panel("error [mrad]", left),
+    ]
+    label = report.labels[j]
+    return line_chart(label, ("time [s]", old.t[kept]), panels, joint=label)
+
+
+def _rivals(report: ServoGap) -> list[Block]:
+    rows = [
+        [report.title(r["name"]), report.of(r["joints"]), number(r["evidence"])]
+        for e in report.content["effects"]
+        for r in e["rivals"]
+    ]
+    heads = [Column("effect", "words"), Column("where", "words"), Column("evidence [nats/sample]")]
+    return [Table("Effects that explain as much.", heads, rows)] if rows else []
+
+
+def _seen(report: ServoGap) -> list[Block]:
+    content = report.content
+    columns = [Column("effect", "words"), *(Column(report.labels[j]) for j in report.moving)]
+    rows = [
+        [report.title(name), *(number(sizes.get(str(j + 1)), 2) for j in report.moving)]
+        for name, sizes in content["minimum_detectable"].items()
+    ]
+    caption = "The smallest size (SI units) that would have been named; a dash: none would."
+    reasons = [f"{report.title(k)}: {why}" for k, why in content["not_asked"].items()]
+    return [Table(caption, columns, rows), Text("Not asked for:"), Points(reasons)]
+
+
+def _servo(report: ServoGap) -> list[Block]:
+    rows = []
+    for q in report.content["servo"]:
+        for side, words in (("before", "without"), ("after", "with effects")):
+            if side == "before" or report.content["effects"]:
+                cells = (number(q[side][j]) for j in report.moving)
+                rows.append([f"{q['name'].replace('_', ' ')}, {words}", q["unit"], *cells])
+    columns = [Column("what", "words"), Column("unit", "words")]
+    columns += [Column(report.labels[j]) for j in report.moving]
+    return [Table("Settings of the servo model.", columns, rows)]
+
+
+def _steps(content: Content) -> list[Step]:
+    test = ["ident", "validate", "OTHER.mcap", "--model", "model.yaml"]
+    export = ["ident", "export", "model.yaml", "--to", "mjcf", "--out", "arm.xml"]
+    return [
+        Step("Test the model on a recording that was not used here:", test),
+        Step("Use the arm in MuJoCo:", export),
+    ]

@@ -1,0 +1,204 @@
+"""Pages of identification and validation by simulation: positions, not torques."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.output_error.fit import Stretch
+from ident.report.charts import Chart, Curve, Panel, kept_samples, line_chart
+from ident.report.page import (
+    Block,
+    Column,
+    Figure,
+    Page,
+    Section,
+    Status,
+    Step,
+    Table,
+    Text,
+    Verdict,
+)
+from ident.report.provenance_section import provenance_section
+from ident.report.style import MEASURED, PREDICTED, RESIDUAL, Sign
+from ident.report.torque import MOST_RECORDINGS
+from ident.report.words import number, plus_minus, whole
+from wamctl.arm.joint_labels import joint_labels
+
+Array = NDArray[np.floating]
+Content = Mapping[str, Any]
+
+_COMMANDED = Sign("#b0b0b0", "line")
+_TRUST: dict[str, tuple[Status, str]] = {
+    "trustworthy": ("good", "trustworthy"),
+    "doubtful": ("warning", "doubtful"),
+}
+
+
+@dataclass(frozen=True)
+class ServoTrace:
+    """One unbroken recording.
+
+    Attributes:
+        name: of the log.
+        t: time [s], shape (S,).
+        commanded, measured, simulated: [rad], shape (S, n) each.
+    """
+
+    name: str
+    t: Array
+    commanded: Array
+    measured: Array
+    simulated: Array
+
+    @classmethod
+    def of(cls, stretch: Stretch, simulated: Array) -> "ServoTrace":
+        """A recording beside its simulation."""
+        m = stretch.motion
+        held = np.maximum(np.searchsorted(m.stamp, m.t, side="right") - 1, 0)
+        return cls(stretch.name, m.t, m.command[held], stretch.q, simulated)
+
+
+def servo_page(command: str, content: Content, traces: Sequence[ServoTrace]) -> Page:
+    """The page of a run, or of a validation, by simulation."""
+    labels = joint_labels(content["joints"])
+    errors = content["rms_q_by_joint"]
+    whole_rms = float(np.sqrt(np.mean(np.square(errors))))
+    sections = [
+        Section("How well the simulation follows", [_error_table(content, labels)]),
+        Section("Measured and simulated positions", _positions(traces, labels)),
+    ]
+    if "parameters" in content:
+        sections[1:1] = [
+            Section("Servo, friction, and gears", [_parameters(content, labels)]),
+            Section("What was tried", [_tried(content, labels)]),
+        ]
+    return Page(
+        command=command,
+        title=f"{content['arm']}: positions simulated from commands",
+        verdict=_verdict(content, whole_rms),
+        figures=[(f"{1e3 * whole_rms:.2f} mrad", "rms position error, all joints")],
+        sections=[*sections, provenance_section(content)],
+        steps=_steps(content),
+    )
+
+
+def _verdict(content: Content, rms: float) -> Verdict:
+    status, word = _TRUST.get(content["verdict"], ("bad", content["verdict"]))
+    if "held_out" in content:
+        away = float(np.sqrt(np.mean(np.square(content["held_out"]["rms_q_by_joint"]))))
+        sentence = (
+            f"Simulated in closed loop from the commands alone, the arm is {1e3 * rms:.2f} mrad"
+            f" (rms over joints) from where it was measured, and {1e3 * away:.2f} mrad on pieces"
+            " that were not fitted."
+        )
+    else:
+        status, word = "open", "error on new data"
+        sentence = (
+            f"Simulated in closed loop from the commands alone, the model is {1e3 * rms:.2f} mrad"
+            " (rms over joints) from where the arm was measured."
+        )
+    return Verdict(status, word, sentence, [r["sentence"] for r in content["remarks"]])
+
+
+def _error_table(content: Content, labels: Sequence[str]) -> Table:
+    columns = [Column("recording", "words"), *(Column(f"{label} [mrad]") for label in labels)]
+    rows = [
+        [Path(log["name"]).name, *(number(1e3 * x) for x in log["rms_q_by_joint"])]
+        for log in content["logs"]
+    ]
+    rows.append(["all", *(number(1e3 * x) for x in content["rms_q_by_joint"])])
+    if "held_out" in content:
+        held = content["held_out"]["rms_q_by_joint"]
+        rows.append(["pieces not fitted", *(number(1e3 * x) for x in held)])
+    away = content["following_rms_by_joint"]
+    rows.append(["command less position", *(number(1e3 * x) for x in away)])
+    return Table("Rms of measured less simulated position.", columns, rows)
+
+
+def _parameters(content: Content, labels: Sequence[str]) -> Table:
+    names = list(dict.fromkeys(p["name"] for p in content["parameters"]))
+    columns = [Column("what", "words"), Column("unit", "words"), *map(Column, labels)]
+    rows = []
+    for name in names:
+        mine = {p["joint"]: p for p in content["parameters"] if p["name"] == name}
+        first = next(iter(mine.values()))
+        cells = [
+            plus_minus(mine[j]["value"], mine[j]["sd"]) if j in mine else ""
+            for j in range(1, len(labels) + 1)
+        ]
+        rows.append([f"{name.replace('_', ' ')}: {first['meaning']}", first["unit"], *cells])
+    lost = ["lost motion: Coulomb friction over stiffness", "rad"]
+    rows.append([*lost, *(number(x) for x in content["lost_motion_rad"])])
+    caption = "Settings with standard errors; empty: not fitted, none of it."
+    return Table(caption, columns, rows)
+
+
+def _tried(content: Content, labels: Sequence[str]) -> Table:
+    columns = [Column("part", "words"), *map(Column, labels)]
+    rows = [
+        [
+            trial["name"].replace("_", " "),
+            *(
+                number(gain) + (" kept" if kept else "")
+                for gain, kept in zip(trial["gain_by_joint"], trial["kept"], strict=True)
+            ),
+        ]
+        for trial in content["parts_tried"]
+    ]
+    caption = (
+        "Logarithm of the ratio of errors without and with each part, on pieces that were not"
+        " fitted; 0.02 is 2 % smaller."
+    )
+    return Table(caption, columns, rows)
+
+
+def _positions(traces: Sequence[ServoTrace], labels: Sequence[str]) -> list[Block]:
+    blocks: list[Block] = []
+    for trace in traces[:MOST_RECORDINGS]:
+        left = trace.measured - trace.simulated
+        rows = [
+            [
+                label,
+                number(1e3 * float(np.sqrt(np.mean(e**2)))),
+                number(1e3 * float(np.abs(e).max())),
+            ]
+            for label, e in zip(labels, left.T, strict=True)
+        ]
+        columns = [Column("joint", "words"), Column("rms [mrad]"), Column("largest [mrad]")]
+        caption = "Command, measured position, and the simulation, which knows the command alone."
+        charts = [_chart(trace, j, label) for j, label in enumerate(labels)]
+        table = Table("Measured less simulated.", columns, rows)
+        blocks.append(Figure(Path(trace.name).name, caption, charts, table))
+    if len(traces) > MOST_RECORDINGS:
+        rest = whole(len(traces) - MOST_RECORDINGS)
+        blocks.append(Text(f"{rest} more recordings are in the tables only."))
+    return blocks
+
+
+def _chart(trace: ServoTrace, j: int, label: str) -> Chart:
+    curves = trace.commanded[:, j], trace.measured[:, j], trace.simulated[:, j]
+    kept = kept_samples(*curves)
+    names = (("commanded", _COMMANDED), ("measured", MEASURED), ("simulated", PREDICTED))
+    drawn = [Curve(n, s, y[kept]) for (n, s), y in zip(names, curves, strict=True)]
+    panels = [
+        Panel("position [rad]", drawn),
+        Panel("residual [rad]", [Curve("residual", RESIDUAL, minus=(1, 2))], height=90),
+    ]
+    return line_chart(label, ("time [s]", trace.t[kept]), panels, joint=label)
+
+
+def _steps(content: Content) -> list[Step]:
+    return [
+        Step(
+            "Test the model on a recording that it was not fitted on:",
+            ["ident", "validate", "OTHER.mcap", "--model", content.get("model", "model.yaml")],
+        ),
+        Step(
+            "Use the arm in MuJoCo:",
+            ["ident", "export", "model.yaml", "--to", "mjcf", "--out", "arm.xml"],
+        ),
+    ]

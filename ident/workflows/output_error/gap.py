@@ -1,0 +1,131 @@
+"""The work of `ident gap --method simulation`, from files to files."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from ident.checks.remark import Remark, verdict_content
+from ident.effects.catalogue import catalogue
+from ident.effects.events import EVENTS
+from ident.model.arm import Arm
+from ident.output_error.fit import Stretch
+from ident.output_error.identify import Prepared, model_of, prepared
+from ident.output_error.missing.search import search
+from ident.output_error.missing.settings import GapBySimulation
+from ident.output_error.missing.verdict import Outcome, outcome
+from ident.output_error.recordings import settled
+from ident.output_error.servo_model import ServoModel, write_servo_model
+from ident.recordings.loading import Reading
+from ident.regression.progress import Tell, silent
+from ident.report.page import render
+from ident.report.servos.gap_page import ServoGap, servo_gap_page, verdict_sentences
+from ident.report.servos.run_page import ServoTrace
+from ident.workflows.output_error.gap_json import gap_content
+from ident.workflows.output_error.logs import read_commanded
+from ident.workflows.provenance import provenance
+from ident.workflows.run_json import write_results
+
+
+@dataclass(frozen=True)
+class GapOfServos:
+    """A search by simulation, and everything that is written about it.
+
+    Attributes:
+        begun: arm and recordings.
+        outcome: the search with its verdict.
+        model: the arm with the effects that were named.
+        content: the content of `gap.json`.
+    """
+
+    begun: Prepared
+    outcome: Outcome
+    model: ServoModel
+    content: dict[str, Any]
+
+    @property
+    def report(self) -> ServoGap:
+        """What the page is made of."""
+        setup, done = self.begun.setup, self.outcome
+        before = setup.replay(done.before.settings)
+        after = setup.replay(done.after.settings) if done.effects else before
+        pairs = [
+            tuple(ServoTrace.of(s, q) for s, q in zip(setup.stretches, made, strict=True))
+            for made in (before, after)
+        ]
+        titles = {name: e.title for name, e in (catalogue() | EVENTS).items()}
+        explained = {name: (e.signature, e.experiment) for name, e in catalogue().items()}
+        return ServoGap(self.content, titles, explained, pairs[0], pairs[1])
+
+    @property
+    def sentences(self) -> list[str]:
+        """The verdict in sentences."""
+        return verdict_sentences(self.report)
+
+    def page(self) -> str:
+        """The report, one HTML page."""
+        return render(servo_gap_page(self.report))
+
+    def write(self, out: Path) -> str:
+        """Write `gap.json`, `model.yaml` and `report.html`; gives the content of `gap.json`.
+
+        Raises:
+            DataError: the folder cannot be written.
+        """
+        model = partial(write_servo_model, model=self.model)
+        return write_results(out, "gap", self.content, self.page(), model)
+
+
+def gap_simulation(
+    paths: Sequence[Path],
+    robot: Path | None,
+    out: Path,
+    reading: Reading,
+    settings: GapBySimulation,
+    tell: Tell = silent,
+    remarks: Sequence[Remark] = (),
+) -> tuple[str, list[str]]:
+    """Search and write; gives the content of `gap.json` and the verdict in sentences.
+
+    Args:
+        paths: the logs.
+        robot: file that describes the arm; None: what travels inside the logs.
+        out: folder for the results.
+        reading: topics to read.
+        settings: numbers that decide.
+        tell: hears what is being done.
+        remarks: what is known of the recordings already.
+
+    Raises:
+        UserError: what cannot be done; nothing is written then.
+    """
+    start = time.perf_counter()
+    tell("reading")
+    arm, stretches = read_commanded(paths, robot, reading)
+    done = gap_of_servos(arm, stretches, settings, tell, remarks, paths)
+    done.content["seconds"] = time.perf_counter() - start
+    tell("writing the report")
+    return done.write(out), done.sentences
+
+
+def gap_of_servos(
+    arm: Arm,
+    stretches: Sequence[Stretch],
+    settings: GapBySimulation,
+    tell: Tell = silent,
+    remarks: Sequence[Remark] = (),
+    paths: Sequence[Path] = (),
+) -> GapOfServos:
+    """Search commands and positions that have been read; nothing is written."""
+    start = time.perf_counter()
+    begun = prepared(arm, settled(stretches))
+    done = outcome(begun, search(begun, settings, tell), settings, tell)
+    tell("what would have been seen")
+    content = gap_content(begun, done, settings)
+    trust = verdict_content(remarks)
+    content |= {"trust": trust["verdict"], "remarks": trust["remarks"]}
+    content["provenance"] = provenance(arm, paths)
+    content["seconds"] = time.perf_counter() - start
+    return GapOfServos(begun, done, model_of(begun, done.after, done.known), content)

@@ -1,0 +1,186 @@
+"""The content of `gap.json` of a search by simulation, as the contract fixes it."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.output_error.fit import Setup
+from ident.output_error.identify import Prepared
+from ident.output_error.missing.kinds import NOT_ASKED
+from ident.output_error.missing.search import Accepted, Rival
+from ident.output_error.missing.settings import GapBySimulation
+from ident.output_error.missing.verdict import Outcome
+from ident.output_error.missing.visibility import smallest
+from ident.output_error.parameters import QUANTITIES, ROW
+
+Array = NDArray[np.floating]
+Content = dict[str, Any]
+
+_SLOW = 0.1  # rad/s
+_LEAST_SHARE = 0.05
+
+
+def gap_content(begun: Prepared, done: Outcome, settings: GapBySimulation) -> Content:
+    """All but remarks, provenance, and time."""
+    arm = begun.arm
+    seen = smallest(done.search, begun.resolution, settings)
+    for a in done.effects:
+        seen[a.kind.name][a.joint] = np.nan
+    return {
+        "method": "simulation",
+        "verdict": done.kind,
+        "effects": [
+            _effect(a, done, gains, d)
+            for a, gains, d in zip(done.effects, done.gains, done.deviations, strict=True)
+        ],
+        "suspected": [
+            _effect(s.effect, done, (), s.deviations) | {"doubt": s.doubt, "in_model": False}
+            for s in done.suspected
+        ],
+        "where": _where(begun.setup, done),
+        "not_observable": _not_observable(seen, begun.moving, done),
+        "not_asked": NOT_ASKED,
+        "held_out": _held_out(begun, done),
+        "forward_simulation": {
+            "before": {"rms_q_by_joint": done.before.rms.tolist()},
+            "after": {"rms_q_by_joint": done.after.rms.tolist()},
+        },
+        "minimum_detectable": {
+            name: {str(j + 1): float(x) for j, x in enumerate(sizes) if np.isfinite(x)}
+            for name, sizes in seen.items()
+        },
+        "unexplained": [
+            {"joint": x.joint + 1, "share_of_gap": x.share, "rms": x.rms, "noise_floor": x.floor}
+            for x in done.left
+        ],
+        "servo": _servo(done),
+        "settings": settings.content(),
+        "arm": arm.name,
+        "joints": list(arm.robot.joint_names),
+        "moving": begun.moving.tolist(),
+        "resolution_rad": begun.resolution.tolist(),
+    }
+
+
+def _effect(a: Accepted, done: Outcome, gains: Sequence[float], deviations: float) -> Content:
+    evidence: Content = {
+        "gain_nats_per_sample": a.gain,
+        "asked_nats_per_sample": a.asked,
+        "smallest_held_out_gain": min(gains, default=None),
+        "held_out_parts": len(gains),
+        "confirmed_parts": sum(g > 0.0 for g in gains),
+        "effect_free_runs": done.search.nulls.runs,
+        "standard_errors_over_blocks": a.sureness,
+        "standard_deviations": deviations if np.isfinite(deviations) else None,
+        "explained_rms": a.explained,
+    }
+    if a.next_best is not None:
+        evidence["next_best"] = f"{a.next_best.name} at [{a.joint + 1}]"
+        evidence["next_best_gain"] = a.next_best.gain
+    return {
+        "name": a.kind.name,
+        "joints": [a.joint + 1],
+        "parameters": _parameters(a, done),
+        "equation": a.kind.equation,
+        "evidence": evidence,
+        "rivals": [_rival(r, a.joint) for r in a.rivals],
+        "separating_experiment": f"{a.kind.name}:{a.joint + 1}" if a.rivals else None,
+    }
+
+
+def _parameters(a: Accepted, done: Outcome) -> Content:
+    found = {}
+    for quantity, name in zip(a.kind.part.quantities, a.kind.reported, strict=True):
+        row = ROW[quantity]
+        sd = float(done.known.sd[row, a.joint])
+        found[name] = {
+            "value": float(done.after.settings[row, a.joint]),
+            "sd": sd if np.isfinite(sd) else None,
+            "unit": QUANTITIES[row].unit,
+        }
+    return found
+
+
+def _rival(rival: Rival, joint: int) -> Content:
+    return {"name": rival.name, "joints": [joint + 1], "evidence": rival.gain}
+
+
+def _where(setup: Setup, done: Outcome) -> list[Content]:
+    """Joints and speeds at which the arm without effects is beyond the noise."""
+    floor, excess = done.search.nulls.floor, {}
+    for s, made in zip(setup.stretches, setup.replay(done.before.settings), strict=True):
+        speed = np.abs(np.gradient(made, s.motion.t, axis=0))
+        beyond = (s.q - made) ** 2 - floor**2
+        counted = np.arange(len(s.q)) >= s.counted
+        for j in range(made.shape[1]):
+            slow = speed[:, j] < _SLOW
+            for here, sign in ((slow & counted, "<"), (~slow & counted, ">")):
+                key = j, f"|qd| {sign} {_SLOW:g} rad/s"
+                excess[key] = excess.get(key, 0.0) + float(beyond[here, j].sum() / floor[j] ** 2)
+    most = sum(max(x, 0.0) for x in excess.values())
+    shares = {k: max(x, 0.0) / most for k, x in excess.items()} if most > 0.0 else {}
+    ordered = sorted(shares.items(), key=lambda pair: -pair[1])
+    if done.kind == "no_gap":
+        return []
+    return [
+        {"joint": j + 1, "region": region, "share_of_gap": share}
+        for (j, region), share in ordered
+        if share > _LEAST_SHARE
+    ]
+
+
+def _not_observable(
+    seen: dict[str, Array], moving: NDArray[np.bool_], done: Outcome
+) -> list[Content]:
+    """Effects that these motions do not show; those that were named are there."""
+    hidden = {}
+    for name, sizes in seen.items():
+        named = [a.joint for a in done.effects if a.kind.name == name]
+        here = np.isnan(sizes) & moving
+        here[named] = False
+        hidden[name] = np.flatnonzero(here)
+    return [{"name": k, "joints": [int(j) + 1 for j in x]} for k, x in hidden.items() if len(x)]
+
+
+def _held_out(begun: Prepared, done: Outcome) -> Content:
+    """Position errors of all folds, in rad, and relative to how far the joints moved."""
+    floor = done.search.nulls.floor
+    before, after = (
+        np.sqrt(np.concatenate(errors).mean(axis=0))
+        for errors in (done.confirmation.before, done.confirmation.after)
+    )
+    q = np.concatenate([s.q for s in begun.setup.stretches])
+    motion, moving = q.std(axis=0), begun.moving
+
+    def errors(rms: Array) -> Content:
+        relative = np.sqrt(np.sum(rms[moving] ** 2) / np.sum(motion[moving] ** 2))
+        told = [float(x) if m else None for x, m in zip(rms, moving, strict=True)]
+        return {"relative_error_percent": float(100.0 * relative), "rms_by_joint": told}
+
+    at = sorted({a.joint for a in done.effects})
+    gap = float(np.sum((before**2 - floor**2)[at])) if at else 0.0
+    closed = float(np.sum((before**2 - after**2)[at])) / gap if gap > 0.0 else 0.0
+    return {
+        "unit": "rad",
+        "before": errors(before),
+        "after": errors(after),
+        "noise_floor": errors(floor),
+        "closed_fraction": min(max(closed, 0.0), 1.0),
+    }
+
+
+def _servo(done: Outcome) -> list[Content]:
+    """What the servo model without effects was fitted with."""
+    rows = np.flatnonzero(done.before.free.any(axis=1))
+    return [
+        {
+            "name": QUANTITIES[i].name,
+            "unit": QUANTITIES[i].unit,
+            "meaning": QUANTITIES[i].text,
+            "before": done.before.settings[i].tolist(),
+            "after": done.after.settings[i].tolist(),
+        }
+        for i in rows
+    ]

@@ -1,0 +1,49 @@
+"""Logs of commanded and measured positions, joined with their arm."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from ident.model.arm import Arm
+from ident.output_error.fit import Stretch
+from ident.output_error.recordings import stretches_of
+from ident.recordings.joint_names import renamed
+from ident.recordings.loading import Reading, arm_of, joints_to_read
+from wamctl.arm.recording import Recording, read_recording
+
+
+def read_commanded(
+    paths: Sequence[Path], robot: Path | None, reading: Reading
+) -> tuple[Arm, tuple[Stretch, ...]]:
+    """The arm, and what its joints were asked for and did.
+
+    Raises:
+        DataError: a log that cannot be used, or logs of different arms.
+        ConfigurationError: a robot file that cannot be used.
+    """
+    logs = [_read(path, reading, *joints_to_read(path, robot, reading)) for path in paths]
+    arm = arm_of(logs, paths, robot)
+    return arm, _stretches(arm, logs, [str(p) for p in paths])
+
+
+def read_commanded_for(
+    joint_names: tuple[str, ...], path: Path, reading: Reading
+) -> tuple[Stretch, ...]:
+    """The same of one log, of an arm that is known already."""
+    log = _read(path, reading, (), ())
+    pairs = renamed(log.joint_names, joint_names, reading.rules)
+    if pairs:
+        log = _read(path, reading, (), pairs)
+    return stretches_of(log, joint_names, str(path))
+
+
+def _read(path: Path, reading: Reading, joints: tuple[str, ...], pairs: tuple) -> Recording:
+    return read_recording(
+        path, reading.joint_states, reading.joint_commands, joints, pairs, torque=False
+    )
+
+
+def _stretches(arm: Arm, logs: Sequence[Recording], names: Sequence[str]) -> tuple[Stretch, ...]:
+    found: list[Stretch] = []
+    for log, name in zip(logs, names, strict=True):
+        found += stretches_of(log, arm.robot.joint_names, name)
+    return tuple(found)

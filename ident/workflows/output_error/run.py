@@ -1,0 +1,214 @@
+"""The work of `ident run --method simulation`, from files to files."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.checks.remark import Grade, Remark, verdict_content
+from ident.model.arm import Arm
+from ident.output_error.fit import Stretch
+from ident.output_error.identify import Found, identify_by_simulation
+from ident.output_error.parameters import QUANTITIES
+from ident.output_error.servo_model import ServoModel, write_servo_model
+from ident.output_error.uncertainty import unknown_factor
+from ident.recordings.loading import Reading
+from ident.regression.progress import Tell, silent
+from ident.report.page import render
+from ident.report.servos.run_page import ServoTrace, servo_page
+from ident.workflows.output_error.logs import read_commanded
+from ident.workflows.provenance import provenance
+from ident.workflows.run_json import numbers, write_results
+
+Array = NDArray[np.floating]
+
+_BAD = 0.5  # of the error that following the command at once would have
+_COUNTS = 3  # errors of so many steps of the encoder are none
+
+
+@dataclass(frozen=True)
+class ServoRun:
+    """An identification by simulation, and everything that is written about it.
+
+    Attributes:
+        found: the identification.
+        content: the content of `run.json`.
+    """
+
+    found: Found
+    content: dict[str, Any]
+
+    @property
+    def model(self) -> ServoModel:
+        """The identified arm."""
+        return self.found.model
+
+    def page(self) -> str:
+        """The report, one HTML page."""
+        return render(servo_page("ident run", self.content, traces(self.found)))
+
+    def write(self, out: Path) -> str:
+        """Write `run.json`, `model.yaml` and `report.html`; gives the content of `run.json`.
+
+        Raises:
+            DataError: the folder cannot be written.
+        """
+        model = partial(write_servo_model, model=self.model)
+        return write_results(out, "run", self.content, self.page(), model)
+
+
+def run_simulation(
+    paths: Sequence[Path],
+    robot: Path | None,
+    out: Path,
+    reading: Reading,
+    tell: Tell = silent,
+    remarks: Sequence[Remark] = (),
+) -> str:
+    """Identify from commands and positions, and write; gives the content of `run.json`.
+
+    Args:
+        paths: the logs.
+        robot: file that describes the arm; None: what travels inside the logs.
+        out: folder for the results.
+        reading: topics to read.
+        tell: hears what is being done.
+        remarks: what is known of the recordings already.
+
+    Raises:
+        UserError: what cannot be done; nothing is written then.
+    """
+    start = time.perf_counter()
+    tell("reading")
+    arm, stretches = read_commanded(paths, robot, reading)
+    read = time.perf_counter() - start
+    done = simulated_run(arm, stretches, tell, remarks, paths)
+    seconds = done.content["seconds"] | {"read": read, "total": time.perf_counter() - start}
+    done.content["seconds"] = seconds
+    tell("writing the report")
+    return done.write(out)
+
+
+def simulated_run(
+    arm: Arm,
+    stretches: Sequence[Stretch],
+    tell: Tell = silent,
+    remarks: Sequence[Remark] = (),
+    paths: Sequence[Path] = (),
+) -> ServoRun:
+    """Identify an arm from commands and positions that have been read; nothing is written."""
+    start = time.perf_counter()
+    found = identify_by_simulation(arm, stretches, tell)
+    content = verdict_content([*remarks, *_remarks(found)]) | _content(arm, found)
+    content["provenance"] = provenance(arm, paths)
+    content["seconds"] = {"solve": time.perf_counter() - start}
+    content["solver"]["seconds"] = content["seconds"]["solve"]
+    return ServoRun(found, content)
+
+
+def traces(found: Found) -> tuple[ServoTrace, ...]:
+    """The recordings beside the simulation."""
+    made = found.setup.replay(found.fit.settings)
+    pairs = zip(found.setup.stretches, made, strict=True)
+    return tuple(ServoTrace.of(s, q) for s, q in pairs)
+
+
+def _remarks(found: Found) -> list[Remark]:
+    said, held = [], np.flatnonzero(~found.moving)
+    if len(held):
+        said.append(
+            Remark(
+                "poor_motion",
+                tuple(int(j) + 1 for j in held),
+                "These joints do not move in the recordings, so their settings are not fitted.",
+                Grade.TRUSTWORTHY,
+            )
+        )
+    loose = np.flatnonzero(unknown_factor(found.known) & found.moving)
+    if len(loose):
+        said.append(
+            Remark(
+                "torque_factor",
+                tuple(int(j) + 1 for j in loose),
+                "No known mass is lifted or accelerated enough to scale the torques of these"
+                " joints: their gains, friction, and rotor inertia are known only up to a common"
+                " factor at each joint, on which positions do not depend.",
+                Grade.TRUSTWORTHY,
+                "Record with a known payload, or give the servo's gain in the arm's file (servo:"
+                " fixed).",
+            )
+        )
+    limit = np.maximum(_BAD * _following(found), _COUNTS * found.model.resolution)
+    bad = np.flatnonzero((found.search.held_out > limit) & found.moving)
+    if len(bad):
+        said.append(
+            Remark(
+                "large_error",
+                tuple(int(j) + 1 for j in bad),
+                "On held-out stretches, the simulation of these joints is hardly better than a"
+                " joint that follows its command without delay.",
+                Grade.DOUBTFUL,
+                "Check for end stops, contact, and commands that do not belong to the recording.",
+            )
+        )
+    return said
+
+
+def _following(found: Found) -> Array:
+    """Rms distance of positions from commands [rad], shape (n,)."""
+    away = []
+    for s in found.setup.stretches:
+        held = np.searchsorted(s.motion.stamp, s.motion.t, side="right") - 1
+        away.append(s.motion.command[np.maximum(held, 0)] - s.q)
+    return np.sqrt(np.mean(np.concatenate(away) ** 2, axis=0))
+
+
+def _content(arm: Arm, found: Found) -> dict[str, Any]:
+    model, periods = found.model, [np.diff(s.motion.t) for s in found.setup.stretches]
+    free = found.fit.free
+    return {
+        "method": "simulation",
+        "arm": arm.name,
+        "samples": sum(len(s.q) for s in found.setup.stretches),
+        "joints": list(arm.robot.joint_names),
+        "moving": [bool(m) for m in found.moving],
+        "sample_rate_hz": float(1.0 / np.median(np.concatenate(periods))),
+        "resolution_rad": model.resolution.tolist(),
+        "logs": [
+            {"name": s.name, "samples": len(s.q), "rms_q_by_joint": rms.tolist()}
+            for s, rms in zip(found.setup.stretches, _each(found), strict=True)
+        ],
+        "rms_q_by_joint": found.fit.rms.tolist(),
+        "following_rms_by_joint": _following(found).tolist(),
+        "held_out": {"rms_q_by_joint": found.search.held_out.tolist()},
+        "parameters": [
+            {
+                "name": q.name,
+                "joint": int(j) + 1,
+                "value": float(model.settings[i, j]),
+                "sd": numbers(model.sd[i : i + 1, j])[0],
+                "unit": q.unit,
+                "meaning": q.text,
+            }
+            for i, q in enumerate(QUANTITIES)
+            for j in np.flatnonzero(free[i])
+        ],
+        "lost_motion_rad": (model.value("coulomb") / model.value("stiffness")).tolist(),
+        "torque_factor_sd": [x if np.isfinite(x) else None for x in found.known.torque_factor_sd],
+        "parts_tried": [
+            {"name": t.name, "gain_by_joint": t.gain.tolist(), "kept": t.kept.tolist()}
+            for t in found.search.trials
+        ],
+        "solver": {"name": "Levenberg-Marquardt", "status": "done", "rounds": found.fit.rounds},
+    }
+
+
+def _each(found: Found) -> list[Array]:
+    made = found.setup.replay(found.fit.settings)
+    pairs = zip(found.setup.stretches, made, strict=True)
+    return [np.sqrt(np.mean((s.q - q) ** 2, axis=0)) for s, q in pairs]
