@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from ident.api.arm import Arm
     from ident.api.design import Designed, design
-    from ident.api.gap import Effect, Gap, find_gap
+    from ident.api.export import export_model
+    from ident.api.gap import Gap, find_gap
     from ident.api.identified import Identified, identify
+    from ident.api.named import Effect
     from ident.api.recording import Recording
-    from ident.api.score import Score
+    from ident.api.score import Score, score
     from ident.effects.bound_effects import load_model
     from ident.model.identified_model import Model
     from ident.workflows.simulate import simulate
@@ -20,15 +22,17 @@ if TYPE_CHECKING:
 _HOMES = {
     "Arm": "ident.api.arm",
     "Designed": "ident.api.design",
-    "Effect": "ident.api.gap",
+    "Effect": "ident.api.named",
     "Gap": "ident.api.gap",
     "Identified": "ident.api.identified",
     "Model": "ident.model.identified_model",
     "Recording": "ident.api.recording",
     "Score": "ident.api.score",
     "design": "ident.api.design",
+    "export_model": "ident.api.export",
     "find_gap": "ident.api.gap",
     "identify": "ident.api.identified",
+    "score": "ident.api.score",
     "load_model": "ident.effects.bound_effects",
     "simulate": "ident.workflows.simulate",
 }
@@ -43,9 +47,11 @@ __all__ = [
     "Recording",
     "Score",
     "design",
+    "export_model",
     "find_gap",
     "identify",
     "load_model",
+    "score",
     "simulate",
 ]
 

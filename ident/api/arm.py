@@ -2,14 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from ident.model.arm import Arm as ArmModel
 from ident.model.arm import arm_from_file, arm_from_urdf
 from wamctl.arm.config import ArmFile, IdentificationSection, RobotFile, find_file, load_robot_file
-from wamctl.arm.errors import ConfigurationError, DataError
+from wamctl.arm.errors import ConfigurationError, DataError, did_you_mean
 from wamctl.arm.robot import load_robot
 
 
@@ -115,9 +114,8 @@ def _known(settings: dict[str, Any]) -> dict[str, Any]:
     valid = sorted(IdentificationSection.model_fields)
     unknown = [name for name in settings if name not in valid]
     if unknown:
-        near = get_close_matches(unknown[0], valid, 1)
-        hint = f"did you mean {near[0]}?" if near else f"valid are {', '.join(valid)}"
-        raise ConfigurationError("settings", [f"there is no setting {unknown[0]}; {hint}"])
+        hint = did_you_mean(unknown[0], valid) or f"; valid are {', '.join(valid)}"
+        raise ConfigurationError("settings", [f"there is no setting {unknown[0]}{hint}"])
     return settings
 
 

@@ -1,53 +1,40 @@
 """Identification of an arm from recordings in memory."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, Literal, overload
+
+import numpy as np
 
 from ident.api.arm import Arm
+from ident.api.commanded import commanded
+from ident.api.progress import Progress, told
 from ident.api.recording import Recording
+from ident.api.result import Result
 from ident.api.score import Score, score, several
 from ident.api.tables import html_table, table
 from ident.model.identified_model import Model
+from ident.output_error.recordings import stretches_of
+from ident.output_error.servo_model import ServoModel
 from ident.recordings.loading import dataset_for
 from ident.recordings.log_summary import survey
-from ident.regression.progress import silent
+from ident.workflows.output_error.run import ServoRun, simulated_run
 from ident.workflows.run import Run, run_data
 from wamctl.arm.errors import DataError
 
-Progress = Callable[[str, float | None], None]
 
+class Identified(Result[Run]):
+    """An identified arm; `save` writes `run.json`, `model.yaml` and `report.html`.
 
-@dataclass(frozen=True)
-class Identified:
-    """An identified arm.
+    The verdict is `trustworthy`, `doubtful` or `refused`; remarks give its reasons.
 
     Attributes:
         run: the identification with all its figures.
     """
 
-    run: Run = field(repr=False)
-
     @property
     def model(self) -> Model:
         """The identified model."""
         return self.run.model
-
-    @property
-    def content(self) -> dict[str, Any]:
-        """The content of `run.json`."""
-        return self.run.content
-
-    @property
-    def verdict(self) -> str:
-        """`trustworthy`, `doubtful` or `refused`."""
-        return self.content.get("verdict", "not judged")
-
-    @property
-    def remarks(self) -> list[dict[str, Any]]:
-        """The reasons of the verdict: code, joints, sentence."""
-        return self.content.get("remarks", [])
 
     @property
     def error_percent(self) -> float:
@@ -90,20 +77,6 @@ class Identified:
             )
         return self
 
-    def report(self, path: str | Path) -> Path:
-        """Write the report, one HTML page, and give its path."""
-        Path(path).write_text(self.run.page(), encoding="utf-8")
-        return Path(path)
-
-    def save(self, folder: str | Path) -> Path:
-        """Write `run.json`, `model.yaml` and `report.html`, as `ident run` does.
-
-        Raises:
-            DataError: the folder cannot be written.
-        """
-        self.run.write(Path(folder))
-        return Path(folder)
-
     def _repr_html_(self) -> str:
         return html_table(
             f"{self.model.arm}: {self.verdict}, held-out error {self.error_percent:.2f} %",
@@ -111,19 +84,68 @@ class Identified:
         )
 
 
+class IdentifiedServos(Result[ServoRun]):
+    """An arm with position servos, identified by simulation; its files are those of `Identified`.
+
+    The verdict is `trustworthy` or `doubtful`; remarks give its reasons.
+
+    Attributes:
+        run: the identification with all its figures.
+    """
+
+    @property
+    def model(self) -> ServoModel:
+        """The identified arm."""
+        return self.run.model
+
+    def table(self) -> Any:
+        """Settings with standard errors: a pandas DataFrame, or a list of dicts without pandas."""
+        return table(self.content["parameters"])
+
+    def score(self, recording: Recording) -> list[float]:
+        """Rms of measured less simulated position along a recording, by joint [rad]."""
+        parts = stretches_of(recording.log, self.model.robot.joint_names, recording.name)
+        left = np.concatenate([s.q - self.model.replay(s) for s in parts])
+        return np.sqrt(np.mean(left**2, axis=0)).tolist()
+
+
+@overload
 def identify(
     arm: Arm,
     recordings: Recording | Sequence[Recording],
     *,
+    method: Literal["simulation"],
+    progress: Progress | None = None,
+) -> IdentifiedServos: ...
+
+
+@overload
+def identify(
+    arm: Arm,
+    recordings: Recording | Sequence[Recording],
+    *,
+    method: Literal["regression"] = "regression",
     effects: Model | None = None,
     progress: Progress | None = None,
     **settings: Any,
-) -> Identified:
+) -> Identified: ...
+
+
+def identify(
+    arm: Arm,
+    recordings: Recording | Sequence[Recording],
+    *,
+    method: Literal["regression", "simulation"] = "regression",
+    effects: Model | None = None,
+    progress: Progress | None = None,
+    **settings: Any,
+) -> Identified | IdentifiedServos:
     """Identify a physically feasible model of an arm, as `ident run` does.
 
     Args:
         arm: the arm.
         recordings: one recording, or several of the same arm.
+        method: regression of torque on motion; or simulation of commanded positions.
         effects: a model of `find_gap`, whose effects are taken off first and kept.
         progress: called with the step, and the share of it that is done where that is known.
         settings: identification settings, such as `cutoff_hz=10`.
@@ -135,12 +157,15 @@ def identify(
     logs = [survey(r.log, r.name) for r in several(recordings)]
     if not logs:
         raise DataError("No recording was given; identification needs at least one.")
+    if method == "simulation":
+        return _servos(arm, recordings, progress)
     model = arm.of_recording(logs[0].joint_names, **settings)
     data = [dataset_for(model, found) for found in logs]
-    return Identified(run_data(model, data, _told(progress), effects))
+    return Identified(run_data(model, data, told(progress), effects))
 
 
-def _told(progress: Progress | None) -> Any:
-    if progress is None:
-        return silent
-    return lambda what, share=None: progress(what, share)
+def _servos(
+    arm: Arm, recordings: Recording | Sequence[Recording], progress: Progress | None
+) -> IdentifiedServos:
+    known, found = commanded(arm, several(recordings))
+    return IdentifiedServos(simulated_run(known, found, told(progress)))

@@ -23,10 +23,12 @@ class Recording:
     Attributes:
         t: instants [s], rising, shape (S,).
         q: joint positions [rad] ([m] of sliding joints), shape (S, n).
-        tau: joint torques [N m] ([N] of sliding joints), shape (S, n).
+        tau: joint torques [N m] ([N] of sliding joints), shape (S, n); None where there are none.
         joints: names of the n joints, in the order of the columns.
         commanded: whether `tau` is the torque that was commanded (it acts from its instant to the
             next one), not a measured one.
+        q_command: commanded positions from each instant on [rad], shape (S, n), for
+            `identify(.., method="simulation")`; `tau` may then be left out.
         name: used in messages and reports.
         bag: the bag that it was read from, if any, with the wanted motion and the attached files.
 
@@ -36,15 +38,16 @@ class Recording:
 
     t: Array
     q: Array
-    tau: Array
-    joints: tuple[str, ...]
+    tau: Array | None = None
+    joints: tuple[str, ...] = ()
     _: KW_ONLY
     commanded: bool = False
+    q_command: Array | None = None
     name: str = "recording"
     bag: Log | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        for key in ("t", "q", "tau"):
+        for key in self._given():
             object.__setattr__(self, key, _numbers(getattr(self, key), f"{self.name}: {key}"))
         if not isinstance(self.joints, str):
             object.__setattr__(self, "joints", tuple(self.joints))
@@ -65,7 +68,7 @@ class Recording:
         Raises:
             DataError: a bag that cannot be read, or without positions or torques.
         """
-        bag = read_recording(path, joint_states, joints=joints)
+        bag = read_recording(path, joint_states, joints=joints, torque=False)
         tau, commanded = _torque(bag, str(path))
         t = (bag.stamp_ns - bag.stamp_ns[0]) / _NS
         names = tuple(bag.joint_names)
@@ -77,9 +80,16 @@ class Recording:
         if self.bag is not None:
             return self.bag
         stamps = np.round((self.t - self.t[0]) * _NS).astype(np.int64)
-        if not self.commanded:
-            return Log(self.joints, stamps, self.q, None, self.tau)
-        return Log(self.joints, stamps, self.q, None, None, Command(stamps, None, None, self.tau))
+        asked, tau = self.q_command, self.tau
+        if self.commanded:
+            command = Command(stamps, asked, None, tau)
+            return Log(self.joints, stamps, self.q, None, None, command)
+        command = None if asked is None else Command(stamps, asked, None, None)
+        return Log(self.joints, stamps, self.q, None, tau, command)
+
+    def _given(self) -> list[str]:
+        """The arrays that are there."""
+        return [k for k in ("t", "q", "tau", "q_command") if getattr(self, k) is not None]
 
 
 def _numbers(values: object, name: str) -> Array:
@@ -98,13 +108,16 @@ def _check(r: Recording) -> None:
             f"{r.name}: t has the shape {r.t.shape}; wanted is (samples,), in seconds, with at"
             " least two samples."
         )
-    for key, values in (("q", r.q), ("tau", r.tau)):
+    arrays = {k: getattr(r, k) for k in ("q", "tau", "q_command") if getattr(r, k) is not None}
+    if len(arrays) < 2:
+        raise DataError(f"{r.name}: neither tau nor q_command is given; nothing can be fitted.")
+    for key, values in arrays.items():
         if values.shape != (len(r.t), len(r.joints)):
             raise DataError(
                 f"{r.name}: {key} has the shape {values.shape}; wanted is"
                 f" ({len(r.t)}, {len(r.joints)}): the samples of t, and the {len(r.joints)} joints."
             )
-    for key, values in (("t", r.t), ("q", r.q), ("tau", r.tau)):
+    for key, values in {"t": r.t, **arrays}.items():
         bad = ~np.isfinite(values.reshape(len(r.t), -1)).all(axis=1)
         if bad.any():
             raise DataError(
@@ -120,10 +133,12 @@ def _check(r: Recording) -> None:
         )
 
 
-def _torque(bag: Log, name: str) -> tuple[Array, bool]:
+def _torque(bag: Log, name: str) -> tuple[Array | None, bool]:
     """The torque at each instant, and whether it is the commanded one."""
     if bag.effort is not None:
         return bag.effort, False
+    if bag.command is not None and bag.command.effort is None and bag.command.q is not None:
+        return None, False
     if bag.command is None or bag.command.effort is None:
         raise DataError(f"{name}: neither measured nor commanded torque; nothing can be fitted.")
     last = np.searchsorted(bag.command.stamp_ns, bag.stamp_ns, side="right") - 1

@@ -42,6 +42,8 @@ def score(model: Model, recording: Recording) -> Score:
     """
     arm = arm_of(model)
     data = dataset_for(arm, survey(recording.log, recording.name))
+    if model.gains_nm_per_a:
+        data = data.with_torque_times(np.array(model.gains_nm_per_a))
     found = predict(model, arm, data)
     errors = found.filtered[model.estimator]
     return Score(

@@ -8,7 +8,9 @@ from typing import Annotated
 
 import typer
 
-from ident.commands.options import Json
+from ident.commands.options import Force, Json, effect_names, listing
+from ident.excitation.settings import DesignSettings, design_settings, settings_from, settled
+from wamctl.arm.command_line import next_step, shipped_names
 
 
 class Objective(StrEnum):
@@ -24,46 +26,58 @@ Settings = Annotated[
     list[str] | None,
     typer.Option(
         "--set",
-        help="NAME=VALUE: terms, weights, constraints (all or joint_motion), most_condition,"
-        " gain, patience, processes.",
+        callback=listing(DesignSettings),
+        is_eager=True,
+        metavar="NAME=VALUE",
+        help="A design setting, such as terms, weights or patience; `--set help` lists them.",
     ),
 ]
 
 
 def design(
-    config: Annotated[Path, typer.Option(help="Arm's file, or the bare name of a shipped one.")],
+    config: Annotated[
+        Path,
+        typer.Option(
+            help="Arm's file, or the bare name of a shipped one.", autocompletion=shipped_names
+        ),
+    ],
     out: Annotated[
-        Path, typer.Option(help="Trajectory file; its report stands beside it, as .html.")
+        Path, typer.Option(help="Trajectory file to write; its report goes beside it, as .html.")
     ] = Path("trajectory.yaml"),
     seconds: Annotated[
-        float | None, typer.Option("--time", help="Time to search [s]; default 240.")
+        float | None, typer.Option("--time", help="Search time [s]; default 240.")
     ] = None,
-    seed: Annotated[int | None, typer.Option(help="Of all random choices; default 0.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Random seed; default 0.")] = None,
     objective: Annotated[
         Objective | None,
         typer.Option(
-            help="Default: errors, at a condition number of 36 or the least that is found."
+            help="What to minimise. Default: parameter errors, at a condition number of at most 36."
         ),
     ] = None,
-    start: Annotated[Path | None, typer.Option(help="Trajectory file to go on from.")] = None,
+    start: Annotated[Path | None, typer.Option(help="Trajectory file to improve.")] = None,
     model: Annotated[
         Path | None,
-        typer.Option(help="model.yaml of `ident run`: the motion that suits this very arm best."),
+        typer.Option(help="A model.yaml from `ident run`: design for this particular arm."),
     ] = None,
     purpose: Annotated[
         str | None,
-        typer.Option("--for", help="EFFECT[:JOINT] or a gap.json: the motion that shows it."),
+        typer.Option(
+            "--for",
+            help="EFFECT[:JOINT] or a gap.json: write the motion that makes the effect visible.",
+            autocompletion=effect_names,
+        ),
     ] = None,
     settings: Settings = None,
     view: Annotated[bool, typer.Option("--view", help="Show the motion in the browser.")] = False,
     as_json: Json = False,
+    force: Force = False,
 ) -> None:
     """Design an excitation trajectory that keeps the arm's limits.
 
     Example: ident design --config wam7.yaml --out trajectory.yaml
     """
     from ident.commands.design_progress import Progress
-    from ident.excitation.settings import design_settings, settings_from, settled
+    from ident.commands.outputs import file_written
     from ident.workflows.design import design_file, design_for, report_beside, view_beside
     from wamctl.arm.errors import ConfigurationError
 
@@ -73,12 +87,13 @@ def design(
     if purpose is not None and model is not None:
         raise ConfigurationError("--model", ["has no say in the fixed motions of --for"])
     if purpose is None:
-        with Progress(chosen) as progress:
+        with file_written(out, force), Progress(chosen) as progress:
             found = design_file(config, out, chosen, start, progress.report, model)
         wishes = chosen.model_dump(mode="json", exclude_none=True)
         wishes |= {} if model is None else {"model": str(model)}
     else:
-        found, wishes = design_for(config, out, purpose), {"for": purpose}
+        with file_written(out, force):
+            found, wishes = design_for(config, out, purpose), {"for": purpose}
     written = [out, report_beside(found, config, out, wishes)]
     if view:
         written.append(view_beside(found, config, out))
@@ -86,4 +101,6 @@ def design(
     for sentence in found.passed:
         typer.echo(f"This motion may not run: {sentence}.", err=True)
     promise = found.trajectory.promise
+    if not found.passed:
+        next_step("wamctl check --config", config, "--trajectory", out)
     typer.echo(json.dumps(promise, indent=2) if as_json else "\n".join(map(str, written)))

@@ -9,6 +9,7 @@ from rich.progress import Progress as Bar
 
 from ident.excitation.optimisation.evaluate import UNSEEN, Candidate
 from ident.excitation.settings import DesignSettings
+from wamctl.arm.command_line import is_quiet
 
 
 class Progress:
@@ -21,10 +22,10 @@ class Progress:
         self._settings = settings
         self._began = time.monotonic()
         self._bar = Bar(
-            TextColumn("{task.description}"),
+            TextColumn("{task.description}", markup=False),
             BarColumn(),
             TimeRemainingColumn(),
-            console=Console(stderr=True),
+            console=Console(stderr=True, quiet=is_quiet()),
         )
         self._task = self._bar.add_task("searching", total=settings.time_s)
 

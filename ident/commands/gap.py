@@ -2,56 +2,81 @@
 
 import json
 import time
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from ident.commands.options import (
+    CORRECTED,
+    Force,
     JointStates,
     Json,
     Logs,
+    Method,
+    MethodChoice,
     Rename,
+    Robot,
     Strict,
     TorqueChoice,
     hold,
     rules_of,
+    speaks_against_input,
     verdict_printed,
 )
+from wamctl.arm.command_line import is_quiet, next_step
+from wamctl.arm.errors import ConfigurationError
 
 
 def gap(
     logs: Logs,
     model: Annotated[
         Path | None,
-        typer.Option(help="A model.yaml that was trusted before: what has changed since?"),
+        typer.Option(help="A model.yaml trusted so far: find what has changed since."),
     ] = None,
-    robot: Annotated[
-        Path | None, typer.Option(help="Arm's .yaml or .urdf; default: what the log carries.")
-    ] = None,
+    robot: Robot = None,
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("gap"),
     null_runs: Annotated[
-        int, typer.Option(min=0, help="Effect-free runs behind the thresholds.")
+        int, typer.Option(min=0, help="Number of effect-free simulations that set the thresholds.")
     ] = 4,
+    with_suspected: Annotated[
+        bool, typer.Option("--with-suspected", help="Keep suspected effects in the model.")
+    ] = False,
     torque: TorqueChoice = None,
     joint_states: JointStates = "/joint_states",
     as_json: Json = False,
     strict: Strict = False,
     rename: Rename = None,
+    force: Force = False,
+    method: MethodChoice = Method.AUTO,
 ) -> None:
     """Find what the model misses, by name, and add it.
 
     Example: ident gap excitation.mcap --out gap
     """
-    from ident.gap.settings import Options
+    from ident.commands.outputs import folder_written
+    from ident.gap.options import Options
+    from ident.output_error.missing.settings import GapBySimulation
     from ident.recordings.loading import Reading
     from ident.workflows.gap import gap_logs
+    from ident.workflows.method import method_for
+    from ident.workflows.output_error.gap import gap_simulation
     from wamctl.arm.compilation import compilation_announced
 
     reading = Reading(joint_states, torque=torque.value if torque else None, rules=rules_of(rename))
-    options = Options(null_runs=null_runs)
-    with compilation_announced("the search"):
-        text, sentences = gap_logs(logs, (robot, model), out, reading, options, _Told().tell)
+    names, tell = ("gap.json", "model.yaml", "report.html"), _Told().tell
+    with folder_written(out, names, force), compilation_announced("the search"):
+        chosen, remarks = method, []
+        if method is Method.AUTO:
+            chosen, remarks = method_for(logs, robot, reading)
+        if chosen == Method.SIMULATION:
+            _refuse_unused(model, with_suspected)
+            settings = GapBySimulation(null_runs=null_runs)
+            text, sentences = gap_simulation(logs, robot, out, reading, settings, tell, remarks)
+        else:
+            options = Options(null_runs=null_runs, with_suspected=with_suspected)
+            text, sentences = gap_logs(logs, (robot, model), out, reading, options, tell)
     content = json.loads(text)
     if as_json:
         typer.echo(text.rstrip())
@@ -60,14 +85,49 @@ def gap(
         for sentence in sentences:
             typer.echo(sentence)
         typer.echo(f"{out / 'report.html'}")
+    next_step(*_next(content, logs, out))
     hold(content["trust"], strict)
 
 
+def _next(content: Mapping[str, Any], logs: Sequence[Path], out: Path) -> list[object]:
+    """The command that the verdict suggests."""
+    if content["verdict"] == "data_fault":
+        return ["record again, then: ident gap", *logs]
+    if speaks_against_input(content["remarks"]):
+        return [CORRECTED]
+    if content.get("method") == "simulation":
+        return ["ident validate OTHER.mcap --model", out / "model.yaml"]
+    if any(effect["separating_experiment"] for effect in content["effects"]):
+        return ["ident design --config ARM.yaml --for", out / "gap.json"]
+    if content["effects"]:
+        return ["ident run", *logs, "--effects", out / "model.yaml"]
+    if content["suspected"]:
+        first = content["suspected"][0]
+        place = ":".join([first["name"], *map(str, first["joints"][:1])])
+        return ["ident design --config ARM.yaml --for", place]
+    return ["ident validate OTHER.mcap --model", out / "model.yaml"]
+
+
+def _refuse_unused(model: Path | None, with_suspected: bool) -> None:
+    """Options of the regression say nothing to a simulation.
+
+    Raises:
+        ConfigurationError: some were given.
+    """
+    given = [*(["--model"] if model else []), *(["--with-suspected"] if with_suspected else [])]
+    if given:
+        raise ConfigurationError(
+            "--method simulation", [f"{', '.join(given)} belongs to the regression; leave it out"]
+        )
+
+
 class _Told:
-    """Progress on stderr, with the seconds since the start."""
+    """Progress on stderr, with the seconds since the start; each step is told once."""
 
     def __init__(self) -> None:
-        self._began = time.monotonic()
+        self._began, self._last = time.monotonic(), ""
 
-    def tell(self, what: str) -> None:
-        typer.echo(f"{time.monotonic() - self._began:5.1f} s  {what}", err=True)
+    def tell(self, what: str, share: float | None = None) -> None:
+        if not is_quiet() and what != self._last:
+            self._last = what
+            typer.echo(f"{time.monotonic() - self._began:5.1f} s  {what}", err=True)

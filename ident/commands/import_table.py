@@ -6,23 +6,34 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 
+from ident.commands.options import Force
+from ident.commands.outputs import file_written
 from ident.importers.recording import import_recording
+from wamctl.arm.command_line import is_quiet, next_step, shipped_names
 
 
 def import_table(
     file: Annotated[Path, typer.Argument(help="Table to import: .csv or other text, .npz, .mat.")],
     mapping: Annotated[
-        str, typer.Option("--map", help="Mapping file, or the bare name of a shipped one.")
+        str,
+        typer.Option(
+            "--map",
+            help="Mapping file, or the bare name of a shipped one.",
+            autocompletion=shipped_names,
+        ),
     ],
     out: Annotated[Path, typer.Option("--out", help="Log to write (.mcap).")],
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
+    force: Force = False,
 ) -> None:
-    """Write a foreign recording as a log that `ident run` reads.
+    """Convert a table of measurements to a log that `ident run` reads.
 
     Example: ident import traj1.csv --map xmate7p-map.yaml --out traj1.mcap
     """
-    with Console(stderr=True).status(f"Importing {file.name}"):
+    console = Console(stderr=True, quiet=is_quiet())
+    with file_written(out, force), console.status(escape(f"Importing {file.name}")):
         recording = import_recording(file, mapping, out)
     seconds = float(recording.stamp_ns[-1] - recording.stamp_ns[0]) * 1e-9
     if as_json:
@@ -35,4 +46,5 @@ def import_table(
         typer.echo(json.dumps(summary, indent=2))
         return
     typer.echo(f"{out}: {len(recording.q)} samples of {len(recording.joint_names)} joints")
-    typer.echo(f"over {seconds:.3f} s. Next: ident run {out}")
+    typer.echo(f"over {seconds:.3f} s")
+    next_step("ident run", out, "--robot ARM.urdf")

@@ -1,16 +1,19 @@
 """Options that the commands share, and what they mean."""
 
-from collections.abc import Mapping
+import textwrap
+from collections.abc import Callable, Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 import yaml
+from pydantic import BaseModel
 
 from ident.checks.remark import verdict_said
+from wamctl.arm.command_line import next_step, shipped_names
 from wamctl.arm.config import IdentificationSection
-from wamctl.arm.errors import ConfigurationError
+from wamctl.arm.errors import ConfigurationError, did_you_mean
 
 
 class Torque(StrEnum):
@@ -20,36 +23,104 @@ class Torque(StrEnum):
     MEASURED = "measured"
 
 
+class Method(StrEnum):
+    """How to identify."""
+
+    AUTO = "auto"
+    REGRESSION = "regression"
+    SIMULATION = "simulation"
+
+
+MethodChoice = Annotated[
+    Method,
+    typer.Option(
+        "--method",
+        help="regression: torque from motion; simulation: positions from commanded positions,"
+        " without torque; auto: simulation where the logs hold no torque of use.",
+    ),
+]
+
 Logs = Annotated[list[Path], typer.Argument(help="Logs: .mcap files or ROS 2 bag folders.")]
 Cutoff = Annotated[
     float | None,
-    typer.Option("--cutoff", help="Low-pass cut-off [Hz]; short for --set cutoff_hz=."),
+    typer.Option("--cutoff", help="Low-pass cut-off [Hz]; the same as --set cutoff_hz=VALUE."),
 ]
+
+
+def listing(model: type[BaseModel]) -> Callable[[list[str] | None], list[str] | None]:
+    """A callback for --set that answers `help` with the settings of a model, at once."""
+
+    def answer(given: list[str] | None) -> list[str] | None:
+        if "help" in (given or ()):
+            for name, field in model.model_fields.items():
+                default = "" if field.default is None else f" (default: {field.default})"
+                text = (
+                    f"{field.description or ''}{default if field.default_factory is None else ''}"
+                )
+                typer.echo(name)
+                typer.echo(textwrap.fill(text, 78, initial_indent="    ", subsequent_indent="    "))
+            raise typer.Exit
+        return given
+
+    return answer
+
+
 Settings = Annotated[
     list[str] | None,
     typer.Option(
         "--set",
-        help="NAME=VALUE of the file's identification section, e.g. terms=viscous,coulomb,offset.",
+        callback=listing(IdentificationSection),
+        is_eager=True,
+        metavar="NAME=VALUE",
+        help="An identification setting, such as terms=viscous,coulomb,offset; `--set help` lists"
+        " them.",
     ),
 ]
 TorqueChoice = Annotated[
     Torque | None,
-    typer.Option("--torque", help="Torque to use; default: the commanded one where there is one."),
+    typer.Option("--torque", help="Which torque to use; default: commanded, where the log has it."),
 ]
 JointStates = Annotated[
-    str, typer.Option("--joint-states", help="Topic of the measured positions and efforts.")
+    str, typer.Option("--joint-states", help="Topic with measured positions and efforts.")
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print the result file's content.")]
-Strict = Annotated[bool, typer.Option("--strict", help="Exit with 6 where the result is doubtful.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the result file instead of a summary.")]
+Force = Annotated[
+    bool,
+    typer.Option(
+        "--force", help="Overwrite earlier results instead of keeping them in `previous`."
+    ),
+]
+Strict = Annotated[
+    bool, typer.Option("--strict", help="Exit with code 6 if the result is doubtful.")
+]
 
+Robot = Annotated[
+    Path | None,
+    typer.Option(
+        help="The arm's .yaml or .urdf file; default: the one inside the log.",
+        autocompletion=shipped_names,
+    ),
+]
 Rename = Annotated[
     list[str] | None,
     typer.Option(
-        "--rename", help="FROM=TO: part of the log's joint names, and what the arm has for it."
+        "--rename", help="FROM=TO: replace this part of the log's joint names, to match the arm's."
     ),
 ]
 
+CORRECTED = "follow the advice above, then repeat this command"
+"""The next step where recordings or arm should be mended first."""
+
 _NO_RESULT = 6
+_LACKING = ("large_error",)
+"""Codes of remarks on a model that lacks something, where the input may well be right."""
+
+
+def effect_names(incomplete: str) -> list[str]:
+    """Ids of effects that begin like this, for a shell's completion."""
+    from ident.effects.catalogue import catalogue
+
+    return sorted(name for name in catalogue() if name.startswith(incomplete))
 
 
 def rules_of(renames: list[str] | None) -> tuple[tuple[str, str], ...]:
@@ -74,6 +145,33 @@ def verdict_printed(content: Mapping[str, Any], verdict: str = "verdict") -> Non
         typer.echo(sentence)
 
 
+def next_after(
+    verdict: str,
+    remarks: Sequence[Mapping[str, Any]],
+    usual: Sequence[object],
+    logs: Sequence[Path],
+) -> None:
+    """Tell the next step: the usual one only where nothing speaks against the result.
+
+    Args:
+        verdict: on the recordings.
+        remarks: of the result file.
+        usual: the command that follows a trustworthy result.
+        logs: the recordings.
+    """
+    if verdict == "trustworthy":
+        next_step(*usual)
+    elif speaks_against_input(remarks):
+        next_step(CORRECTED)
+    else:
+        next_step("ident gap", *logs)
+
+
+def speaks_against_input(remarks: Sequence[Mapping[str, Any]]) -> bool:
+    """Whether a remark advises more than to look for what the model lacks."""
+    return any(r["advice"] and r["code"] not in _LACKING for r in remarks)
+
+
 def hold(word: str, strict: bool) -> None:
     """End with the exit code of a result that --strict does not let pass."""
     if strict and word != "trustworthy":
@@ -92,9 +190,8 @@ def settings_of(cutoff: float | None, assignments: list[str] | None) -> dict[str
         name, equals, value = text.partition("=")
         if not equals or name not in known:
             valid = ", ".join(sorted(known))
-            raise ConfigurationError(
-                "--set", [f"{text!r} is not NAME=VALUE with a NAME of {valid}"]
-            )
+            wrong = f"{text!r} is not NAME=VALUE with a NAME of {valid}"
+            raise ConfigurationError("--set", [wrong + did_you_mean(name, known)])
         changes[name] = _value(value, isinstance(known[name].default, tuple))
     return changes
 

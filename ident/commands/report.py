@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from ident.commands.options import Json
+from ident.commands.options import Force, Json
 
 
 class Kind(StrEnum):
@@ -16,17 +16,20 @@ class Kind(StrEnum):
 
 
 def report(
-    kind: Annotated[Kind, typer.Argument(help="compare: two runs beside each other.")],
+    kind: Annotated[Kind, typer.Argument(help="compare: two runs side by side.")],
     first: Annotated[Path, typer.Argument(help="Result folder of `ident run`.")],
-    second: Annotated[Path, typer.Argument(help="Another one, of the same joints.")],
+    second: Annotated[Path, typer.Argument(help="Another one, with the same joints.")],
     out: Annotated[Path, typer.Option(help="The page to write.")] = Path("compare.html"),
     as_json: Json = False,
+    force: Force = False,
 ) -> None:
-    """Put two runs beside each other: parameters with intervals, errors, verdicts.
+    """Compare two runs side by side: parameters with confidence intervals, errors, verdicts.
 
     Example: ident report compare monday friday --out compare.html
     """
+    from ident.commands.outputs import file_written
     from ident.workflows.compare import compare_folders
 
-    sentence, text = compare_folders((first, second), out)
+    with file_written(out, force):
+        sentence, text = compare_folders((first, second), out)
     typer.echo(text.rstrip() if as_json else f"{sentence}\n{out}")

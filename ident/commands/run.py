@@ -2,41 +2,45 @@
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from ident.commands.options import (
     Cutoff,
+    Force,
     JointStates,
     Json,
     Logs,
+    Method,
+    MethodChoice,
     Rename,
+    Robot,
     Settings,
     Strict,
     TorqueChoice,
     hold,
+    next_after,
     rules_of,
     settings_of,
     verdict_printed,
 )
+from wamctl.arm.errors import ConfigurationError
 
 
 def run(
     logs: Logs,
-    robot: Annotated[
-        Path | None, typer.Option(help="Arm's .yaml or .urdf; default: what the log carries.")
-    ] = None,
+    robot: Robot = None,
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("identified"),
     effects: Annotated[
         Path | None,
         typer.Option(
-            help="A model.yaml of `ident gap`: its effects are taken off first, and kept."
+            help="A model.yaml from `ident gap`: its effects are subtracted first, and kept."
         ),
     ] = None,
     solver: Annotated[
         str | None,
-        typer.Option(help="Of the feasible fit: direct, or one of cvxpy's, such as SCS."),
+        typer.Option(help="Solver of the feasible fit: direct, or one of cvxpy's, such as SCS."),
     ] = None,
     cutoff: Cutoff = None,
     settings: Settings = None,
@@ -45,26 +49,53 @@ def run(
     as_json: Json = False,
     strict: Strict = False,
     rename: Rename = None,
+    force: Force = False,
+    method: MethodChoice = Method.AUTO,
 ) -> None:
     """Identify a physically feasible model from recordings.
 
     Example: ident run excitation.mcap --out identified
     """
     changes = settings_of(cutoff, settings) | ({"solver": solver} if solver else {})
+    from ident.commands.outputs import folder_written
     from ident.recordings.loading import Reading
     from ident.regression.progress import shown
+    from ident.workflows.method import method_for
+    from ident.workflows.output_error.run import run_simulation
     from ident.workflows.run import run_logs
 
     reading = Reading(joint_states, torque=torque.value if torque else None, rules=rules_of(rename))
-    with shown() as tell:
-        text = run_logs(logs, robot, out, reading, tell, effects, **changes)
+    with folder_written(out, ("run.json", "model.yaml", "report.html"), force), shown() as tell:
+        chosen, remarks = method, []
+        if method is Method.AUTO:
+            chosen, remarks = method_for(logs, robot, reading)
+        if chosen == Method.SIMULATION:
+            _refuse_unused(effects, changes)
+            text = run_simulation(logs, robot, out, reading, tell, remarks)
+        else:
+            text = run_logs(logs, robot, out, reading, tell, effects, **changes)
     content = json.loads(text)
     for log in content["logs"]:
-        for remark in log["remarks"]:
+        for remark in log.get("remarks", []):
             typer.echo(f"{log['name']}: {remark}.", err=True)
     if as_json:
         typer.echo(text.rstrip())
     else:
         verdict_printed(content)
         typer.echo(f"{out / 'report.html'}")
+    usual = ["ident validate OTHER.mcap --model", out / "model.yaml"]
+    next_after(content["verdict"], content["remarks"], usual, logs)
     hold(content["verdict"], strict)
+
+
+def _refuse_unused(effects: Path | None, changes: dict[str, Any]) -> None:
+    """Settings of the regression say nothing to a simulation.
+
+    Raises:
+        ConfigurationError: some were given.
+    """
+    given = [*(["--effects"] if effects else []), *(f"--set {name}" for name in changes)]
+    if given:
+        raise ConfigurationError(
+            "--method simulation", [f"{', '.join(given)} belongs to the regression; leave it out"]
+        )

@@ -8,6 +8,7 @@ import typer
 
 from ident.commands.options import (
     Cutoff,
+    Force,
     JointStates,
     Json,
     Logs,
@@ -16,6 +17,7 @@ from ident.commands.options import (
     Strict,
     TorqueChoice,
     hold,
+    next_after,
     rules_of,
     settings_of,
     verdict_printed,
@@ -24,7 +26,7 @@ from ident.commands.options import (
 
 def validate(
     logs: Logs,
-    model: Annotated[Path, typer.Option(help="The model.yaml of `ident run`.")],
+    model: Annotated[Path, typer.Option(help="A model.yaml from `ident run` or `ident gap`.")],
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("validated"),
     cutoff: Cutoff = None,
     settings: Settings = None,
@@ -33,28 +35,44 @@ def validate(
     as_json: Json = False,
     strict: Strict = False,
     rename: Rename = None,
+    force: Force = False,
 ) -> None:
     """Test a model on recordings that it was not fitted on.
 
     Example: ident validate other.mcap --model identified/model.yaml
     """
     changes = settings_of(cutoff, settings)
+    from ident.commands.outputs import folder_written
+    from ident.output_error.servo_model import is_servo_model
     from ident.recordings.loading import Reading
     from ident.regression.progress import shown
+    from ident.workflows.output_error.validate import validate_simulation
     from ident.workflows.validate import validate_logs
 
     reading = Reading(joint_states, torque=torque.value if torque else None, rules=rules_of(rename))
-    with shown() as tell:
-        text = validate_logs(logs, model, out, reading, tell, **changes)
+    with folder_written(out, ("validate.json", "report.html"), force), shown() as tell:
+        if is_servo_model(model):
+            text = validate_simulation(logs, model, out, reading, tell)
+        else:
+            text = validate_logs(logs, model, out, reading, tell, **changes)
     content = json.loads(text)
     if as_json:
         typer.echo(text.rstrip())
     else:
         verdict_printed(content)
         for log in content["logs"]:
+            if "rms_q_by_joint" in log:
+                errors = ", ".join(f"{1e3 * x:.2f}" for x in log["rms_q_by_joint"])
+                typer.echo(f"{log['name']}: rms position error by joint {errors} mrad")
+                continue
             typer.echo(
                 f"{log['name']}: relative torque error {log['relative_error_percent']:.2f} %"
                 f" (raw torque {log['raw_torque']['relative_error_percent']:.2f} %)"
             )
         typer.echo(f"{out / 'report.html'}")
+    if content.get("method") == "simulation":
+        usual = ["ident export", model, "--to mjcf --out arm.xml"]
+    else:
+        usual = ["ident gap", *logs, "--model", model]
+    next_after(content["verdict"], content["remarks"], usual, logs)
     hold(content["verdict"], strict)

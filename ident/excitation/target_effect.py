@@ -19,7 +19,7 @@ from ident.excitation.problem.trajectory_grid import grid, series_of
 from ident.excitation.settings import DesignSettings
 from wamctl.arm.collision import collision_shapes
 from wamctl.arm.config import beside
-from wamctl.arm.errors import ConfigurationError, DataError
+from wamctl.arm.errors import ConfigurationError, DataError, did_you_mean
 from wamctl.arm.trajectory import read_trajectory
 
 Array = NDArray[np.floating]
@@ -55,7 +55,9 @@ def purpose_of(text: str) -> Purpose:
     known = {*catalogue(), *EVENTS}
     if effect not in known:
         valid = ", ".join(sorted(known))
-        raise ConfigurationError("--for", [f"no effect {effect!r}; valid are {valid}"])
+        raise ConfigurationError(
+            "--for", [f"no effect {effect!r}; valid are {valid}{did_you_mean(effect, known)}"]
+        )
     if colon and not number.isdecimal():
         raise ConfigurationError("--for", [f"{number!r} is not the number of a joint"])
     return Purpose(effect, int(number) if colon else None)
@@ -92,11 +94,16 @@ def _motion(place: DesignTask, purpose: Purpose) -> Design:
     build = motion_for(purpose.effect)
     if build is None:
         return _repeated(place)
-    frame = _frame(place, purpose.joint or 1)
-    return _drawn(place, build(frame), frame.pose)
+    frame = frame_of(place, purpose.joint or 1)
+    return drawn(place, build(frame), frame.pose)
 
 
-def _drawn(place: DesignTask, sketch: Sketch, pose: Array) -> Design:
+def drawn(place: DesignTask, sketch: Sketch, pose: Array) -> Design:
+    """A sketch, as large as the limits let it be.
+
+    Raises:
+        ConfigurationError: no motion about the pose is possible.
+    """
     problem = problem_of(place, DesignSettings())
     fundamental = 2 * np.pi / sketch.period_s
     harmonics = len(sketch.coefficients) // 2
@@ -124,7 +131,12 @@ def _repeated(place: DesignTask) -> Design:
     return accepted(unchanged, problem.columns, series, round(_REPEATS_S / series.period_s))
 
 
-def _frame(place: DesignTask, joint: int) -> Frame:
+def frame_of(place: DesignTask, joint: int) -> Frame:
+    """What the motions of a joint (from 1) are built in.
+
+    Raises:
+        ConfigurationError: no pose is allowed.
+    """
     pose = possible_pose(place.arm, place.robot, place.limits, place.source)
     return Frame(
         bounds_of(place.limits),

@@ -11,7 +11,7 @@ from ident.model.identified_model import Model
 from ident.simulation.arm import SimulatedArm
 from wamctl.arm.errors import DataError
 from wamctl.arm.inertial import pseudo_inertia
-from wamctl.arm.robot import with_parameters
+from wamctl.arm.robot import Robot, with_parameters
 
 Array = NDArray[np.floating]
 
@@ -69,8 +69,17 @@ def identified_links(model: Model, arm: SimulatedArm) -> list[Link]:
         DataError: parameters that no mass distribution can have; other programs refuse them.
     """
     _check_possible(model, arm.delta)
-    robot = with_parameters(model.robot, arm.delta)
-    viscous, coulomb = arm.viscous, arm.coulomb
+    return links_of(with_parameters(model.robot, arm.delta), arm.viscous, arm.coulomb)
+
+
+def links_of(robot: Robot, viscous: Array, coulomb: Array) -> list[Link]:
+    """The links of a robot from the base outwards.
+
+    Args:
+        robot: kinematics and inertials.
+        viscous: joint friction [N m s/rad], shape (n,).
+        coulomb: joint friction [N m], shape (n,).
+    """
     bodies = {
         joint.attrib["name"]: _child(joint)
         for joint in ElementTree.fromstring(robot.urdf).iter("joint")

@@ -21,7 +21,7 @@ _HELD = (
     *("chain", "delta", "armature", "viscous", "friction_rows", "coulomb"),
     *("gain", "limit", "zero"),
 )
-_STIFF_FRICTION = {
+STIFF_FRICTION = {
     "solreffriction": "0.001 1",
     "solimpfriction": "0.9999 0.9999 0.001 0.5 2",
 }
@@ -76,10 +76,10 @@ def to_mjcf(model: Model) -> str:
     for k, link in enumerate(links):
         above = parents[0 if link.parent is None else link.parent + 1]
         below = [other for other in links if other.parent == k]
-        body = _body(above, link)
+        body = add_body(above, link)
         _add_joint(body, link, joints, k)
         for other in below:
-            _add_shape(body, other.placement[:3, 3])
+            add_shape(body, other.placement[:3, 3])
         parents.append(body)
     _add_tendons(root, model, joints)
     _add_actuators(root, links, joints)
@@ -160,7 +160,8 @@ def _armature(model: Model) -> Array:
     return (inertia[:, None] * matrix**2)[single].sum(axis=0)
 
 
-def _body(above: ElementTree.Element, link: Link) -> ElementTree.Element:
+def add_body(above: ElementTree.Element, link: Link) -> ElementTree.Element:
+    """A link's body below its parent's, without its joint."""
     turn = pin.Quaternion(link.placement[:3, :3].copy())
     body = ElementTree.SubElement(
         above,
@@ -184,7 +185,7 @@ def _add_joint(body: ElementTree.Element, link: Link, joints: _Joints, k: int) -
     joint = ElementTree.SubElement(
         body,
         "joint",
-        _STIFF_FRICTION,
+        STIFF_FRICTION,
         name=link.joint,
         type="slide" if link.slides else "hinge",
         axis=numbers(link.axis),
@@ -202,7 +203,7 @@ def _add_joint(body: ElementTree.Element, link: Link, joints: _Joints, k: int) -
         joint.set("range", numbers([link.lower, link.upper]))
 
 
-def _add_shape(body: ElementTree.Element, end: np.ndarray) -> None:
+def add_shape(body: ElementTree.Element, end: np.ndarray) -> None:
     """Something to see: without mass and without contact."""
     shape = {"contype": "0", "conaffinity": "0", "density": "0", "rgba": "0.5 0.6 0.7 1"}
     if np.linalg.norm(end) > _RADIUS_M:
@@ -218,7 +219,7 @@ def _add_tendons(root: ElementTree.Element, model: Model, joints: _Joints) -> No
         tendon = ElementTree.SubElement(
             tendons,
             "fixed",
-            _STIFF_FRICTION,
+            STIFF_FRICTION,
             name=f"motor{number}",
             armature=repr(inertia),
             damping=repr(viscous),

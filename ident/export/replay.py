@@ -1,6 +1,7 @@
 """The exported arm in MuJoCo, in closed loop along a recording's wanted motion."""
 
 import importlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +13,7 @@ from ident.effects.simulated_model import simulation_of
 from ident.model.attachments import attached_config
 from ident.model.identified_model import Model
 from ident.simulation.configuration import controller_for, wire_for
-from ident.simulation.loop import Controller, run
+from ident.simulation.loop import Controller, Wire, run
 from wamctl.arm.config import ArmFile
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import Recording
@@ -24,25 +25,33 @@ _STEPS_PER_CYCLE = 4
 
 @dataclass(frozen=True)
 class Replay:
-    """Joint positions of a recording, of MuJoCo, and of `ident simulate`, each of shape (S, n).
+    """Joint positions of a recording, of MuJoCo, and of `ident simulate`.
 
     Attributes:
+        name: of the recording.
         joints: names.
-        measured, mujoco, own: [rad].
+        t: time [s], shape (S,).
+        measured, mujoco, own: [rad], each of shape (S, n).
     """
 
+    name: str
     joints: tuple[str, ...]
+    t: Array
     measured: Array
     mujoco: Array
     own: Array
 
-    def rms(self) -> dict[str, list[float]]:
-        """Rms joint error of both simulations against the recording [rad], joint by joint."""
-        pairs = {"mujoco": self.mujoco, "own": self.own}
-        return {
-            name: np.sqrt(((q - self.measured) ** 2).mean(axis=0)).tolist()
-            for name, q in pairs.items()
-        }
+
+def rms_of(replays: Sequence[Replay]) -> dict[str, list[float]]:
+    """Rms joint error of both simulations against all recordings [rad], joint by joint."""
+    left = {
+        "mujoco": [r.measured - r.mujoco for r in replays],
+        "own": [r.measured - r.own for r in replays],
+    }
+    return {
+        name: np.sqrt(np.mean(np.concatenate(parts) ** 2, axis=0)).tolist()
+        for name, parts in left.items()
+    }
 
 
 def replay(mjcf: str, model: Model, recording: Recording, name: str) -> Replay:
@@ -73,27 +82,31 @@ def replay(mjcf: str, model: Model, recording: Recording, name: str) -> Replay:
     motion = wanted[0], wanted[1], wanted[2]
     controller, wire = controller_for(file, model.robot), wire_for(file)
     own = run(simulation_of(model), controller, wire, motion).q
-    moved = _in_mujoco(mjcf, controller, wire.period_s, motion)
+    moved = _in_mujoco(mjcf, controller, wire, motion)
     count = min(len(recording.q), len(own))
-    return Replay(joints, recording.q[:count, columns], moved[:count], own[:count])
+    t = (recording.stamp_ns[:count] - recording.stamp_ns[0]) * 1e-9
+    return Replay(name, joints, t, recording.q[:count, columns], moved[:count], own[:count])
 
 
 def _in_mujoco(
-    mjcf: str, controller: Controller, period_s: float, wanted: tuple[Array, Array, Array]
+    mjcf: str, controller: Controller, wire: Wire, wanted: tuple[Array, Array, Array]
 ) -> Array:
-    """Positions that the arm reads under computed torque, one cycle late, shape (S, n)."""
-    mujoco = _mujoco()
+    """Positions that the arm reads under computed torque, one cycle late, shape (S, n).
+
+    Encoders and drives have the same steps as in the own simulation.
+    """
+    mujoco = loaded_mujoco()
     arm = mujoco.MjModel.from_xml_string(mjcf)
-    arm.opt.timestep = period_s / _STEPS_PER_CYCLE
+    arm.opt.timestep = wire.period_s / _STEPS_PER_CYCLE
     state, n = mujoco.MjData(arm), wanted[0].shape[1]
     state.qpos[:] = last = wanted[0][0]
     read, velocity = np.empty_like(wanted[0]), np.zeros(n)
-    smoothing = 1.0 - np.exp(-2 * np.pi * controller.velocity_cutoff_hz * period_s)
+    smoothing = 1.0 - np.exp(-2 * np.pi * controller.velocity_cutoff_hz * wire.period_s)
     torque = _law(controller, last, velocity, velocity)
     for k, (q, qd, qdd) in enumerate(zip(*wanted, strict=True)):
-        read[k] = state.qpos
-        velocity = velocity + smoothing * ((read[k] - last) / period_s - velocity)
-        last, state.ctrl[:n] = read[k], torque
+        read[k] = wire.read(state.qpos)
+        velocity = velocity + smoothing * ((read[k] - last) / wire.period_s - velocity)
+        last, state.ctrl[:n] = read[k], wire.given(torque)
         correction = controller.stiffness * (q - last) + controller.damping * (qd - velocity)
         torque = _law(controller, last, velocity, qdd + correction)
         mujoco.mj_step(arm, state, nstep=_STEPS_PER_CYCLE)
@@ -104,7 +117,12 @@ def _law(controller: Controller, q: Array, qd: Array, qdd: Array) -> Array:
     return torques(controller.chain, controller.delta, q[None], qd[None], qdd[None])[0]
 
 
-def _mujoco() -> Any:
+def loaded_mujoco() -> Any:
+    """MuJoCo.
+
+    Raises:
+        DataError: it is not installed.
+    """
     try:
         return importlib.import_module("mujoco")
     except ImportError as error:

@@ -11,9 +11,7 @@ from ident.report.page import Block, Column, Figure, Page, Section, Step, Table,
 from ident.report.style import AFTER, BEFORE, BLUE, Sign
 from ident.report.words import (
     estimator_text,
-    joint_labels,
     known,
-    listed,
     number,
     percent,
     plus_minus,
@@ -22,6 +20,7 @@ from ident.report.words import (
     unit_text,
     whole,
 )
+from wamctl.arm.joint_labels import joint_labels, listed
 
 Content = Mapping[str, Any]
 

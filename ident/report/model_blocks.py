@@ -15,14 +15,13 @@ from ident.report.words import (
     decimals_of,
     estimator_text,
     fixed,
-    joint_labels,
     known,
-    listed,
     number,
     plus_minus,
     share,
     unit_text,
 )
+from wamctl.arm.joint_labels import joint_labels, listed
 
 Content = Mapping[str, Any]
 
@@ -56,6 +55,33 @@ def parameter_blocks(content: Content) -> list[Block]:
         " ordinary least squares. Grey: OLS cannot tell the value from zero (90 % interval)."
     )
     return [Table(caption, columns, rows, pale=frozenset(pale))]
+
+
+def gain_blocks(content: Content) -> list[Block]:
+    """Torque per ampere, where efforts were currents."""
+    basis = {
+        "given": "given with the arm",
+        "weight": "masses in the URDF",
+        "links": "links that joints share",
+        "none": "nothing: the others' common factor",
+    }
+    names = joint_labels(content["joints"])
+    rows = [
+        [
+            names[g["joint"] - 1],
+            plus_minus(g["nm_per_ampere"], g["sd"])
+            if known(g["sd"])
+            else number(g["nm_per_ampere"]),
+            basis[g["from"]],
+        ]
+        for g in content["gains"]
+    ]
+    caption = (
+        "Torque per ampere, ± standard error. The arm's parameters in N m, kg m or kg m² hold up to"
+        " these; run.json holds the base parameters in ampere too, which do not depend on them."
+    )
+    columns = [Column("joint", "words"), Column("gain [N·m/A]"), Column("known from", "words")]
+    return [Table(caption, columns, rows)]
 
 
 def friction_blocks(curves: Sequence[FrictionCurve], labels: Sequence[str]) -> list[Block]:

@@ -2,11 +2,11 @@
 
 import json
 import shlex
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
@@ -50,6 +50,7 @@ class Table:
         rows: cells in print.
         strong: places of rows that matter most.
         pale: places of rows that matter least.
+        sortable: whether a reader sorts it by its columns, and filters its rows.
     """
 
     kind: ClassVar[str] = "table"
@@ -58,6 +59,7 @@ class Table:
     rows: Sequence[Sequence[str]]
     strong: frozenset[int] = frozenset()
     pale: frozenset[int] = frozenset()
+    sortable: bool = False
 
 
 @dataclass(frozen=True)
@@ -190,3 +192,21 @@ def render(page: Page) -> str:
 
     template = _environment().get_template("page.html")
     return template.render(page=page, place=place, data=data, asset=asset)
+
+
+def with_trust(verdict: Verdict, content: Mapping[str, Any], field: str = "verdict") -> Verdict:
+    """A page's verdict behind what the checks of the recordings found.
+
+    Args:
+        verdict: what the result says.
+        content: of the result file.
+        field: that holds `trustworthy` or `doubtful`; without it the verdict stays as it is.
+    """
+    if field not in content:
+        return verdict
+    sentences = [r["sentence"] for r in content["remarks"]]
+    if content[field] == "trustworthy":
+        return replace(verdict, more=[*verdict.more, *sentences])
+    return Verdict("warning", content[field], sentences[0], [
+        *sentences[1:], verdict.sentence, *verdict.more,
+    ])  # fmt: skip

@@ -13,6 +13,7 @@ from ident.report.model_blocks import (
     correlation_blocks,
     feasibility_blocks,
     friction_blocks,
+    gain_blocks,
     limit_blocks,
     parameter_blocks,
 )
@@ -24,10 +25,7 @@ from ident.report.traces import Trace, held_out_traces
 from ident.report.words import (
     DASH,
     estimator_text,
-    joint_labels,
-    joints_text,
     known,
-    listed,
     number,
     percent,
     plus_minus,
@@ -35,6 +33,7 @@ from ident.report.words import (
     share,
     whole,
 )
+from wamctl.arm.joint_labels import joint_labels, joints_text, listed
 
 Content = Mapping[str, Any]
 
@@ -99,6 +98,7 @@ def run_page(report: RunReport) -> Page:
         figures=_figures(report),
         sections=[
             Section("How well it predicts", _prediction(report)),
+            *([Section("Gains of the drives", gain_blocks(content))] if "gains" in content else []),
             Section("Measured and predicted torque", _torque(report)),
             Section("Friction over speed", friction_blocks(report.friction, report.labels)),
             Section("Base parameters", parameter_blocks(content)),

@@ -5,22 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ident.report.page import Block, Column, Page, Section, Step, Table, Text, Verdict
+from ident.report.page import Block, Column, Page, Section, Step, Table, Text, Verdict, with_trust
 from ident.report.provenance_section import provenance_section
 from ident.report.torque import error_figure, torque_blocks
 from ident.report.traces import Trace
-from ident.report.trust import with_trust
-from ident.report.words import (
-    DASH,
-    joint_labels,
-    known,
-    listed,
-    number,
-    percent,
-    plus_minus,
-    setting,
-    whole,
-)
+from ident.report.words import DASH, known, number, percent, plus_minus, setting, whole
+from wamctl.arm.joint_labels import joint_labels, listed
 
 Content = Mapping[str, Any]
 

@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from itertools import chain, takewhile
+from itertools import chain
 from typing import Any
 
 from ident.effects.events import CONTACT
+from wamctl.arm.joint_labels import listed
 
 DASH = "–"
 """What stands where there is no number."""
@@ -114,40 +115,6 @@ def estimator_text(name: str) -> str:
     return _ESTIMATORS.get(name, name.replace("_", " "))
 
 
-def joint_labels(names: Sequence[str]) -> list[str]:
-    """Short labels of joints, numbered from 1, without what all names share."""
-    start = _shared_start(names) if len(names) > 1 else ""
-    end = _shared_start([n[::-1] for n in names])[::-1] if len(names) > 1 else ""
-    first = max(start.rfind("/"), start.rfind("_")) + 1
-    last = end[end.find("_") :] if "_" in end else ""
-    short = [n[first:].removesuffix(last).replace("_", " ") or n for n in names]
-    return [
-        s if s.endswith(str(k)) and len(s) > len(str(k)) else f"{k} {s}".replace(f"{k} {k}", str(k))
-        for k, s in enumerate(short, 1)
-    ]
-
-
-def joints_text(labels: Sequence[str]) -> str:
-    """Joints by their labels in a sentence: `joints 2 (lift) and 3`."""
-    names = []
-    for label in labels:
-        place, _, name = label.removeprefix("joint").strip().partition(" ")
-        names.append(f"{place} ({name})" if name else place or label)
-    return f"joint{'s' * (len(names) > 1)} {listed(names)}"
-
-
-def _shared_start(names: Sequence[str]) -> str:
-    columns = zip(*names, strict=False)
-    return "".join(c[0] for c in takewhile(lambda c: len(set(c)) == 1, columns))
-
-
-def listed(words: Sequence[str]) -> str:
-    """Words in a sentence: `a, b, and c`."""
-    if len(words) < 3:
-        return " and ".join(words)
-    return f"{', '.join(words[:-1])}, and {words[-1]}"
-
-
 def _minus(text: str) -> str:
     return text.replace("-", "−")
 
@@ -209,5 +176,19 @@ def closed_text(held_out: Mapping[str, Any], of: Callable[[Sequence[int]], str])
         texts = [with_unit(x, "N m") for x in pairs[best]]
     return (
         f"Adding it closes {share(held_out['closed_fraction'], 2)} of the gap: on held-out data,"
-        f" the error{where} falls from {texts[0]} to {texts[1]}."
+        f" the error{where} falls from {texts[0]} to {texts[1]}.{_other_motion(held_out)}"
+    )
+
+
+def _other_motion(held_out: Mapping[str, Any]) -> str:
+    """What may be expected of another motion."""
+    others = held_out.get("other_recordings", {})
+    sides = [others.get(k, {}).get("relative_error_percent") for k in ("before", "after")]
+    if not all(known(x) for x in sides):
+        return (
+            " That part belongs to the same motion: record another motion to see what carries over."
+        )
+    return (
+        f" On each recording, predicted by fits to the others, it goes from {percent(sides[0])} to"
+        f" {percent(sides[1])}: about that may be expected of another motion."
     )

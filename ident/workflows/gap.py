@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +11,14 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ident.checks.examine import examine
-from ident.checks.remark import Grade, RefusedError, Remark
+from ident.checks.remark import Grade, RefusedError, Remark, no_fit, undetermined
 from ident.effects.bound_effects import load_model
 from ident.effects.catalogue import catalogue
 from ident.effects.events import EVENTS
 from ident.gap.data.experiment import Experiment, read_experiment, with_reference_model
+from ident.gap.naming.across_recordings import spread_over_recordings
+from ident.gap.naming.dependence import dependences
+from ident.gap.options import Options
 from ident.gap.regression.feasible_fit import FeasibleModel, feasible_fit
 from ident.gap.results.error_by_term import error_by_term
 from ident.gap.results.forward_simulation import ForwardSimulation, forward_simulations, rms
@@ -29,10 +33,12 @@ from ident.gap.results.minimum_detectable import minimum_detectable
 from ident.gap.results.outcome import SearchResult
 from ident.gap.search import search
 from ident.gap.selection.estimates import FinalEstimates, final_estimates
-from ident.gap.settings import Options
+from ident.identification.term_selection import ON_DEMAND
 from ident.model.identified_model import Model
 from ident.model.model_writing import write_model
+from ident.recordings.dataset import Dataset
 from ident.recordings.loading import Reading
+from ident.recordings.steady_state import only_steady_state
 from ident.report.gap.figures import (
     effect_figures,
     left_figure,
@@ -45,23 +51,25 @@ from ident.report.gap.page import gap_page
 from ident.report.gap.report import GapReport
 from ident.report.gap.words import verdict_sentences
 from ident.report.page import render
-from ident.report.words import joint_labels
 from ident.workflows.gap_json import (
     effects_content,
     forward_content,
     held_out_content,
     refused_gap,
     steps_content,
+    suspected_content,
     trust_content,
     unexplained_content,
     visibility_content,
     where_content,
 )
-from ident.workflows.model_errors import model_errors
+from ident.workflows.model_errors import errors_on
 from ident.workflows.provenance import provenance
 from ident.workflows.refusal import write_refusal
-from ident.workflows.run_json import as_json, whole_folder
+from ident.workflows.run import cutoff_chosen
+from ident.workflows.run_json import write_results
 from wamctl.arm.errors import DataError
+from wamctl.arm.joint_labels import joint_labels
 
 Tell = Callable[[str], None]
 
@@ -119,12 +127,8 @@ class Gap:
         Raises:
             DataError: the folder cannot be written.
         """
-        text = as_json(self.content)
-        with whole_folder(out, ("gap.json", "model.yaml", "report.html")) as folder:
-            write_model(folder / "model.yaml", self.model)
-            (folder / "report.html").write_text(self.page(), encoding="utf-8")
-            (folder / "gap.json").write_text(text, encoding="utf-8")
-        return text
+        model = partial(write_model, model=self.model)
+        return write_results(out, "gap", self.content, self.page(), model)
 
 
 def gap_logs(
@@ -153,7 +157,7 @@ def gap_logs(
     start = time.perf_counter()
     tell("reading")
     robot, trusted = known
-    source = read_experiment(paths, robot, reading)
+    source = read_experiment(paths, robot, reading, options.settings.long_logs)
     if trusted is not None:
         source = with_reference_model(source, load_model(trusted), str(trusted))
     try:
@@ -182,18 +186,33 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
     start = time.perf_counter()
     tell("checking the recordings")
     examined = examine(source.arm, source.datasets)
+    remarks = (*source.remarks, *examined.remarks)
     if examined.verdict is Grade.REFUSED:
-        raise RefusedError(examined.remarks)
+        raise RefusedError(remarks)
     source = replace(source, datasets=examined.data)
-    outcome = searched(source, options, examined.remarks, tell)
-    content = _content(outcome) | trust_content((*examined.remarks, *outcome.remarks))
+    if examined.gains is not None:
+        known = source.arm.with_settings(gains_nm_per_a=examined.gains.value.tolist())
+        source = replace(source, arm=known)
+    chosen, notes = cutoff_chosen(source.datasets, source.arm)
+    source, remarks = replace(source, arm=chosen), (*remarks, *notes)
+    asked = source.arm.settings
+    if "terms" in asked.model_fields_set and ON_DEMAND not in asked.terms:
+        options = replace(options, terms_on_demand=False)
+    outcome = searched(source, options, remarks, tell)
+    content = _content(outcome) | trust_content((*remarks, *outcome.remarks))
     content["provenance"] = provenance(source.arm, paths)
     tell("preparing the report")
     report = _report(outcome, content)
     content["seconds"] = time.perf_counter() - start
     model = model_with(source, outcome.whole, outcome.final.fit, outcome.final.effects)
-    content["errors"] = model_errors(source, model)
+    content["errors"] = errors_on(model, counted(source))
     return Gap(report, model, content)
+
+
+def counted(source: Experiment) -> list[Dataset]:
+    """The recordings of a search, in the periods that `ident run` and `ident validate` count."""
+    pairs = zip(source.datasets, source.recordings, strict=True)
+    return [only_steady_state(data, recording, data.name) for data, recording in pairs]
 
 
 def searched(
@@ -204,23 +223,20 @@ def searched(
     Raises:
         RefusedError: what stopped it, as a remark beside the others.
     """
-    code = "poor_motion"
     try:
         return _outcome(search(source, options, tell), tell)
     except np.linalg.LinAlgError:
-        text = (
-            "These recordings leave parameters of the model undetermined: let every joint move"
-            " farther and faster (`ident design` finds a motion)."
-        )
+        stop = undetermined()
     except DataError as error:
-        code, text = "no_fit", str(error)
-    raise RefusedError((Remark(code, (), text, Grade.REFUSED), *remarks))
+        stop = no_fit(str(error))
+    raise RefusedError((stop, *remarks))
 
 
 def _outcome(found: SearchResult, tell: Tell) -> _Outcome:
     tell("fitting all data")
-    significance = found.options.settings.significance
-    final = final_estimates(found.rows, found.end, significance, found.verdict.effects)
+    asked = found.options.settings
+    final = final_estimates(found.rows, found.end, asked.significance, found.verdict.effects)
+    final = spread_over_recordings(found.rows, found.end, final, asked.cross_validation)
     b = len(found.rows.base_parameters)
     before, after = (feasible_fit(found.source, p.fit, b) for p in (found.start, found.end))
     last = final.fit if found.end.accepted else found.end.fit
@@ -230,7 +246,7 @@ def _outcome(found: SearchResult, tell: Tell) -> _Outcome:
     new = forward_simulations(found.source, whole, final.effects) if found.end.accepted else old
     both = before_and_after(found, before.x, after.x)
     notes = dict.fromkeys(f.note for f in (before, after, whole) if f.note)
-    remarks = tuple(Remark("no_fit", (), note, Grade.DOUBTFUL) for note in notes)
+    remarks = tuple(no_fit(note, Grade.DOUBTFUL) for note in notes)
     return _Outcome(found, final, whole, both, old, new, remarks)
 
 
@@ -238,11 +254,14 @@ def _content(outcome: _Outcome) -> dict[str, Any]:
     """The content of `gap.json`, but for provenance and time."""
     found, both = outcome.found, outcome.both
     source = found.source
+    asked = found.options.settings.naming
+    leaning = dependences(found.rows, found.end, outcome.final, asked)
     unobservable, sizes = visibility_content(minimum_detectable(found))
     errors = (rms(runs, source.moving) for runs in (outcome.before, outcome.after))
     return {
         "verdict": str(found.verdict.kind),
-        "effects": effects_content(found, outcome.final),
+        "effects": effects_content(found, outcome.final, leaning),
+        "suspected": suspected_content(found),
         "where": where_content(gap_location(found, both)),
         "not_observable": unobservable,
         "held_out": held_out_content(held_out(found, both)),

@@ -11,6 +11,8 @@ from ident.checks.remark import RefusedError, Remark, verdict_content
 from ident.effects.candidate import Value
 from ident.effects.catalogue import catalogue
 from ident.effects.events import CONTACT
+from ident.gap.naming.certainty import Certainty, deviations
+from ident.gap.naming.dependence import Dependence
 from ident.gap.results.error_by_term import Step
 from ident.gap.results.held_out_error import Errors, HeldOut, Share
 from ident.gap.results.minimum_detectable import MinimumDetectable
@@ -43,6 +45,7 @@ def refused_gap(arm: Arm, refusal: RefusedError, seconds: float) -> Content:
     return trust_content(refusal.remarks) | {
         "verdict": "data_fault",
         "effects": [],
+        "suspected": [],
         "where": [],
         "not_observable": [],
         "held_out": {"before": nothing, "after": nothing, "noise_floor": nothing}
@@ -55,12 +58,17 @@ def refused_gap(arm: Arm, refusal: RefusedError, seconds: float) -> Content:
     }
 
 
-def effects_content(found: SearchResult, final: FinalEstimates | None) -> list[Content]:
+def effects_content(
+    found: SearchResult,
+    final: FinalEstimates | None,
+    leaning: Sequence[Sequence[Dependence]],
+) -> list[Content]:
     """Entries of all effects and transients, or of the data's faults.
 
     Args:
         found: the search.
         final: values on all data; None where the data have faults.
+        leaning: for each effect of the model, what its values lean on.
     """
     verdict = found.verdict
     if verdict.faults:
@@ -68,34 +76,86 @@ def effects_content(found: SearchResult, final: FinalEstimates | None) -> list[C
             _entry(f.name, f.joints, {}, f.text, {"count": f.count}, [], None)
             for f in verdict.faults
         ]
-    parameters = final.parameters if final is not None else ()
-    entries = [
-        _accepted(found, e, values) for e, values in zip(verdict.effects, parameters, strict=True)
-    ]
+    entries = []
+    if final is not None:
+        each = zip(verdict.effects, final.parameters, leaning, strict=False)
+        entries = [_accepted(found, *parts) for parts in each]
     return [*entries, *(_contact(found, b) for b in verdict.transients)]
 
 
-def _accepted(found: SearchResult, item: AcceptedEffect, values: Mapping[str, Value]) -> Content:
+def _accepted(
+    found: SearchResult,
+    item: AcceptedEffect,
+    values: Mapping[str, Value],
+    leaning: Sequence[Dependence],
+) -> Content:
     h = item.candidate
     effect = catalogue()[h.effect]
     evidence = {
+        "standard_deviations": _finite(deviations(h, values)),
         "gain_nats_per_sample": item.score.gain,
         "asked_nats_per_sample": found.threshold.of(h.effect),
         "smallest_held_out_gain": min(item.held_out, default=None),
         "held_out_parts": len(item.held_out),
         "confirmed_parts": sum(gain > 0.0 for gain in item.held_out),
         "effect_free_runs": found.threshold.draws,
+        "leans_on": [_leaning(d) for d in leaning],
+        "taken_for_granted": effect.taken_for_granted,
     }
     if item.next_best is not None:
         rival = item.next_best.candidate
         evidence["next_best"] = f"{rival.effect} at {[j + 1 for j in rival.joints]}"
         evidence["next_best_gain"] = item.next_best.gain
-    parameters = {
-        name: {"value": v.value, "sd": v.sd, "unit": v.unit} for name, v in values.items()
-    }
     rivals = [_rival(r) for r in item.rivals]
     experiment = _experiment(h.effect, h.joints) if rivals else None
-    return _entry(h.effect, h.joints, parameters, effect.equation, evidence, rivals, experiment)
+    return _entry(
+        h.effect, h.joints, _parameters(values), effect.equation, evidence, rivals, experiment
+    )
+
+
+def suspected_content(found: SearchResult) -> list[Content]:
+    """Effects that help prediction and are not sure enough to be named."""
+    return [
+        _entry(
+            s.candidate.effect,
+            s.candidate.joints,
+            _parameters(s.parameters),
+            catalogue()[s.candidate.effect].equation,
+            {"gain_nats_per_sample": s.effect.score.gain} | _certainty(s.certainty),
+            [_rival(r) for r in s.effect.rivals],
+            _experiment(s.candidate.effect, s.candidate.joints),
+        )
+        | {"doubt": s.doubt, "in_model": s.in_model}
+        for s in found.verdict.suspected
+    ]
+
+
+def _parameters(values: Mapping[str, Value]) -> Content:
+    return {name: {"value": v.value, "sd": v.sd, "unit": v.unit} for name, v in values.items()}
+
+
+def _certainty(c: Certainty) -> Content:
+    return {
+        "standard_deviations": _finite(c.deviations),
+        "largest_torque": c.peak,
+        "torque_resolution": c.resolution,
+        "explained_rms": c.explained,
+        "gain_across_recordings": c.across,
+    }
+
+
+def _finite(number: float) -> float | None:
+    return number if math.isfinite(number) else None
+
+
+def _leaning(d: Dependence) -> Content:
+    return {
+        "name": d.other.effect,
+        "joints": [j + 1 for j in d.other.joints],
+        "parameter": d.parameter,
+        "value_without": d.without,
+        "unit": d.unit,
+    }
 
 
 def _rival(score: Score) -> Content:
@@ -184,6 +244,10 @@ def held_out_content(found: HeldOut) -> Content:
         "after": _errors(found.after),
         "noise_floor": _errors(nothing if floor is None else floor),
         "closed_fraction": found.closed,
+        "other_recordings": {
+            "before": _errors(found.others_before or nothing),
+            "after": _errors(found.others_after or nothing),
+        },
     }
 
 

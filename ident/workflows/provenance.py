@@ -8,7 +8,7 @@ from typing import Any
 
 from ident.model.arm import Arm
 from ident.recordings.loading import fingerprint
-from wamctl.arm.source_commit import git_commit
+from wamctl.arm.command_line import git_commit
 
 _LIBRARIES = ("numpy", "scipy", "pin", "clarabel")
 

@@ -8,7 +8,7 @@ from ident.checks.remark import RefusedError, gravest_first, verdict_content
 from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset
 from ident.report.page import Page, Verdict, render
-from ident.workflows.run_json import as_json, whole_folder
+from ident.workflows.run_json import write_results
 
 _MODEL = "model.yaml"
 
@@ -43,9 +43,6 @@ def write_refusal(
     first, *others = (r.sentence for r in gravest_first(refusal.remarks))
     verdict = Verdict("bad", "refused", first, others)
     page = Page(f"ident {command}", f"{arm}: no result", verdict, [], [])
-    result = f"{command}.json"
-    with whole_folder(out, (result, "report.html")) as folder:
-        (folder / result).write_text(as_json(content), encoding="utf-8")
-        (folder / "report.html").write_text(render(page), encoding="utf-8")
+    write_results(out, command, content, render(page))
     if command != "validate":
         (out / _MODEL).unlink(missing_ok=True)

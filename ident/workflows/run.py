@@ -3,15 +3,22 @@
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ident.checks.examine import examine
-from ident.checks.remark import Grade, RefusedError, Remark, verdict_content
-from ident.effects.bound_effects import load_model
-from ident.effects.compensation import without_effects
+from ident.checks.remark import (
+    Grade,
+    RefusedError,
+    Remark,
+    no_fit,
+    undetermined,
+    verdict_content,
+)
+from ident.identification.cutoff_selection import with_best_cutoff
 from ident.identification.identify import Identification, identify, model_of
 from ident.model.arm import Arm
 from ident.model.identified_model import Model
@@ -22,16 +29,15 @@ from ident.recordings.loading import Reading, read_logs
 from ident.regression.progress import Tell, silent
 from ident.report.page import render
 from ident.report.run_page import run_page, run_report
+from ident.workflows.agreement import contradictions
+from ident.workflows.currents import currents_content, with_uncertain_gains
+from ident.workflows.model_errors import errors_of_fit, errors_on
 from ident.workflows.provenance import provenance
 from ident.workflows.refusal import refused_run, write_refusal
-from ident.workflows.run_json import as_json, run_content, whole_folder
+from ident.workflows.run_json import run_content, write_results
 from wamctl.arm.errors import DataError
 
 METHOD = "regression"
-_UNDETERMINED = (
-    "These recordings leave parameters of the model undetermined: let every joint move farther and"
-    " faster (`ident design` finds a motion)."
-)
 
 
 @dataclass(frozen=True)
@@ -63,12 +69,7 @@ class Run:
             DataError: the folder cannot be written.
         """
         page = self.page() if page is None else page
-        text = as_json(self.content)
-        with whole_folder(out, ("run.json", "model.yaml", "report.html")) as folder:
-            write_model(folder / "model.yaml", self.model)
-            (folder / "report.html").write_text(page, encoding="utf-8")
-            (folder / "run.json").write_text(text, encoding="utf-8")
-        return text
+        return write_results(out, "run", self.content, page, partial(write_model, model=self.model))
 
 
 def run_logs(
@@ -138,14 +139,40 @@ def run_data(
     examined = examine(arm, data)
     if examined.verdict is Grade.REFUSED:
         raise RefusedError(examined.remarks)
-    data = examined.data
+    data, gains = examined.data, examined.gains
+    if gains is not None:
+        arm = arm.with_settings(gains_nm_per_a=gains.value.tolist())
+    whole = data
     if known is not None:
         data = [_without(known, d) for d in data]
-    found = identified(data, arm, examined.remarks, tell)
-    content = verdict_content(examined.remarks) | {"method": METHOD} | run_content(found)
+    arm, notes = cutoff_chosen(data, arm, tell)
+    remarks = (*examined.remarks, *notes)
+    found = identified(data, arm, remarks, tell)
+    fit_sd = found.sd
+    found = found if gains is None else with_uncertain_gains(found, gains)
+    against, disagree = contradictions(found.evidence)
+    content = verdict_content((*remarks, *against)) | {"method": METHOD}
+    content |= run_content(found) | ({"recordings_disagree": disagree} if disagree else {})
+    if gains is not None:
+        content = currents_content(content, fit_sd, gains, found)
     content["provenance"] = provenance(arm, paths)
     model = model_of(found)
-    return Run(found, model if known is None else replace(model, effects=known.effects), content)
+    if known is None:
+        content["errors"] = errors_of_fit(found)
+    else:
+        model = replace(model, effects=known.effects)
+        content["errors"] = errors_on(model, whole)
+    return Run(found, model, content)
+
+
+def cutoff_chosen(
+    data: Sequence[Dataset], arm: Arm, tell: Tell = silent
+) -> tuple[Arm, tuple[Remark, ...]]:
+    """The arm with a cut-off where the motion gives none, and what to say of it."""
+    arm, choice = with_best_cutoff(data, arm, tell)
+    if choice is None:
+        return arm, ()
+    return arm, (Remark("cutoff", (), choice.sentence, Grade.TRUSTWORTHY),)
 
 
 def identified(
@@ -159,11 +186,11 @@ def identified(
     try:
         return identify(data, arm, tell)
     except TooShortError as error:
-        stop = Remark("too_short", (), str(error), Grade.REFUSED)
+        stop = Remark("too_short", (), error.finding, Grade.REFUSED, error.advice)
     except DataError as error:
-        stop = Remark("no_fit", (), str(error), Grade.REFUSED)
+        stop = no_fit(str(error))
     except np.linalg.LinAlgError:
-        stop = Remark("poor_motion", (), _UNDETERMINED, Grade.REFUSED)
+        stop = undetermined()
     raise RefusedError((stop, *remarks))
 
 
@@ -173,6 +200,8 @@ def _known(path: Path, arm: Arm) -> Model:
     Raises:
         DataError: it is another arm's.
     """
+    from ident.effects.bound_effects import load_model  # effects load numba, half a second
+
     model = load_model(path)
     if model.robot.joint_names != arm.robot.joint_names:
         raise DataError(
@@ -184,6 +213,8 @@ def _known(path: Path, arm: Arm) -> Model:
 
 def _without(model: Model, data: Dataset) -> Dataset:
     """A recording without the torque of a model's effects, and with a remark that says so."""
+    from ident.effects.compensation import without_effects  # effects load numba, half a second
+
     names = ", ".join(f"{e.name} {'-'.join(map(str, e.joints))}" for e in model.effects.records)
     fact = f"torque of {names or 'no effect'} taken off, as the model that was given has it"
     cleaned = without_effects(model, data)

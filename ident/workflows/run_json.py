@@ -4,7 +4,7 @@ import json
 import math
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
@@ -42,6 +42,35 @@ def whole_folder(out: Path, names: tuple[str, ...]) -> Iterator[Path]:
                 shutil.move(Path(folder) / name, out / name)
     except OSError as error:
         raise DataError(f"{out} cannot be written ({error.strerror or error}).") from error
+
+
+def write_results(
+    out: Path,
+    command: str,
+    content: dict[str, Any],
+    page: str,
+    write_model: Callable[[Path], None] | None = None,
+) -> str:
+    """Write a command's JSON file, its report, and its model; gives the content of the JSON file.
+
+    Args:
+        out: folder for the results.
+        command: `run`, `validate`, or `gap`; also the name of the JSON file.
+        content: of the JSON file.
+        page: the report.
+        write_model: writes `model.yaml`; None where there is no model.
+
+    Raises:
+        DataError: the folder cannot be written.
+    """
+    text, result = as_json(content), f"{command}.json"
+    names = (result, *(("model.yaml",) if write_model else ()), "report.html")
+    with whole_folder(out, names) as folder:
+        if write_model is not None:
+            write_model(folder / "model.yaml")
+        (folder / "report.html").write_text(page, encoding="utf-8")
+        (folder / result).write_text(text, encoding="utf-8")
+    return text
 
 
 def run_content(found: Identification) -> dict[str, Any]:
@@ -83,6 +112,7 @@ def run_content(found: Identification) -> dict[str, Any]:
             "invisible": list(found.limits.invisible),
             "hardly_told_apart": [list(c.names) for c in found.limits.confused],
         },
+        "settings": evidence.arm.settings.model_dump(mode="json"),
         "terms": [name for name in TERM_NAMES if getattr(evidence.arm.terms, name)],
         "terms_tried": [asdict(trial) for trial in found.trials],
         "culling": _sweep_content(found.sweep),
@@ -167,6 +197,6 @@ def _table_content(found: Identification) -> list[dict[str, Any]]:
     return rows
 
 
-def as_json(content: dict[str, Any]) -> str:
+def as_json(content: dict[str, Any] | list[Any]) -> str:
     """Readable JSON."""
     return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

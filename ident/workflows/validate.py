@@ -7,6 +7,7 @@ from typing import Any
 
 from ident.checks.examine import OF_FITS, examine
 from ident.checks.remark import Grade, RefusedError, Remark, verdict_content, verdict_of
+from ident.checks.settings import DEFAULT, CheckSettings
 from ident.effects.bound_effects import load_model
 from ident.identification.validation import Prediction, arm_of, predict
 from ident.model.arm import Arm
@@ -18,7 +19,12 @@ from ident.report.traces import validation_trace
 from ident.report.validate_page import ValidationReport, validate_page
 from ident.workflows.provenance import provenance
 from ident.workflows.refusal import write_refusal
-from ident.workflows.run_json import as_json, errors_content, torque_units, whole_folder
+from ident.workflows.run_json import errors_content, torque_units, write_results
+
+_ANOTHER_ARM = (
+    "Check that the model belongs to this arm in its present state (tool, mounting, joint zeros,"
+    " unit of the torque), or identify the arm again."
+)
 
 
 def validate_logs(
@@ -56,6 +62,7 @@ def validate_logs(
     for one in data:
         tell(f"predicting {Path(one.name).name}")
         predictions.append(predict(model, arm, one))
+    remarks += large_errors(predictions, model.estimator)
     tell("writing the report")
     content = verdict_content(remarks) | {
         "arm": model.arm,
@@ -70,11 +77,7 @@ def validate_logs(
     }
     traces = tuple(validation_trace(p, model.estimator) for p in predictions)
     page = render(validate_page(ValidationReport(content, traces)))
-    text = as_json(content)
-    with whole_folder(out, ("validate.json", "report.html")) as folder:
-        (folder / "validate.json").write_text(text, encoding="utf-8")
-        (folder / "report.html").write_text(page, encoding="utf-8")
-    return text
+    return write_results(out, "validate", content, page)
 
 
 def checked(arm: Arm, data: Sequence[Dataset]) -> tuple[list[Dataset], list[Remark]]:
@@ -89,6 +92,20 @@ def checked(arm: Arm, data: Sequence[Dataset]) -> tuple[list[Dataset], list[Rema
         mended += examined.data
         remarks += [r for r in examined.remarks if r.code not in OF_FITS]
     return mended, list(dict.fromkeys(remarks))
+
+
+def large_errors(
+    predictions: Sequence[Prediction], chosen: str, bounds: CheckSettings = DEFAULT
+) -> list[Remark]:
+    """Recordings that the model does not predict, whatever their own fit would leave."""
+    found = []
+    for one in predictions:
+        error = one.filtered[chosen].relative_percent
+        if error > 100 * bounds.error_doubtful:
+            name = one.evidence.logs[0].data.name
+            text = f"{name}: the model leaves {error:.3g} % of the torque unexplained."
+            found.append(Remark("large_error", (), text, Grade.DOUBTFUL, _ANOTHER_ARM))
+    return found
 
 
 def prediction_content(prediction: Prediction, chosen: str) -> dict[str, Any]:

@@ -12,15 +12,21 @@ class Deadline:
     Attributes:
         end_s: when to stop [s].
         clock: what tells the time; the default is one that all processes share.
+        length_s: how long that was when it was set [s].
     """
 
     end_s: float
     clock: Callable[[], float] = time.monotonic
+    length_s: float = 0.0
 
     @property
     def over(self) -> bool:
         """Whether the time is over."""
         return self.clock() >= self.end_s
+
+    def again(self) -> "Deadline":
+        """The whole time, from now."""
+        return replace(self, end_s=max(self.end_s, self.clock() + self.length_s))
 
     def sooner(self, share: float) -> "Deadline":
         """One that leaves a share of the time from now."""
@@ -29,4 +35,4 @@ class Deadline:
 
 def within(seconds: float, clock: Callable[[], float] = time.monotonic) -> Deadline:
     """So many seconds from now."""
-    return Deadline(clock() + seconds, clock)
+    return Deadline(clock() + seconds, clock, seconds)

@@ -5,16 +5,18 @@ import queue
 import signal
 from collections.abc import Callable
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing.context import SpawnProcess
 from multiprocessing.queues import Queue
+from multiprocessing.synchronize import Event
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.excitation.optimisation.augmented_lagrangian import COARSE_STAGES
 from ident.excitation.optimisation.evaluate import Candidate
-from ident.excitation.optimisation.search import Effort, search
-from ident.excitation.problem.design_problem import Problem
+from ident.excitation.optimisation.search import Effort, random_start, search
+from ident.excitation.problem.design_problem import Penalty, Problem, lagrangian
 from ident.excitation.problem.trajectory_grid import Grid
 from wamctl.arm.compilation import compilation_announced
 
@@ -55,12 +57,15 @@ def best_design(task: Task, processes: int, report: Report) -> Candidate | None:
     """
     context = multiprocessing.get_context("spawn")
     found: Queue[Candidate | None] = context.Queue()
+    compiled = context.Event()
     workers = [
-        context.Process(target=_worker, args=(task, number, found), daemon=True)
+        context.Process(target=_worker, args=(task, number, found, compiled), daemon=True)
         for number in range(processes)
     ]
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # the workers inherit it
     for worker in workers:
         worker.start()
+    signal.pthread_sigmask(signal.SIG_SETMASK, mask)
     try:
         return _collect(found, workers, report)
     finally:
@@ -92,10 +97,22 @@ def _collect(
     return best
 
 
-def _worker(task: Task, number: int, found: "Queue[Candidate | None]") -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+def _warm_up(task: Task, rng: np.random.Generator) -> None:
+    """Compile, or load, all that a search needs: that is no part of its time."""
+    first = random_start(task.problem, rng)
+    penalty = Penalty(np.zeros(1), 1.0)
+    lagrangian(task.problem, first, COARSE_STAGES[0].smoothness, penalty)
+
+
+def _worker(task: Task, number: int, found: "Queue[Candidate | None]", compiled: Event) -> None:
+    """An island; the first one compiles for all, and the others load what it has compiled."""
     seed = int(np.random.SeedSequence([task.seed, number]).generate_state(1)[0])
     with compilation_announced("the search") if number == 0 else nullcontext():
-        for candidate in search(task.problem, task.dense, task.effort, seed, task.start):
+        if number > 0:
+            compiled.wait()
+        _warm_up(task, np.random.default_rng(seed))
+        compiled.set()
+        effort = replace(task.effort, deadline=task.effort.deadline.again())
+        for candidate in search(task.problem, task.dense, effort, seed, task.start):
             found.put(candidate)
     found.put(None)

@@ -21,6 +21,9 @@ from ident.excitation.problem.trajectory_grid import Grid
 Array = NDArray[np.floating]
 
 _STARTS = 8
+_START_SHARE = 0.25
+"""Of the time, at most, for descents from random starts; one is made in any case."""
+
 _POLISH_SHARE = 0.15
 _TOGETHER_SHARE = 0.65
 """Of the time, for the best of all families."""
@@ -105,14 +108,12 @@ class _Population:
     def _family(self, start: Array | None, deadline: Deadline, patience: int) -> _Kept:
         """Random starts, or one that is given, and changes of them; gives the best few.
 
-        Where motions are rehearsed, and the condition number has a bound, nothing else is looked at
-        until a motion keeps it.
+        Where the condition number has a bound, nothing else is looked at until a motion keeps it.
         """
         given = [] if start is None else [start]
-        firsts = (random_start(self._problem, self._rng) for _ in range(_STARTS))
-        firsts = firsts if start is None else iter(given)
+        firsts = self._starts(deadline) if start is None else iter(given)
         most = self._problem.objective.most
-        if self._problem.rehearsal is not None and np.isfinite(most):
+        if np.isfinite(most):
             objective = replace(self._problem.objective, kind="condition", most=np.inf)
             aim = replace(self._problem, objective=objective, rehearsal=None)
             kept = self._judged(aim, given, deadline)
@@ -121,6 +122,14 @@ class _Population:
             given, firsts = [k.coefficients for k in kept], iter(())
         kept = self._judged(self._problem, given, deadline)
         return (yield from self._improve(self._problem, kept, firsts, deadline, patience))
+
+    def _starts(self, deadline: Deadline) -> Iterator[Array]:
+        """Random motions, for a part of the time: what is changed becomes good sooner."""
+        early = deadline.sooner(1.0 - _START_SHARE)
+        for _ in range(_STARTS):
+            if early.over:
+                break
+            yield random_start(self._problem, self._rng)
 
     def _judged(
         self, aim: Problem, motions: Sequence[Array], deadline: Deadline

@@ -239,6 +239,36 @@
     });
   });
 
+  // Tables that are sorted by a click on a head, and filtered by a word.
+  document.querySelectorAll("[data-sortable]").forEach(box => {
+    const body = box.querySelector("tbody"), all = [...body.rows], heads = [...box.querySelectorAll("thead th")];
+    const words = all.map(row => row.textContent.toLowerCase());
+    const value = (row, k) => row.cells[k].dataset.value ?? row.cells[k].textContent.trim();
+    const digits = v => parseFloat(v.replace("−", "-").replace(/[\s\u202f+]/g, ""));
+    heads.forEach((head, k) => {
+      const button = make("button", head, { type: "button", className: "sort", textContent: head.textContent });
+      head.replaceChildren(button);
+      button.onclick = () => {
+        const down = head.getAttribute("aria-sort") == "descending" ? 1 : -1, numbers = head.classList.contains("numbers");
+        heads.forEach(h => h.removeAttribute("aria-sort"));
+        head.setAttribute("aria-sort", down == 1 ? "ascending" : "descending");
+        const key = new Map(all.map(row => [row, numbers ? digits(value(row, k)) : value(row, k)]));
+        all.sort((a, b) => {
+          const x = key.get(a), y = key.get(b);
+          return numbers ? (Number.isNaN(x) - Number.isNaN(y)) || down * (x - y) : down * x.localeCompare(y, undefined, { numeric: true });
+        });
+        body.append(...all);
+      };
+    });
+    if (all.length < 13) return;
+    const label = document.createElement("label"), field = make("input", label, { type: "search", placeholder: "any word of a row" });
+    label.className = "chooser";
+    label.prepend("Show rows with ");
+    box.before(label);
+    const index = new Map(all.map((row, i) => [row, words[i]]));
+    field.oninput = () => { const wanted = field.value.toLowerCase(); all.forEach(row => { row.hidden = !index.get(row).includes(wanted); }); };
+  });
+
   // On paper, what is folded away is open, but for long tables behind figures.
   addEventListener("beforeprint", () => document.querySelectorAll("details:not([open])").forEach(d => {
     if (!d.querySelector(".table:not(.short)") || !d.closest("figure")) { d.open = true; d.dataset.closed = ""; }

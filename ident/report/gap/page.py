@@ -5,7 +5,12 @@ from typing import Any
 
 from ident.report.charts import row_chart
 from ident.report.gap.report import GapReport
-from ident.report.gap.words import evidence_text, steps_text, verdict_sentences
+from ident.report.gap.words import (
+    evidence_text,
+    leaning_texts,
+    steps_text,
+    verdict_sentences,
+)
 from ident.report.page import (
     Block,
     Column,
@@ -17,21 +22,21 @@ from ident.report.page import (
     Table,
     Text,
     Verdict,
+    with_trust,
 )
 from ident.report.provenance_section import provenance_section
 from ident.report.style import AFTER, BEFORE, BLUE, FLOOR, Sign
-from ident.report.trust import with_trust
 from ident.report.words import (
     DASH,
     effect_text,
     known,
-    listed,
     number,
     percent,
     plus_minus,
     share,
     unit_text,
 )
+from wamctl.arm.joint_labels import listed
 
 Content = Mapping[str, Any]
 
@@ -68,6 +73,7 @@ def gap_page(report: GapReport) -> Page:
         Section("Residual on held-out data", _held_out(report)),
         Section("Torque over time", report.torque),
         Section("Simulation against measurement", [*_forward(report), *report.motion]),
+        Section("Suspected", _suspected(report)),
         Section("Structure without a name", [*_unexplained(report), *report.left]),
         Section("Other explanations, and how to tell", _rivals(report)),
         *([seen] if report.named else []),
@@ -117,6 +123,7 @@ def _effects(report: GapReport) -> list[Block]:
         evidence = evidence_text(report, effect)
         if evidence:
             blocks.append(Text(evidence))
+        blocks += [Text(text) for text in leaning_texts(report, effect)]
         curve = next(curves, None)
         rows = [
             [name.replace("_", " "), plus_minus(p["value"], p["sd"]), unit_text(p["unit"])]
@@ -231,6 +238,25 @@ def _unexplained(report: GapReport) -> list[Block]:
     heads = ("joint", "what is left depends on", "share of the residual", "nearest effects")
     columns = [Column(h, "numbers" if i == 2 else "words") for i, h in enumerate(heads)]
     return [Table("Structure that no effect of the catalogue explains.", columns, rows)]
+
+
+def _suspected(report: GapReport) -> list[Block]:
+    rows = [
+        [
+            report.title(s["name"]),
+            report.of(s["joints"]),
+            number(s["evidence"]["standard_deviations"], 2),
+            "yes" if s["in_model"] else "no",
+            s["doubt"],
+        ]
+        for s in report.content.get("suspected", [])
+    ]
+    if not rows:
+        return []
+    caption = "Effects that help prediction and are not sure enough to be named."
+    heads = ("effect", "where", "standard deviations", "in the model", "why it is not named")
+    columns = [Column(h, "numbers" if i == 2 else "words") for i, h in enumerate(heads)]
+    return [Table(caption, columns, rows)]
 
 
 def _rivals(report: GapReport) -> list[Block]:

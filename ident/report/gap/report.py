@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.report.page import Block, Figure
-from ident.report.words import joint_labels, joints_text, known
+from ident.report.words import known
+from wamctl.arm.joint_labels import joint_labels, joints_text
 
 Array = NDArray[np.floating]
 Content = Mapping[str, Any]

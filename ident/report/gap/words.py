@@ -1,13 +1,23 @@
 """The sentences of a gap: the verdict, the evidence, and what to do next."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import ExperimentMotion
 from ident.report.gap.report import GapReport
 from ident.report.page import Step
-from ident.report.words import closed_text, kinds_text, known, listed, number, share
+from ident.report.words import (
+    closed_text,
+    kinds_text,
+    known,
+    number,
+    percent,
+    share,
+    with_unit,
+)
+from wamctl.arm.joint_labels import listed
 
 Content = Mapping[str, Any]
 
@@ -33,10 +43,41 @@ def verdict_sentences(report: GapReport) -> list[str]:
         more.append(f"In full: {'; '.join(effects)}.")
     if partly or content["verdict"] in ("named", "ambiguous"):
         more.append(closed_text(content["held_out"], report.of))
+        more.append(_as_validated(content.get("errors", [])))
+    more += suspected_sentences(report)
     more += [_what_is_left(report, u) for u in content.get("unexplained", [])]
     if content["verdict"] == "ambiguous":
         more += [_experiment(report, e) for e in content["effects"] if e["separating_experiment"]]
     return [sentence, *(m for m in more if m)]
+
+
+def _as_validated(errors: Sequence[Mapping[str, Any]]) -> str:
+    """The error that the other commands tell, reversals included."""
+    if not errors:
+        return ""
+    told = [f"{percent(e['relative_error_percent'])} on {Path(e['name']).name}" for e in errors]
+    return (
+        "Counted as by ident run and ident validate, at the model's own cut-off and with what"
+        f" static friction adds when joints turn round, the model's error is {listed(told)}."
+    )
+
+
+def suspected_sentences(report: GapReport) -> list[str]:
+    """The effects that are not sure enough to be named, and why the first is not."""
+    apart = report.content.get("suspected", [])
+    kinds = [
+        kinds_text([s for s in apart if s["in_model"] is kept], report.title, report.of)
+        for kept in (False, True)
+    ]
+    words = []
+    if kinds[0]:
+        why = next(s["doubt"] for s in apart if not s["in_model"])
+        words.append(f"Suspected, not named and not in the model: {_counted(kinds[0])}; {why}.")
+    if kinds[1]:
+        words.append(
+            f"In the model without a name, since it predicts better so: {_counted(kinds[1])}."
+        )
+    return words
 
 
 def _counted(effects: Sequence[str]) -> str:
@@ -72,6 +113,10 @@ def evidence_text(report: GapReport, effect: Content) -> str:
         return f"Found {count} times." if count else ""
     asked, gain = (number(facts[f"{k}_nats_per_sample"], 2) for k in ("asked", "gain"))
     parts = [f"Evidence: it needed {asked}, and has {gain} (log-likelihood gained per sample)"]
+    if known(facts.get("standard_deviations")):
+        parts.append(
+            f"its size is {number(facts['standard_deviations'], 2)} standard deviations from zero"
+        )
     if facts.get("held_out_parts"):
         parts.append(
             f"confirmed on {facts['confirmed_parts']} of {facts['held_out_parts']} parts of the"
@@ -88,6 +133,22 @@ def evidence_text(report: GapReport, effect: Content) -> str:
             f"the next best explanation, {rival}, has {number(facts['next_best_gain'], 2)}"
         )
     return "; ".join(parts) + "."
+
+
+def leaning_texts(report: GapReport, effect: Content) -> list[str]:
+    """What an effect's values rest on: other effects beside it, and what no data of here test."""
+    facts = effect["evidence"]
+    texts = [
+        f"Its {_parameter(on['parameter'])} leans on {report.title(on['name'])} at"
+        f" {report.of(on['joints'])}: without that effect it would be"
+        f" {with_unit(on['value_without'], on['unit'])}."
+        for on in facts.get("leans_on", [])
+    ]
+    return [*texts, *([facts["taken_for_granted"]] if facts.get("taken_for_granted") else [])]
+
+
+def _parameter(name: str) -> str:
+    return name.replace("_", " ")
 
 
 def steps_text(report: GapReport) -> list[Step]:

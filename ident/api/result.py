@@ -1,0 +1,65 @@
+"""What every result of the Python interface has: a verdict, its figures, and files."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Generic, Protocol, TypeVar
+
+
+class Work(Protocol):
+    """What a command has found, and everything that is written about it."""
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The content of the command's JSON file."""
+        ...
+
+    def page(self) -> str:
+        """The report, one HTML page."""
+        ...
+
+    def write(self, out: Path) -> object:
+        """Write all files into a folder."""
+        ...
+
+
+WorkT = TypeVar("WorkT", bound=Work)
+
+
+@dataclass(frozen=True)
+class Result(Generic[WorkT]):
+    """A result, with the files that the command of the same work writes.
+
+    Attributes:
+        run: the command's work with all its figures.
+    """
+
+    run: WorkT = field(repr=False)
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The content of the command's JSON file."""
+        return self.run.content
+
+    @property
+    def verdict(self) -> str:
+        """The verdict in a word."""
+        return self.content["verdict"]
+
+    @property
+    def remarks(self) -> list[dict[str, Any]]:
+        """Remarks about the data, and reasons of the verdict: code, joints, sentence."""
+        return self.content.get("remarks", [])
+
+    def report(self, path: str | Path) -> Path:
+        """Write the report, one HTML page, and give its path."""
+        Path(path).write_text(self.run.page(), encoding="utf-8")
+        return Path(path)
+
+    def save(self, folder: str | Path) -> Path:
+        """Write the files that the command writes.
+
+        Raises:
+            DataError: the folder cannot be written.
+        """
+        self.run.write(Path(folder))
+        return Path(folder)

@@ -1,0 +1,94 @@
+"""`ident check-urdf`: can such an arm exist, and does a recording bear it out."""
+
+import json
+from collections.abc import Iterator
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ident.commands.options import Force, JointStates, Json, Rename, Strict, TorqueChoice, rules_of
+from ident.workflows.check_urdf import UrdfCheck
+from wamctl.arm.command_line import next_step
+
+_FAULTS, _NO_RESULT = 3, 6
+
+
+def check_urdf(
+    file: Annotated[Path, typer.Argument(help="The URDF, or the bare name of a shipped one.")],
+    logs: Annotated[
+        list[Path] | None,
+        typer.Argument(help="Recordings of this arm, which may contradict its masses."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Repaired URDF to write; without it nothing is written.")
+    ] = None,
+    torque: TorqueChoice = None,
+    joint_states: JointStates = "/joint_states",
+    as_json: Json = False,
+    strict: Strict = False,
+    rename: Rename = None,
+    force: Force = False,
+) -> None:
+    """Check whether the arm of a URDF can exist, and repair what can be repaired.
+
+    Exits with 3 where faults are left, with 6 where the recording was refused, and with --strict
+    also where it contradicts a mass.
+
+    Example: ident check-urdf wam7.urdf --out repaired.urdf
+    """
+    from ident.commands.outputs import file_written
+    from ident.recordings.loading import Reading
+    from ident.regression.progress import shown
+    from ident.workflows.check_urdf import check_urdf as check
+
+    reading = Reading(joint_states, torque=torque.value if torque else None, rules=rules_of(rename))
+    with nullcontext() if out is None else file_written(out, force), shown() as tell:
+        checked = check(file, logs or [], out, reading, tell)
+    if as_json:
+        typer.echo(json.dumps(checked.content(), indent=2, ensure_ascii=False))
+    else:
+        typer.echo("\n".join(_lines(checked)))
+    if logs:
+        next_step("ident run", *logs, "--robot", out or file)
+    elif checked.examined.faults and out is None:
+        next_step("ident check-urdf", file, "--out repaired.urdf")
+    _end(checked, strict)
+
+
+def _end(checked: UrdfCheck, strict: bool) -> None:
+    if checked.verdict == "impossible":
+        raise typer.Exit(_FAULTS)
+    recording, masses = checked.recording, checked.weighed
+    if recording.get("verdict") == "refused" or (strict and masses and masses.contradictions):
+        raise typer.Exit(_NO_RESULT)
+
+
+def _lines(checked: UrdfCheck) -> Iterator[str]:
+    for finding in checked.examined.findings:
+        end = "" if finding.repair is None else f" -> {finding.repaired_to}"
+        yield f"{finding.grade}: {finding.kind} {finding.name}: {finding.sentence}{end}"
+    yield from _recording(checked)
+    yield checked.sentence
+
+
+def _recording(checked: UrdfCheck) -> Iterator[str]:
+    if not checked.recording:
+        return
+    yield from (remark["sentence"] for remark in checked.recording["remarks"])
+    if checked.weighed is None:
+        return
+    errors = checked.recording["relative_error_percent"]
+    yield (
+        f"Recording: with the URDF's links and fitted friction the torque is off by"
+        f" {errors['urdf']:.1f} %, with identified links by {errors['identified']:.1f} %."
+    )
+    for mass in checked.weighed.contradictions:
+        yield f"mass: {mass.sentence}"
+    if not checked.weighed.contradictions:
+        yield "The recording contradicts no mass."
+    if checked.weighed.unseen:
+        listed = ", ".join(map(str, checked.weighed.unseen))
+        noun = "joint" if len(checked.weighed.unseen) == 1 else "joints"
+        yield f"This motion would not show twice the mass behind {noun} {listed}."

@@ -1,0 +1,86 @@
+"""`ident fleet`: many arms, many logs; which arm has changed, in what, and since when."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from ident.commands.options import Force, JointStates, Json, Rename, TorqueChoice, rules_of
+from wamctl.arm.command_line import next_step
+
+
+def fleet(
+    logs: Annotated[
+        list[str], typer.Argument(help="Folders, globs, or URLs such as s3://bucket/prefix.")
+    ],
+    out: Annotated[
+        Path, typer.Option(help="Folder for the results; what was reduced is kept there too.")
+    ] = Path("fleet"),
+    robot: Annotated[
+        Path | None, typer.Option(help="Arms' .yaml or .urdf; default: what the logs carry.")
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(help="Of Dask: tcp://HOST:8786, or local; default: processes here."),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Processes on this machine; default: one a processor.")
+    ] = None,
+    pattern: Annotated[
+        str | None,
+        typer.Option(help="End of the addresses, e.g. '{arm}/{time}_{temperature}.mcap'."),
+    ] = None,
+    table: Annotated[
+        Path | None,
+        typer.Option(help="CSV with columns log, arm, time, firmware, tool, temperature."),
+    ] = None,
+    torque: TorqueChoice = None,
+    joint_states: JointStates = "/joint_states",
+    as_json: Json = False,
+    rename: Rename = None,
+    force: Force = False,
+) -> None:
+    """Find which of many arms has changed, in what, and since when.
+
+    Logs that were reduced before are not read again; an interrupted run goes on where it was.
+
+    Example: ident fleet logs/ --robot my_arm.yaml --out fleet
+    """
+    from ident.commands.outputs import folder_written
+    from ident.fleet.metadata import rules
+    from ident.recordings.loading import Reading
+    from ident.regression.progress import shown
+    from ident.workflows.fleet.fleet import FILES, PAGES, fleet_logs
+
+    said = rules(pattern, table)
+    reading = Reading(joint_states, torque=torque.value if torque else None, rules=rules_of(rename))
+    with folder_written(out, (*FILES, PAGES), force), shown() as tell:
+        text = fleet_logs(logs, out, robot, reading, said, scheduler, workers, tell=tell)
+    content = json.loads(text)
+    for one in content["refused"]:
+        typer.echo(f"{one['log']}: {one['remarks'][0].partition(': ')[2]}", err=True)
+    if as_json:
+        typer.echo(text.rstrip())
+        return
+    for line in _said(content):
+        typer.echo(line)
+    typer.echo(f"{out / 'fleet.html'}")
+    if content["changes"]:
+        next_step("ident gap", content["changes"][0]["first_log"])
+    else:
+        next_step("repeat this command when there are new logs")
+
+
+def _said(content: dict[str, Any]) -> list[str]:
+    """The result in print."""
+    logs, arms = content["logs"], len({a["arm"] for a in content["arms"]})
+    lines = [f"{logs['used']} logs of {arms} arms; {logs['refused']} could not be used."]
+    for c in content["changes"]:
+        where = "" if c["name"] == "payload" else f" at joint {', '.join(map(str, c['joints']))}"
+        what = "" if c["name"] == "parameter" else f"{c['name'].replace('_', ' ')}{where}: "
+        size = f"{c['parameter']} {c['size']:+.3g} ± {c['sd']:.1g} {c['unit']}"
+        lines.append(f"{c['arm']}: {what}{size} since {c['since']}.")
+    if not content["changes"]:
+        lines.append("No arm has changed beyond what days, temperature and chance explain.")
+    return lines

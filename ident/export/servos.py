@@ -1,0 +1,196 @@
+"""An arm with position servos for MuJoCo and Isaac Lab, and its replay in MuJoCo."""
+
+from collections.abc import Sequence
+from xml.etree import ElementTree
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from ident.export.links import Link, links_of
+from ident.export.mjcf import STIFF_FRICTION, add_body, add_shape
+from ident.export.replay import Replay, loaded_mujoco
+from ident.export.urdf import comment, numbers
+from ident.output_error.fit import Stretch
+from ident.output_error.plant import motor_command
+from ident.output_error.servo_model import ServoModel
+
+Array = NDArray[np.floating]
+
+_TIMESTEP_S = 0.002
+_UNLIMITED_NM = 1e3
+_NO_PLACE = (
+    "rate_gain", "integral", "dead_zone", "stribeck", "load_friction", "drag", "skew", "compliance",
+    "turning_speed",
+)  # fmt: skip
+_NO_PROFILE = 1e5  # rad/s^2
+_PLAY_DAMPING = 1e-4  # N m s/rad: the gears' grease
+
+
+def servo_mjcf(model: ServoModel) -> str:
+    """A MuJoCo model whose joints are driven by `position` actuators.
+
+    Friction is `damping` and `frictionloss`, the rotor `armature`, a zero `ref`; play is a further
+    joint behind the driven one, free within its range.
+    """
+    links = links_of(model.robot, model.value("damping"), model.value("coulomb"))
+    root = ElementTree.Element("mujoco", model=comment(model.arm))
+    words = "; ".join([f"{model.arm}, identified by simulation", *not_in_mjcf(model)])
+    root.append(ElementTree.Comment(f" {comment(words)} "))
+    ElementTree.SubElement(root, "compiler", angle="radian", autolimits="true")
+    ElementTree.SubElement(
+        root,
+        "option",
+        gravity=numbers(model.robot.model.gravity.linear),
+        timestep=repr(_TIMESTEP_S),
+        integrator="implicitfast",
+    )
+    parents = [ElementTree.SubElement(root, "worldbody")]
+    for k, link in enumerate(links):
+        body = add_body(parents[0 if link.parent is None else link.parent + 1], link)
+        _add_joints(body, link, model, k)
+        for other in (o for o in links if o.parent == k):
+            add_shape(body, other.placement[:3, 3])
+        parents.append(body)
+    actuators = ElementTree.SubElement(root, "actuator")
+    for k, link in enumerate(links):
+        servo = ElementTree.SubElement(
+            actuators,
+            "position",
+            name=link.joint,
+            joint=link.joint,
+            kp=repr(float(model.value("stiffness")[k])),
+        )
+        limit = float(model.value("torque_limit")[k])
+        if limit < _UNLIMITED_NM:
+            servo.set("forcerange", numbers([-limit, limit]))
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def not_in_mjcf(model: ServoModel) -> list[str]:
+    """What the model holds and MJCF has no place for, one sentence each."""
+    said = [f"delay of the commands by joint, to be added: {_listed(model, 'delay', 's')}"]
+    if (model.value("profile_acceleration") < _NO_PROFILE).any():
+        accelerations = _listed(model, "profile_acceleration", "rad/s^2")
+        said.append(f"the servos plan their own motion to a command, at most {accelerations}")
+    for name in _NO_PLACE:
+        if model.value(name).any():
+            said.append(f"no place for {name.replace('_', ' ')}")
+    if (model.value("offset") * (model.value("spring") == 0.0)).any():
+        said.append("no place for offset")
+    if model.value("half_play").any() and model.at_link.any():
+        said.append("the actuators measure before the play, the real encoders behind it")
+    return said
+
+
+def isaaclab_settings(model: ServoModel) -> str:
+    """Settings of Isaac Lab's `DelayedPDActuatorCfg` as YAML, joint by joint.
+
+    Written from its documentation: delays count physics steps, friction is in N m.
+    """
+    names = model.robot.joint_names
+
+    def each(name: str) -> dict[str, float]:
+        return {j: float(x) for j, x in zip(names, model.value(name), strict=True)}
+
+    limits = {j: x for j, x in each("torque_limit").items() if x < _UNLIMITED_NM}
+    steps = [round(x / _TIMESTEP_S) for x in model.value("delay")]
+    settings = {
+        "class": "isaaclab.actuators.DelayedPDActuatorCfg",
+        "joint_names_expr": list(names),
+        "stiffness": each("stiffness"),
+        "damping": dict.fromkeys(names, 0.0),
+        "armature": each("armature"),
+        "friction": each("coulomb"),
+        "dynamic_friction": each("coulomb"),
+        "viscous_friction": each("damping"),
+        "effort_limit": limits,
+        "min_delay": min(steps),
+        "max_delay": max(steps),
+    }
+    head = (
+        f"# {comment(model.arm)}: servos identified by simulation, for Isaac Lab.\n"
+        f"# Physics step: {_TIMESTEP_S} s (delays count its steps). Damping, back EMF and viscous"
+        " friction are one number,\n# which stands under viscous_friction.\n"
+    )
+    notes = "".join(
+        f"# {sentence[0].upper()}{sentence[1:]}.\n" for sentence in not_in_mjcf(model)[1:]
+    )
+    return head + notes + yaml.safe_dump({"sim_dt": _TIMESTEP_S, "servos": settings},
+                                         sort_keys=False)  # fmt: skip
+
+
+def servo_replay(mjcf: str, model: ServoModel, stretches: Sequence[Stretch]) -> list[Replay]:
+    """Recordings beside MuJoCo and the own simulation under their commands.
+
+    MuJoCo gets the commands as the servos' own planning and delay make them.
+
+    Raises:
+        DataError: MuJoCo is not installed.
+    """
+    mujoco = loaded_mujoco()
+    arm = mujoco.MjModel.from_xml_string(mjcf)
+    names = tuple(model.robot.joint_names)
+    driven = [arm.joint(j).qposadr[0] for j in names]
+    loose = [_play_place(arm, j) for j in names]
+    found = []
+    for stretch in stretches:
+        motion, state = stretch.motion, mujoco.MjData(arm)
+        state.qpos[driven] = motion.start
+        state.qvel[[arm.joint(j).dofadr[0] for j in names]] = motion.speed
+        grid, wanted = motor_command(motion, model.settings, _TIMESTEP_S)
+        read, k = np.empty_like(stretch.q), 0
+        for i, t in enumerate(motion.t):
+            while k < len(grid) and grid[k] < t - 1e-9:
+                state.ctrl[:] = wanted[k]
+                mujoco.mj_step(arm, state)
+                k += 1
+            read[i] = state.qpos[driven]
+            for j, place in enumerate(loose):
+                if place is not None and model.at_link[j]:
+                    read[i, j] += state.qpos[place]
+        own = model.replay(stretch)
+        found.append(Replay(stretch.name, names, motion.t, stretch.q, read, own))
+    return found
+
+
+def _add_joints(body: ElementTree.Element, link: Link, model: ServoModel, k: int) -> None:
+    joint = ElementTree.SubElement(
+        body,
+        "joint",
+        STIFF_FRICTION,
+        name=link.joint,
+        type="slide" if link.slides else "hinge",
+        axis=numbers(link.axis),
+        damping=repr(link.viscous),
+        frictionloss=repr(link.coulomb),
+        armature=repr(float(model.value("armature")[k])),
+    )
+    zero, play = float(model.value("zero")[k]), float(model.value("half_play")[k])
+    if zero:
+        joint.set("ref", repr(-zero))
+    if spring := float(model.value("spring")[k]):
+        joint.set("stiffness", repr(spring))
+        joint.set("springref", repr(-zero - float(model.value("offset")[k]) / spring))
+    if play:
+        ElementTree.SubElement(
+            body,
+            "joint",
+            name=f"{link.joint} play",
+            type=joint.attrib["type"],
+            axis=numbers(link.axis),
+            damping=repr(_PLAY_DAMPING),
+            range=numbers([-play, play]),
+        )
+
+
+def _play_place(arm: object, joint: str) -> int | None:
+    try:
+        return arm.joint(f"{joint} play").qposadr[0]  # type: ignore[attr-defined]
+    except KeyError:
+        return None
+
+
+def _listed(model: ServoModel, name: str, unit: str) -> str:
+    return ", ".join(f"{x:.3g}" for x in model.value(name)) + f" {unit}"

@@ -1,0 +1,165 @@
+"""One arm's logs in order of time: the test, and its parameters log by log."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from ident.fleet.arm_type import ArmType
+from ident.fleet.candidates import Candidate, candidates
+from ident.fleet.changes import Change, beside, changes, evidence
+from ident.fleet.hierarchy import DAILY, TypeStatistics, log_information, warmth
+from ident.fleet.normal import Information, LogData, nothing, posterior
+from ident.fleet.settings import FleetSettings
+from ident.fleet.store import Stored
+from ident.fleet.triangles import unpacked
+
+Array = NDArray[np.floating]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One log of an arm.
+
+    Attributes:
+        stored: its reduction.
+        arm: whose it is.
+        time_ns: when it began, since 1970 in UTC [ns].
+        firmware, tool: words, perhaps empty.
+        temperature_c: [deg C]; None where nobody says so.
+    """
+
+    stored: Stored
+    arm: str
+    time_ns: int
+    firmware: str
+    tool: str
+    temperature_c: float | None
+
+    def data(self, reference_c: float) -> LogData:
+        """Its triangles, read from disk."""
+        reduced = self.stored.reduced
+        joints, _ = unpacked(self.stored.triangles() or b"")
+        warmer = self.warmer_k(reference_c)
+        return LogData(joints, reduced.rows, reduced.rows_per_value, warmer)
+
+    def warmer_k(self, reference_c: float) -> float:
+        """Temperature beside a reference [K]; zero where it is not known."""
+        return 0.0 if self.temperature_c is None else self.temperature_c - reference_c
+
+
+@dataclass(frozen=True)
+class Series:
+    """What a worker needs to know of an arm.
+
+    Attributes:
+        arm: its name.
+        entries: its logs of one type that can be used, in order of time.
+        kind: the type.
+        known: statistics of the type.
+        settings: of the fleet.
+        least_odds: logarithm of the odds from which a change is told.
+    """
+
+    arm: str
+    entries: tuple[Entry, ...]
+    kind: ArmType
+    known: TypeStatistics
+    settings: FleetSettings
+    least_odds: float = np.inf
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """Names of arm and type."""
+        return self.arm, self.entries[0].stored.reduced.type
+
+    def information(self) -> list[Information]:
+        """What each log says at the reference temperature."""
+        return [
+            log_information(e.data(self.known.reference_c), self.kind, self.known)
+            for e in self.entries
+        ]
+
+    def candidates(self) -> tuple[Candidate, ...]:
+        """What may change."""
+        spread = np.sqrt(self.known.D)
+        return candidates(self.kind, self.known.mean, spread, self.settings)
+
+
+@dataclass(frozen=True)
+class ArmResult:
+    """What is said of an arm.
+
+    Attributes:
+        values, sds: of each log alone beside the type, at its temperature, each of shape (T, p).
+        at_reference: the same values at the type's reference temperature, shape (T, p).
+        levels, level_sds: of all logs up to each one, at the reference temperature, (T, p).
+        changes: in the order in which they were told.
+        log_odds: logarithm of the odds of a change after each log, shape (T,).
+    """
+
+    values: Array
+    sds: Array
+    at_reference: Array
+    levels: Array
+    level_sds: Array
+    changes: tuple[Change, ...]
+    log_odds: Array
+
+
+@threadpool_limits.wrap(limits=1)
+def highest_odds(series: Series) -> float:
+    """Highest logarithm of the odds of a change that an arm has ever reached."""
+    return float(np.max(_odds(series, series.information()), initial=-np.inf))
+
+
+def _odds(series: Series, logs: Sequence[Information]) -> Array:
+    known = series.known
+    return evidence(logs, known.mean, known.D, series.candidates(), series.settings)
+
+
+@threadpool_limits.wrap(limits=1)
+def result(series: Series) -> ArmResult:
+    """All that is said of an arm."""
+    known, logs = series.known, series.information()
+    odds = _odds(series, logs)
+    told: list[Change] = []
+    if odds.max(initial=-np.inf) >= series.least_odds:
+        found = series.candidates()
+        told = changes(logs, known.mean, known.D, found, series.least_odds, series.settings)
+    cold, sds = _alone(series, logs)
+    warmer = [e.warmer_k(known.reference_c) for e in series.entries]
+    values = cold * [warmth(series.kind, known.slopes, k) for k in warmer]
+    levels, level_sds = _levels(logs, known.mean, known.D, told)
+    return ArmResult(values, sds, cold, levels, level_sds, tuple(told), odds)
+
+
+def _alone(series: Series, logs: Sequence[Information]) -> tuple[Array, Array]:
+    """Each log's own parameters at the reference temperature, and their standard errors."""
+    known = series.known
+    scatter = np.zeros(len(known.mean))
+    scatter[series.kind.of_kinds(*DAILY)] = known.Q
+    found = [posterior(log, known.mean, known.D) for log in logs]
+    return (
+        np.array([x for x, _ in found]),
+        np.array([np.sqrt(np.diag(V) + scatter) for _, V in found]),
+    )
+
+
+def _levels(
+    logs: Sequence[Information], mean: Array, variance: Array, told: Sequence[Change]
+) -> tuple[Array, Array]:
+    """The arm's parameters after each log, with its changes among them."""
+    p = len(mean)
+    ways = [(c.onset, c.candidate.V, c.candidate.usual**2) for c in told]
+    logs, mean, variance = beside(logs, mean, variance, ways)
+    said, levels, sds = nothing(len(mean)), [], []
+    for number, log in enumerate(logs):
+        said = said + log
+        x, V = posterior(said, mean, variance)
+        A = np.hstack([np.eye(p), *(way * float(number >= onset) for onset, way, _ in ways)])
+        levels.append(A @ x)
+        sds.append(np.sqrt(np.einsum("ij,jk,ik->i", A, V, A)))
+    return np.array(levels), np.array(sds)

@@ -1,0 +1,173 @@
+"""Which motion tells rival answers apart soonest."""
+
+import inspect
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.excitation.design import Design, DesignTask, problem_of
+from ident.excitation.effect_motions import Sketch
+from ident.excitation.optimisation.scale_into_limits import fit
+from ident.excitation.probes import PROBES, scattered
+from ident.excitation.problem.design_problem import Problem
+from ident.excitation.problem.trajectory_grid import grid, series_of
+from ident.excitation.settings import DesignSettings
+from ident.excitation.target_effect import drawn, frame_of
+from ident.model.identified_model import Model
+from ident.planning.hypotheses import Hypothesis
+from ident.signals.zero_phase import Lowpass, spectrum
+from wamctl.arm.trajectory import FourierSeries, sample
+
+Array = NDArray[np.floating]
+
+SLOWER = 4
+"""A motion runs at a quarter of its speed first."""
+
+BLOCK_S = 1.5
+"""Residuals this far apart count as independent: longer than they correlate, as in `ident gap`."""
+
+_RATE_HZ = 100.0
+_BET = 0.7  # of each block on the leader
+_ENOUGH = 12.0  # nats: more of them decide nothing more
+_JOULES_PER_SECOND = 20.0  # so much energy is worth one second of motion
+_OVERHEAD_S = 40.0  # of both runs: test of the motors, approach, ramps and return
+_RANDOM = 4
+_SAMPLES = 400
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A motion that might be next.
+
+    Attributes:
+        name: of the probe and its joint.
+        words: what moves how.
+        sketch: the motion within its limits.
+        seconds: of motion that it costs, the first run at a quarter of its speed included.
+        energy_j: mechanical work of the joints, both ways.
+        gains: expected log-odds of the leader over each rival, were the leader right [nats].
+        weights: share of each joint in what tells them apart, shape (n,), by rival.
+    """
+
+    name: str
+    words: str
+    sketch: Sketch
+    seconds: float
+    energy_j: float
+    gains: Mapping[str, float]
+    weights: Mapping[str, Array]
+
+    def worth(self, odds: Mapping[str, float]) -> float:
+        """Expected gain of log-odds per second and joule [nats/s].
+
+        Args:
+            odds: of each rival.
+        """
+        cost = self.seconds + self.energy_j / _JOULES_PER_SECOND
+        return sum(odds[r] * min(g, _ENOUGH) for r, g in self.gains.items()) / cost
+
+
+def motions(
+    place: DesignTask, found: Sequence[Hypothesis], joints: Sequence[int], ran: Sequence[str]
+) -> list[Motion]:
+    """All candidates that fit into the limits, with what they are expected to show.
+
+    Args:
+        place: the arm and its limits.
+        found: the answers, the leading one first.
+        joints: the joints to look at, from 0.
+        ran: names of motions that have run and are not repeated.
+    """
+    frames = {j: frame_of(place, j + 1) for j in joints}
+    sketches = {f"{n}:{j + 1}": build(f) for j, f in frames.items() for n, build in PROBES.items()}
+    any_frame = next(iter(frames.values()))
+    sketches |= {f"scattered:{s}": scattered(any_frame, s) for s in range(_RANDOM)}
+    problem = problem_of(place, DesignSettings())
+    tried = ((n, within_limits(problem, s)) for n, s in sketches.items() if n not in ran)
+    return [_judged(place, found, n, s) for n, s in tried if s is not None]
+
+
+def designed(place: DesignTask, motion: Motion, pose: Array) -> Design:
+    """The motion, checked at 1 kHz against every limit.
+
+    Raises:
+        ConfigurationError: not even the smallest motion is allowed.
+    """
+    return drawn(place, motion.sketch, pose)
+
+
+def within_limits(problem: Problem, sketch: Sketch) -> Sketch | None:
+    """The sketch made small enough for every limit on a coarse grid; None where none is kept."""
+    dense = grid(2 * np.pi / sketch.period_s, len(sketch.coefficients) // 2, _SAMPLES)
+    fitted = fit(replace(problem, grid=dense), sketch.coefficients)
+    return None if fitted is None else replace(sketch, coefficients=fitted)
+
+
+def _judged(place: DesignTask, found: Sequence[Hypothesis], name: str, sketch: Sketch) -> Motion:
+    names = place.robot.joint_names
+    series = series_of(sketch.coefficients, names, 2 * np.pi / sketch.period_s)
+    leader, rivals = found[0], found[1:]
+    apart: dict[str, list[Array]] = {h.name: [] for h in rivals}
+    energy = 0.0
+    for run in (slowed(series), series):
+        torque = {h.name: torque_along(h.model, run) for h in found}
+        qd = _motion(run)[1]
+        noise = leader.noise(qd)
+        for h in rivals:
+            apart[h.name].append(((torque[leader.name] - torque[h.name]) / noise) ** 2)
+        energy += float(np.abs(torque[leader.name] * qd).sum() / _RATE_HZ)
+    weights = {r: _shares(np.concatenate(a)) for r, a in apart.items()}
+    gains = {r: sum(_expected(x @ weights[r]) for x in a) for r, a in apart.items()}
+    seconds = (1 + SLOWER) * series.period_s + _OVERHEAD_S
+    return Motion(name, _words(name), sketch, seconds, energy, gains, weights)
+
+
+def _words(name: str) -> str:
+    """The first line of a probe's docstring, with its joint."""
+    probe, _, number = name.partition(":")
+    build = PROBES.get(probe)
+    if build is None:
+        return f"{inspect.getdoc(scattered)}"
+    return f"{inspect.getdoc(build)}".replace("One joint", f"Joint {number}").replace(
+        "A joint", f"Joint {number}"
+    )
+
+
+def slowed(series: FourierSeries) -> FourierSeries:
+    """The same path at a quarter of its speed."""
+    return replace(
+        series,
+        fundamental_rad_s=series.fundamental_rad_s / SLOWER,
+        a=series.a / SLOWER,
+        b=series.b / SLOWER,
+    )
+
+
+def torque_along(model: Model, series: FourierSeries) -> Array:
+    """The model's torque along one period, as its low-pass leaves it [N m], shape (S, n)."""
+    torque = model.inverse_dynamics(*_motion(series), dt=1 / _RATE_HZ)
+    lowpass = Lowpass(model.filter.cutoff_hz, model.filter.order, _RATE_HZ)
+    return spectrum(torque, _RATE_HZ).signal(lowpass)
+
+
+def _motion(series: FourierSeries) -> tuple[Array, Array, Array]:
+    return sample(series, np.arange(0.0, series.period_s - 0.5 / _RATE_HZ, 1 / _RATE_HZ))
+
+
+def _shares(apart: Array) -> Array:
+    """Share of each joint in a difference, shape (n,)."""
+    whole = apart.mean(axis=0)
+    return whole / max(float(whole.sum()), np.finfo(float).tiny)
+
+
+def _expected(apart: Array) -> float:
+    """Expected growth of the evidence along one run [nats].
+
+    Args:
+        apart: squared difference of two answers in units of the noise, shape (S,).
+    """
+    size = round(BLOCK_S * _RATE_HZ)
+    blocks = apart[: len(apart) // size * size].reshape(-1, size).mean(axis=1)
+    return float(np.log1p(_BET * blocks / (2.0 + blocks)).sum())

@@ -1,0 +1,231 @@
+"""The rival answers to a gap, each fitted to all logs and kept as a model."""
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.checks.examine import examine
+from ident.effects.bound_effects import load_model, members_of
+from ident.effects.candidate import Candidate, Value
+from ident.effects.measured_effect import VARIANTS, curve_over
+from ident.gap.data.experiment import Experiment, facts_of
+from ident.gap.data.noise_regions import Region
+from ident.gap.options import Options
+from ident.gap.regression.current_model import CurrentFit, extend, nominal_fit
+from ident.gap.regression.feasible_fit import feasible_fit
+from ident.gap.regression.rows import WindowedRows
+from ident.gap.results.full_model import model_with
+from ident.gap.search import rows_of
+from ident.gap.selection.candidates import all_candidates
+from ident.gap.selection.candidates import examine as scored
+from ident.gap.selection.estimates import final_estimates
+from ident.gap.selection.refinement import refine_nonlinear_parameters
+from ident.gap.selection.scoring import Score
+from ident.model.identified_model import Model
+from wamctl.arm.errors import DataError
+
+Array = NDArray[np.floating]
+Tell = Callable[[str], None]
+
+NONE, UNKNOWN = "none", "unknown"
+
+_RIVALS = 3
+"""So many other answers are fitted, beside those that `ident gap` names."""
+
+_SHARE = 0.3
+"""Of the leader's gain: what explains less is no rival."""
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """A possible answer.
+
+    Attributes:
+        name: `none`, `unknown`, or effects with their joints from 1, such as `stribeck:4`.
+        model: the arm with it, fitted to all logs.
+        slow: speed below which a joint counts as turning back [rad/s], shape (n,).
+        sigma: what the answer leaves of each joint's torque while it turns back, and while it
+            slides [N m], shape (2, n).
+        estimates: of the parameters of its effects, by name.
+        resembles: effects of the catalogue that come nearest to a measured curve.
+    """
+
+    name: str
+    model: Model
+    slow: Array
+    sigma: Array
+    estimates: tuple[Mapping[str, Value], ...] = ()
+    resembles: tuple[str, ...] = ()
+
+    def noise(self, qd: Array) -> Array:
+        """What it leaves of the torque at a speed [rad/s], shape (S, n) [N m]."""
+        return np.where(np.abs(qd) < self.slow, self.sigma[0], self.sigma[1])
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What `ident gap` has answered.
+
+    Attributes:
+        content: of `gap.json`.
+        accepted: its effects, with their shapes; what its model holds without a name is left out.
+    """
+
+    content: dict[str, Any]
+    accepted: tuple[Candidate, ...]
+
+    @property
+    def rivals(self) -> list[tuple[str, tuple[int, ...]]]:
+        """Effects and joints (from 0) that it cannot tell from its own, or only suspects."""
+        effects, suspected = self.content["effects"], self.content.get("suspected", [])
+        named = [r for e in effects for r in e["rivals"]] + [*suspected]
+        return [(r["name"], tuple(j - 1 for j in r["joints"])) for r in named]
+
+
+def read_answer(folder: Path) -> Answer:
+    """The answer of a folder of `ident gap`.
+
+    Raises:
+        DataError: there is none.
+    """
+    path = folder / "gap.json"
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        missing = {"effects", "verdict"} - set(content)
+        if missing:
+            raise KeyError(*missing)
+    except (OSError, ValueError, LookupError, TypeError) as error:
+        raise DataError(f"{path} is not a gap.json that can be read ({error!r}).") from error
+    named = {(e["name"], tuple(j - 1 for j in e["joints"])) for e in content["effects"]}
+    members = members_of(load_model(folder / "model.yaml"))
+    return Answer(content, tuple(c for c, _ in members if _place(c) in named))
+
+
+def hypotheses(
+    source: Experiment, answer: Answer, options: Options, tell: Tell
+) -> list[Hypothesis]:
+    """The leading answer first, then its rivals.
+
+    Args:
+        source: all recordings so far.
+        answer: what `ident gap` says of them.
+        options: of its search.
+        tell: is told the progress.
+
+    Raises:
+        DataError: recordings of which nothing may be said.
+    """
+    source = replace(source, datasets=examine(source.arm, source.datasets).data)
+    work = _Work(source, options)
+    tell("fitting the model without effects")
+    nominal = nominal_fit(work.rows, facts_of(source))
+    leader = nominal if not answer.accepted else extend(work.rows, nominal, answer.accepted)
+    tell("scanning the catalogue for rivals")
+    tried = {name_of(leader.accepted): leader, NONE: nominal}
+    for rival in _rivals(work, nominal, leader, answer):
+        tried.setdefault(name_of(rival.accepted), rival)
+    curve = _measured(work, leader, answer)
+    found = []
+    if curve is not None:
+        tell("measuring the curve of what has no name")
+        near = _nearest(work, leader, curve.accepted[-1].joints[0])
+        found.append(replace(work.hypothesis(UNKNOWN, curve), resembles=near))
+    for name, current in tried.items():
+        tell(f"fitting {name}")
+        found.append(work.hypothesis(name, current))
+    return found
+
+
+def name_of(effects: Sequence[Candidate]) -> str:
+    """Effects and their joints in one word."""
+    parts = [f"{c.effect}:{'-'.join(str(j + 1) for j in c.joints)}" for c in effects]
+    return "+".join(sorted(parts)) or NONE
+
+
+class _Work:
+    """Recordings as rows, and models fitted to them."""
+
+    def __init__(self, source: Experiment, options: Options) -> None:
+        self.source, self.options = source, options
+        self.rows: WindowedRows = rows_of(source, options)
+
+    def hypothesis(self, name: str, current: CurrentFit) -> Hypothesis:
+        """The physically possible arm of a fit, on all data."""
+        fit, effects = current.fit, current.accepted
+        estimates: tuple[Mapping[str, Value], ...] = ()
+        if effects:
+            final = final_estimates(self.rows, current, self.options.settings.significance)
+            fit, effects, estimates = final.fit, final.effects, final.parameters
+        possible = feasible_fit(self.source, fit, len(self.rows.base_parameters), near_cad=True)
+        sigma = current.fit.sigma[:, [Region.REVERSAL, Region.SLIDING]].T
+        held = np.where(self.source.moving, sigma, np.inf)
+        model = model_with(self.source, possible, fit, effects)
+        return Hypothesis(name, model, current.model.slow, held, estimates)
+
+    def scores(self, current: CurrentFit, candidates: Sequence[Candidate]) -> list[Score]:
+        """Candidates beside a model, best first."""
+        return scored(self.rows, current, candidates, self.options.settings.scoring)[1]
+
+    def refined(self, current: CurrentFit, score: Score) -> CurrentFit:
+        """A model with a candidate in its best shape."""
+        settings = self.options.settings.scoring
+        best = refine_nonlinear_parameters(self.rows, current, score, settings)[0]
+        return extend(self.rows, current, [best.candidate])
+
+
+def _rivals(
+    work: _Work, nominal: CurrentFit, leader: CurrentFit, answer: Answer
+) -> Iterator[CurrentFit]:
+    """The leader without each of its effects, and with another in the place of the last.
+
+    Without effects, or without a verdict, rivals are what explains most beside the nominal model.
+    """
+    for left_out in leader.accepted if len(leader.accepted) > 1 else ():
+        yield extend(work.rows, nominal, [c for c in leader.accepted if c is not left_out])
+    last = leader.accepted[-1:]
+    others = leader.accepted[:-1]
+    base = extend(work.rows, nominal, others) if others else nominal
+    candidates = all_candidates(base.model.facts)
+    scores = work.scores(base, candidates)
+    most = max((s.gain for s in scores if _place(s.candidate) in map(_place, last)), default=0.0)
+    chosen: dict[tuple[str, tuple[int, ...]], Score] = {}
+    for score in scores:
+        place = _place(score.candidate)
+        asked = place in answer.rivals or score.gain > _SHARE * most
+        if asked and place not in map(_place, last) and len(chosen) < _RIVALS:
+            chosen.setdefault(place, score)
+    for score in chosen.values():
+        yield work.refined(base, score)
+
+
+def _place(candidate: Candidate) -> tuple[str, tuple[int, ...]]:
+    return candidate.effect, candidate.joints
+
+
+def _measured(work: _Work, leader: CurrentFit, answer: Answer) -> CurrentFit | None:
+    """The leader with the curve that explains most of what it leaves at the gap's worst joint."""
+    left = answer.content.get("unexplained") or []
+    if answer.content["verdict"] != UNKNOWN or not left:
+        return None
+    joint = max(left, key=lambda u: u["unexplained"] or 0.0)["joint"] - 1
+    q = np.concatenate([s.q[:, joint] for s in work.rows.segments])
+    fast = float(max(np.abs(s.qd[:, joint]).max() for s in work.rows.segments))
+    ends = {"position": (float(q.min()), float(q.max())), "speed": (0.0, fast)}
+    ends["time"] = (0.0, float(max(s.t[-1] for s in work.rows.segments)))
+    curves = [curve_over(variant, joint, ends) for variant in VARIANTS]
+    scores = work.scores(leader, curves)
+    if not scores:
+        return None
+    return extend(work.rows, leader, [scores[0].candidate])
+
+
+def _nearest(work: _Work, leader: CurrentFit, joint: int) -> tuple[str, ...]:
+    """Effects of the catalogue that explain most at a joint (from 0), best first."""
+    at = [c for c in all_candidates(leader.model.facts) if joint in c.joints]
+    names = dict.fromkeys(s.candidate.effect for s in work.scores(leader, at))
+    return tuple(names)[:_RIVALS]

@@ -1,0 +1,216 @@
+"""`fleet.html`: which arms have changed, how sure that is, since when, and all arms in a table."""
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from typing import Any
+from urllib.parse import quote
+
+from markupsafe import Markup
+
+from ident.report.fleet.words import change_text, day, rivals_text
+from ident.report.page import Block, Column, Page, Points, Section, Step, Table, Text, Verdict
+from ident.report.words import DASH, number, plus_minus, setting, unit_text, whole
+from wamctl.arm.joint_labels import joint_labels
+
+Content = Mapping[str, Any]
+
+_LN_10 = 2.302585
+
+
+def index_page(content: Content, pages: Mapping[str, str]) -> Page:
+    """The page of a fleet.
+
+    Args:
+        content: of `fleet.json`.
+        pages: address of each arm's own page, for those that have one.
+    """
+    logs = content["logs"]
+    arms = {a["arm"] for a in content["arms"]}
+    by_arm: dict[str, list[Content]] = defaultdict(list)
+    for change in content["changes"]:
+        by_arm[change["arm"]].append(change)
+    sections = [
+        Section("What has changed", _changes(content, pages)),
+        Section("All arms", [_arms(content, by_arm, pages)]),
+        Section("What arms of a type share", _types(content), folded=True),
+        Section("Logs that could not be used", _refused(content), folded=True),
+        Section("How this was decided", _method(content), folded=True),
+    ]
+    figures = [
+        (whole(len(arms)), "arms"),
+        (whole(logs["used"]), "logs"),
+        (whole(logs["refused"]), "logs that could not be used"),
+        (whole(len(by_arm)), "arms that have changed"),
+    ]
+    return Page(
+        "ident fleet", "The fleet", _verdict(content, by_arm), figures, sections, _steps(content)
+    )
+
+
+def _verdict(content: Content, by_arm: Mapping[str, Sequence[Content]]) -> Verdict:
+    share = content["settings"]["false_alarm_share"]
+    count = len({a["arm"] for a in content["arms"]})
+    if not by_arm:
+        sentence = (
+            f"None of {count} arms has changed beyond what days, temperature and chance explain."
+        )
+        return Verdict("good", "no change", sentence)
+    first = sorted(by_arm.items(), key=lambda item: -item[1][0]["evidence"])[:5]
+    labels = _labels(content)
+    said = [
+        f"{arm}: {change_text(c[0], labels[c[0]['arm']])}, since {day(c[0]['since'])}."
+        for arm, c in first
+    ]
+    more = len(by_arm) - len(first)
+    said += [f"And {more} more arms."] if more else []
+    verb = "arm has" if len(by_arm) == 1 else "arms have"
+    return Verdict(
+        "warning",
+        f"{len(by_arm)} changed",
+        f"{len(by_arm)} of {count} {verb} changed; of all arms called changed, no more than"
+        f" {setting(100 * share)}\u202f% are to be expected to be false alarms.",
+        said,
+    )
+
+
+def _labels(content: Content) -> dict[str, list[str]]:
+    """Labels of each arm's joints."""
+    return {a["arm"]: joint_labels(content["types"][a["type"]]["joints"]) for a in content["arms"]}
+
+
+def _link(arm: str, pages: Mapping[str, str]) -> str:
+    if arm not in pages:
+        return arm
+    return Markup('<a href="{}">{}</a>').format(quote(pages[arm]), arm)
+
+
+def _changes(content: Content, pages: Mapping[str, str]) -> list[Block]:
+    if not content["changes"]:
+        return [Text("No change was found.")]
+    columns = [
+        Column("arm", "words"),
+        Column("since", "words"),
+        Column("what", "words"),
+        Column("size", "words"),
+        Column("odds against no change, powers of ten"),
+        Column("told on", "words"),
+        Column("onset's share of the odds"),
+    ]
+    labels = _labels(content)
+    rows = [
+        [
+            _link(c["arm"], pages),
+            day(c["since"]),
+            change_text(c, labels[c["arm"]]).partition(":")[0] + "." + rivals_text(c),
+            f"{c['parameter']}: {plus_minus(c['size'], c['sd'], c['unit'])}",
+            number(c["evidence"] / _LN_10),
+            day(c["told"]),
+            number(c["onset_share"], 2),
+        ]
+        for c in sorted(content["changes"], key=lambda c: -c["evidence"])
+    ]
+    return [Table("Changes (± standard error).", columns, rows, sortable=True)]
+
+
+def _arms(
+    content: Content, by_arm: Mapping[str, Sequence[Content]], pages: Mapping[str, str]
+) -> Table:
+    columns = [
+        Column("arm", "words"),
+        Column("changed since", "words"),
+        Column("odds of a change now, powers of ten"),
+        Column("logs"),
+        Column("first", "words"),
+        Column("last", "words"),
+        Column("farthest from its sisters", "words"),
+        Column("by [sd]"),
+    ]
+    rows = []
+    for a in content["arms"]:
+        odds = a["log_odds"]
+        told = by_arm.get(a["arm"], [])
+        rows.append(
+            [
+                _link(a["arm"], pages),
+                day(told[0]["since"]) if told else DASH,
+                DASH if odds is None else number(odds / _LN_10, 2),
+                whole(a["logs"]),
+                day(a["first"]),
+                day(a["last"]),
+                a["farthest"]["parameter"],
+                number(a["farthest"]["sds"], 2),
+            ]
+        )
+    strong = frozenset(k for k, a in enumerate(content["arms"]) if a["arm"] in by_arm)
+    return Table("All arms.", columns, rows, strong, sortable=True)
+
+
+def _types(content: Content) -> list[Block]:
+    blocks: list[Block] = []
+    columns = [
+        Column("parameter", "words"),
+        Column("mean of arms"),
+        Column("spread between arms (1 sd)"),
+        Column("from log to log (1 sd)"),
+        Column("relative change per kelvin"),
+        Column("unit", "words"),
+    ]
+    for name, kind in content["types"].items():
+        rows = [
+            [
+                p["name"],
+                number(p["mean"]),
+                number(p["spread"], 2),
+                number(p.get("daily"), 2),
+                plus_minus(p.get("per_kelvin"), p.get("per_kelvin_sd")),
+                unit_text(p["unit"]),
+            ]
+            for p in kind["parameters"]
+        ]
+        learned = kind["learned_from"]
+        caption = (
+            f"{name}: learned from {learned['logs']} logs of {learned['arms']} arms; values at"
+            f" {setting(kind['reference_temperature_c'])} °C."
+        )
+        blocks.append(Table(caption, columns, rows, sortable=True))
+    return blocks or [Text("No log could be used.")]
+
+
+def _refused(content: Content) -> list[Block]:
+    if not content["refused"]:
+        return [Text("All logs could be used.")]
+    columns = [Column("log", "words"), Column("why", "words")]
+    rows = [
+        [r["log"], " ".join(x.partition(": ")[2] for x in r["remarks"])] for r in content["refused"]
+    ]
+    return [Table("Logs that were left out.", columns, rows, sortable=True)]
+
+
+def _method(content: Content) -> list[Block]:
+    settings, least = content["settings"], content["least_log_odds"]
+    asked = (
+        "" if least is None else f" Here that asked for odds of 10 to the {number(least / _LN_10)}."
+    )
+    return [
+        Points(
+            [
+                "Each log is reduced once to the triangles of its regression. An arm's parameters"
+                " scatter about those of its type; friction scatters from log to log and follows"
+                " the temperature, with slopes that the type shares.",
+                "The odds of a change, from any log on and in anything that is looked for, against"
+                " none are a test martingale: without a change they exceed c ever with a chance of"
+                " 1/c at most, however often they are looked at.",
+                "Of all arms that are called changed, the share of false ones is kept below"
+                f" {setting(100 * settings['false_alarm_share'])}\u202f% (Benjamini and Hochberg)."
+                + asked,
+            ]
+        )
+    ]
+
+
+def _steps(content: Content) -> list[Step]:
+    if not content["changes"]:
+        return [Step("Run it again when there are more logs: only new ones are read.")]
+    first = max(content["changes"], key=lambda c: c["evidence"])
+    why = f"See what `ident gap` finds in the log from which {first['arm']} has changed:"
+    return [Step(why, ["ident", "gap", first["first_log"], "--model", "MODEL.yaml"])]

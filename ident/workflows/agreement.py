@@ -1,0 +1,98 @@
+"""Where recordings of one run contradict each other, parameter by parameter, and what it means."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ident.checks.remark import Grade, Remark, joined
+from ident.checks.settings import DEFAULT, CheckSettings
+from ident.estimation.regression_data import RegressionData
+from ident.identification.agreement import Change, Comparison, compared
+
+_MEANING: dict[Change, str] = {
+    "friction": "Different friction alone would explain it: the drives were colder or warmer, or"
+    " lubricated differently.",
+    "load": "A different load on the last link alone would explain it: a tool or payload was"
+    " changed.",
+    "other": "Neither friction nor a load on the last link alone would explain it.",
+}
+_ADVICE: dict[Change, str] = {
+    "friction": "Warm the arm up in the same way each time, or identify the recordings separately.",
+    "load": "Identify the recordings separately.",
+    "other": "Check whether the mounting, joint zeros or torque sensors were changed, and let"
+    " `ident gap` search for what the model lacks.",
+}
+_MOST_NAMED = 4
+
+
+def contradictions(
+    evidence: RegressionData, bounds: CheckSettings = DEFAULT
+) -> tuple[list[Remark], list[dict[str, Any]]]:
+    """Recordings that contradict the others: remarks, and `recordings_disagree` of `run.json`.
+
+    The one that contradicts most is told, and set aside before the rest are compared.
+    """
+    remarks, rows = [], []
+    while len(evidence.logs) > 1:
+        found = compared(evidence)
+        worst = int(np.argmax([_ratio(c, bounds) for c in found]))
+        if _ratio(found[worst], bounds) < bounds.disagree_ratio:
+            break
+        places = _contradicting(found[worst], bounds)
+        remarks.append(_remark(evidence, worst, found[worst], places))
+        rows.append(_content(evidence, worst, found[worst], places))
+        rest = tuple(log for i, log in enumerate(evidence.logs) if i != worst)
+        evidence = replace(evidence, logs=rest)
+    return remarks, rows
+
+
+def _contradicting(found: Comparison, bounds: CheckSettings) -> list[int]:
+    """Parameters beyond their intervals, the clearest first."""
+    size = np.abs(found.deviations)
+    return [int(i) for i in np.argsort(-size) if size[i] > bounds.disagree_deviations]
+
+
+def _ratio(found: Comparison, bounds: CheckSettings) -> float:
+    """Error under the others' parameters beside its own; zero where they agree."""
+    return found.error_of_others / found.error if _contradicting(found, bounds) else 0.0
+
+
+def _remark(evidence: RegressionData, log: int, found: Comparison, places: list[int]) -> Remark:
+    base = evidence.base
+    named = [
+        f"{base.names[i]} is {found.alone[i]:.3g} ± {found.sd[i]:.2g}, not {found.others[i]:.3g} ±"
+        f" {found.others_sd[i]:.2g} {base.units[i]}"
+        for i in places[:_MOST_NAMED]
+    ]
+    more = len(places) - len(named)
+    text = (
+        f"{evidence.logs[log].data.name} contradicts the other"
+        f" recording{'s' * (len(evidence.logs) > 2)}: {joined(named)}"
+        f"{f' (and {more} more parameters)' if more else ''}. Their parameters predict it with"
+        f" an error of {100 * found.error_of_others:.3g} %, its own with {100 * found.error:.3g} %."
+        f" {_MEANING[found.change]}"
+    )
+    return Remark("recordings_disagree", (), text, Grade.DOUBTFUL, _ADVICE[found.change])
+
+
+def _content(
+    evidence: RegressionData, log: int, found: Comparison, places: list[int]
+) -> dict[str, Any]:
+    return {
+        "name": evidence.logs[log].data.name,
+        "change": found.change,
+        "relative_error_percent": 100 * found.error,
+        "relative_error_percent_of_others": 100 * found.error_of_others,
+        "parameters": [
+            {
+                "name": evidence.base.names[i],
+                "value": float(found.alone[i]),
+                "sd": float(found.sd[i]),
+                "others": float(found.others[i]),
+                "others_sd": float(found.others_sd[i]),
+                "unit": evidence.base.units[i],
+            }
+            for i in places
+        ],
+    }

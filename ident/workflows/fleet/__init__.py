@@ -1,0 +1,1 @@
+"""Fleets and watches as a whole: logs in, tables and pages out."""

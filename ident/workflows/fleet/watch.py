@@ -1,0 +1,76 @@
+"""The work of `ident watch`, from a source to alarms."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ident.effects.bound_effects import load_model
+from ident.fleet.metadata import iso
+from ident.recordings.loading import Reading
+from ident.watch.residual import Residual
+from ident.watch.samples import Sampler
+from ident.watch.settings import DEFAULT, WatchSettings
+from ident.watch.sources import messages
+from ident.watch.watcher import Alarm, Watcher
+from wamctl.arm.errors import DataError
+
+
+def watched(
+    source: str,
+    model_path: Path,
+    reading: Reading,
+    idle_s: float,
+    settings: WatchSettings = DEFAULT,
+) -> Iterator[dict[str, Any]]:
+    """What is to be told, as it happens; last, how long was watched.
+
+    Args:
+        source: an MCAP file that may still be written, `-`, or a ws:// address.
+        model_path: a `model.yaml` that is trusted.
+        reading: topics and torque to read.
+        idle_s: a file that has not grown for so long has ended [s].
+        settings: of the watch.
+
+    Raises:
+        DataError: a source or a model that cannot be used.
+    """
+    model = load_model(model_path)
+    if not np.isfinite(model.noise[model.moving]).all():
+        raise DataError(f"{model_path} does not say how well it fits: make it with `ident run`.")
+    residual = Residual(model, settings)
+    watcher = Watcher(model, residual, settings)
+    topics = reading.joint_states, reading.joint_commands
+    sampler = Sampler(model.robot.joint_names, topics, reading.torque, source)
+    moved = told = 0
+    for samples in sampler.samples(messages(source, topics, idle_s)):
+        for window in residual.windows(samples):
+            moved += window.moving
+            alarm = watcher.look(window)
+            if alarm is not None:
+                told += 1
+                yield alarm_content(alarm)
+    yield {"kind": "end", "alarms": told, "motion_s": moved * settings.window_s}
+
+
+def alarm_content(alarm: Alarm) -> dict[str, Any]:
+    """An alarm as a line of JSON has it."""
+    content: dict[str, Any] = {
+        "kind": alarm.kind,
+        "since": iso(alarm.since_ns),
+        "told": iso(alarm.told_ns),
+        "since_ns": alarm.since_ns,
+        "told_ns": alarm.told_ns,
+        "joints": list(alarm.joints),
+        "evidence": alarm.evidence,
+        "parameters": {
+            name: {"value": value, "sd": alarm.sds[name], "unit": alarm.units[name]}
+            for name, value in alarm.sizes.items()
+        },
+        "rival": alarm.rival,
+    }
+    mass = alarm.sizes.get("mass", 0.0)
+    if alarm.kind == "payload" and mass > alarm.sds["mass"]:
+        content["centre_m"] = [alarm.sizes[f"first_moment_{a}"] / mass for a in "xyz"]
+    return content
