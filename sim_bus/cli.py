@@ -22,10 +22,23 @@ from sim_bus.faults.assembly import load_faulty_simulation
 from sim_bus.hidden_effects.shipped import hidden_file, shipped_summaries
 from sim_bus.plant.truth import write_truth
 from sim_bus.server import Arm, Lockstep, RealTime, Service, serve
+from wamctl.arm.command_line import (
+    CONTEXT,
+    QuietOption,
+    Version,
+    hidden_names,
+    shipped_names,
+    without_quiet,
+)
 from wamctl.arm.compilation import compilation_announced
 from wamctl.arm.errors import UserError
 
-app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
+app = typer.Typer(
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings=CONTEXT,
+)
 
 _PRIORITY = 40
 _LOCK_CURRENT, _LOCK_FUTURE = 1, 2
@@ -36,23 +49,35 @@ class _Stopped(BaseException):
 
 
 @app.callback()
-def _main() -> None:
+def _main(version: Version = False, quiet: QuietOption = False) -> None:
     """Simulated drives and arm on a CAN bus."""
 
 
 @app.command("serve")
 def _serve(
-    config: Annotated[str, typer.Option(help="the arm's file, or the name of a shipped one")],
+    config: Annotated[
+        str,
+        typer.Option(
+            help="the arm's file, or the name of a shipped one", autocompletion=shipped_names
+        ),
+    ],
     bus: Annotated[str, typer.Option(help="simbus:PATH, or INTERFACE:CHANNEL of python-can")],
-    seed: Annotated[int, typer.Option(min=0, help="which arm, and which chance")] = 0,
-    lockstep: Annotated[bool, typer.Option(help="one period of physics at every SYNC")] = False,
+    seed: Annotated[int, typer.Option(min=0, help="random seed of the arm and its noise")] = 0,
+    lockstep: Annotated[
+        bool, typer.Option(help="simulated time: one period of physics per SYNC")
+    ] = False,
     truth: Annotated[Path | None, typer.Option(help="write the arm's true parameters here")] = None,
-    faults: Annotated[Path | None, typer.Option(help="fault file: what goes wrong, when")] = None,
-    hidden: Annotated[
-        str | None, typer.Option(metavar="NAME|FILE", help="effects that the arm hides")
+    faults: Annotated[
+        Path | None, typer.Option(help="fault file: what goes wrong, and when")
     ] = None,
-    stop_with_stdin: Annotated[bool, typer.Option(help="end when standard input ends")] = False,
-    debug: Annotated[bool, typer.Option(help="show where an error came from")] = False,
+    hidden: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME|FILE", help="effects to hide in the arm", autocompletion=hidden_names
+        ),
+    ] = None,
+    stop_with_stdin: Annotated[bool, typer.Option(help="stop when standard input closes")] = False,
+    debug: Annotated[bool, typer.Option(help="show the traceback of an error")] = False,
 ) -> None:
     """Serve the drives and the arm until SIGINT or SIGTERM.
 
@@ -89,7 +114,7 @@ def _serve(
 def _hidden(
     as_json: Annotated[bool, typer.Option("--json", help="print the result as JSON")] = False,
 ) -> None:
-    """List the hidden effects that are shipped, for `serve --hidden NAME`.
+    """List the effects that `serve --hidden` knows.
 
     Example: sim-bus hidden
     """
@@ -158,4 +183,4 @@ def _stop(number: int, frame: FrameType | None) -> None:
 
 def main() -> None:
     """Entry point of the console script."""
-    app()
+    app(without_quiet(sys.argv[1:]))

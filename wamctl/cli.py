@@ -14,38 +14,65 @@ from typing import Annotated, TypeVar
 
 import typer
 
+from wamctl.arm.command_line import (
+    CONTEXT,
+    QuietOption,
+    Version,
+    hidden_names,
+    next_step,
+    shipped_names,
+    without_quiet,
+)
 from wamctl.arm.errors import UserError
 from wamctl.commands.bench import Bench, bench
 from wamctl.commands.check import Check, check
 from wamctl.commands.excite import confirm_by_name, tests_motors
 from wamctl.commands.home import home
+from wamctl.commands.investigate import investigated
 from wamctl.commands.monitor import monitor
-from wamctl.commands.text_output import print_bench, print_check, print_summary, say
+from wamctl.commands.text_output import (
+    print_bench,
+    print_check,
+    print_investigation,
+    print_summary,
+    say,
+)
 from wamctl.errors import SafetyStopError, UsageError
 from wamctl.experiment.excite import ExciteRequest, Summary, excite
 from wamctl.experiment.operator_stop import Interrupted, StopRequest
 from wamctl.experiment.preflight import load_arm, prepare
 from wamctl.experiment.session import Setup
 from wamctl.experiment.simulator import shipped_effects
+from wamctl.investigation.investigate import Investigation
+from wamctl.investigation.state import Request
 from wamctl.live.watch import PORT, check_installed, live_view
 
-app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
+app = typer.Typer(
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings=CONTEXT,
+)
 
-Config = Annotated[str, typer.Option(help="the arm's file, or the name of a shipped one")]
+Config = Annotated[
+    str,
+    typer.Option(help="the arm's file, or the name of a shipped one", autocompletion=shipped_names),
+]
 Bus = Annotated[
-    str | None, typer.Option(help="sim, or INTERFACE:CHANNEL; unset: the configuration's bus")
+    str | None,
+    typer.Option(help="sim, or INTERFACE:CHANNEL; default: the bus in the configuration"),
 ]
 Trajectory = Annotated[
-    Path | None, typer.Option(help="trajectory file; unset: the configuration's")
+    Path | None, typer.Option(help="trajectory file; default: the one in the configuration")
 ]
-Seed = Annotated[int, typer.Option(min=0, help="which simulated arm, and which chance")]
+Seed = Annotated[int, typer.Option(min=0, help="random seed of the simulated arm and its noise")]
 Json = Annotated[bool, typer.Option("--json", help="print the result as JSON")]
-Debug = Annotated[bool, typer.Option(help="show where an error came from")]
-R = TypeVar("R", Summary, Bench, Check)
+Debug = Annotated[bool, typer.Option(help="show the traceback of an error")]
+R = TypeVar("R", Summary, Bench, Check, Investigation)
 
 
 @app.callback()
-def _main() -> None:
+def _main(version: Version = False, quiet: QuietOption = False) -> None:
     """Drive a torque-controlled arm over CAN, and log what it does."""
 
 
@@ -58,6 +85,21 @@ def _list_hidden(given: str | None) -> str | None:
     return given
 
 
+Hidden = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME|FILE",
+        callback=_list_hidden,
+        autocompletion=hidden_names,
+        is_eager=True,
+        help="with --bus sim: hide an effect in the simulated arm; list shows the shipped ones",
+    ),
+]
+Confirmed = Annotated[
+    str, typer.Option(metavar="NAME", help="the arm's name, instead of typing it")
+]
+
+
 @app.command("excite")
 def _excite(
     config: Config,
@@ -66,28 +108,18 @@ def _excite(
     lockstep: Annotated[bool, typer.Option(help="simulated time, as fast as possible")] = False,
     out: Annotated[Path | None, typer.Option(help="the log to write")] = None,
     seed: Seed = 0,
-    hidden: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME|FILE",
-            callback=_list_hidden,
-            is_eager=True,
-            help="with --bus sim: an effect that the arm carries in secret; list: the shipped ones",
-        ),
-    ] = None,
-    yes_move_the_arm: Annotated[
-        str, typer.Option(metavar="NAME", help="the arm's name, instead of typing it")
-    ] = "",
+    hidden: Hidden = None,
+    yes_move_the_arm: Confirmed = "",
     skip_test_motion: Annotated[
         str,
         typer.Option(
             metavar="NAME",
-            help="the arm's name: its motors were tested since they were switched on",
+            help="the arm's name: skip the motor test, if it was done since power-on",
         ),
     ] = "",
-    live: Annotated[bool, typer.Option("--live", help="serve the run to Foxglove")] = False,
+    live: Annotated[bool, typer.Option("--live", help="show the run live in Foxglove")] = False,
     live_port: Annotated[
-        int, typer.Option(min=1, max=65535, help="where --live listens, on this machine only")
+        int, typer.Option(min=1, max=65535, help="port of --live, on this machine only")
     ] = PORT,
     as_json: Json = False,
     debug: Debug = False,
@@ -109,6 +141,53 @@ def _excite(
         request = ExciteRequest(prepared, setup, log, confirm, live_views, operator, tests)
         summary = excite(request)
         _print(summary, print_summary, as_json)
+        next_step("ident run", log)
+
+
+@app.command("investigate")
+def _investigate(
+    config: Config,
+    out: Annotated[Path, typer.Option(help="folder for the results")],
+    bus: Bus = None,
+    trajectory: Trajectory = None,
+    lockstep: Annotated[bool, typer.Option(help="simulated time, as fast as possible")] = False,
+    seed: Seed = 0,
+    hidden: Hidden = None,
+    budget: Annotated[
+        str, typer.Option(metavar="DURATION", help="time on the clock, such as 10min")
+    ] = "20min",
+    limit: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE",
+            help="further bounds: motion_s, energy_j, motor_load, stops, motions, answers",
+        ),
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="go on where it has ended")] = False,
+    answer: Annotated[
+        str,
+        typer.Option(
+            metavar="CHANGE",
+            help="with --resume: what was done to the arm since: load=KG,X,Y,Z, tilt=X,Y, again",
+        ),
+    ] = "",
+    live: Annotated[bool, typer.Option("--live", help="serve each run to Foxglove")] = False,
+    yes_move_the_arm: Confirmed = "",
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Experiment, identify, ask for the gap and choose the next motion, until it is final.
+
+    Example: wamctl investigate --config wam7.yaml --bus sim --lockstep --out investigation
+    """
+    with _reported(debug):
+        channel = bus or load_arm(config)[1].file.bus.channel
+        first = None if trajectory is None else str(trajectory)
+        request = Request(config, channel, lockstep, hidden, seed, first)
+        options = ["--yes-move-the-arm", yes_move_the_arm] if yes_move_the_arm else []
+        options += ["--live"] if live else []
+        found = investigated(request, out, (budget, limit or []), resume, options, answer)
+        _print(found, print_investigation, as_json)
 
 
 @app.command("bench")
@@ -119,7 +198,7 @@ def _bench(
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Measure the loop's punctuality beside a bare timer's; the drives stay disabled.
+    """Measure the loop's timing against a bare timer's; the drives stay disabled.
 
     Example: wamctl bench --config wam7.yaml --bus sim --seconds 10
     """
@@ -127,19 +206,20 @@ def _bench(
         path, arm = load_arm(config)
         measured = bench(Setup(path, arm, bus or arm.file.bus.channel), seconds)
         _print(measured, print_bench, as_json)
+        next_step("wamctl check --config", config, "--bus", bus or arm.file.bus.channel)
 
 
 @app.command("check")
 def _check(
     config: Config,
     bus: Annotated[
-        str | None, typer.Option(help="sim, or INTERFACE:CHANNEL; unset: no drive is asked")
+        str | None, typer.Option(help="sim, or INTERFACE:CHANNEL; without it no drive is asked")
     ] = None,
     trajectory: Trajectory = None,
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Say everything that can be said without motion: limits, collisions, bus load, drives.
+    """Check all that can be checked without motion: limits, collisions, bus load, drives.
 
     Example: wamctl check --config wam7.yaml --bus sim
     """
@@ -147,6 +227,8 @@ def _check(
         prepared = prepare(config, trajectory)
         setup = Setup(prepared.path, prepared.arm, bus) if bus else None
         _print(check(prepared, setup), print_check, as_json)
+        chosen = [] if trajectory is None else ["--trajectory", trajectory]
+        next_step("wamctl", "excite", "--config", config, *chosen, "--bus", bus or "sim")
 
 
 @app.command("monitor")
@@ -154,7 +236,7 @@ def _monitor(
     config: Config,
     bus: Bus = None,
     seconds: Annotated[
-        float | None, typer.Option(min=0.0, help="how long [s]; unset: until a key is pressed")
+        float | None, typer.Option(min=0.0, help="how long [s]; default: until a key is pressed")
     ] = None,
     debug: Debug = False,
 ) -> None:
@@ -182,7 +264,10 @@ def _home(config: Config, bus: Bus = None, debug: Debug = False) -> None:
 
 def _print(result: R, in_words: Callable[[R], None], as_json: bool) -> None:
     if as_json:
-        content = result.figures() if isinstance(result, Summary) else asdict(result)
+        if isinstance(result, Investigation):
+            content = result.content
+        else:
+            content = result.figures() if isinstance(result, Summary) else asdict(result)
         typer.echo(json.dumps(content, indent=2))
     else:
         in_words(result)
@@ -217,7 +302,7 @@ def _reported(debug: bool) -> Iterator[StopRequest]:
 def main() -> None:
     """Entry point of the console script."""
     try:
-        app()
+        app(without_quiet(sys.argv[1:]))
     except Exception as error:  # noqa: BLE001
         if "--debug" in sys.argv:
             traceback.print_exc()

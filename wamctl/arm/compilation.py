@@ -6,6 +6,8 @@ from contextlib import contextmanager
 
 from numba.core import event
 
+from wamctl.arm.command_line import is_quiet
+
 
 @contextmanager
 def compilation_announced(what: str) -> Iterator[None]:
@@ -19,6 +21,8 @@ def compilation_announced(what: str) -> Iterator[None]:
 
 
 def _say(what: str) -> None:
+    if is_quiet():
+        return
     sys.stderr.write(
         f"note: {what} is being compiled, which happens once on a machine and takes about half a "
         "minute.\n"

@@ -22,6 +22,7 @@ from wamctl.arm.configuration.sections import (
     RobotSection,
     SafetySection,
     Section,
+    ServoSection,
     SimulationSection,
     TransmissionSection,
     Vector,
@@ -45,6 +46,7 @@ __all__ = [
     "SafetyModuleSection",
     "SafetySection",
     "Section",
+    "ServoSection",
     "SimulationSection",
     "StopInputSection",
     "TransmissionSection",
@@ -66,6 +68,7 @@ class RobotFile(Section):
     robot: RobotSection
     transmission: TransmissionSection | None = None
     identification: IdentificationSection = IdentificationSection()
+    servo: ServoSection | None = None
 
 
 class ArmFile(Section):

@@ -1,6 +1,14 @@
 """Errors that end a command with one sentence and an exit code."""
 
+from collections.abc import Iterable
+from difflib import get_close_matches
 from pathlib import Path
+
+
+def did_you_mean(word: str, valid: Iterable[str]) -> str:
+    """`; did you mean X?` with the most similar valid word; empty where none is similar."""
+    near = get_close_matches(word, list(valid), 1)
+    return f"; did you mean {near[0]}?" if near else ""
 
 
 class UserError(Exception):
@@ -14,21 +22,31 @@ class UserError(Exception):
 
 
 class ConfigurationError(UserError):
-    """A configuration file that cannot be used; `faults` lists every fault, one sentence each."""
+    """A configuration file that cannot be used.
+
+    Attributes:
+        path: the file, or the option.
+        faults: every fault, one sentence each, without a full stop.
+        advice: what to do about all of them, a sentence; empty where each fault says it.
+    """
 
     exit_code = 3
 
-    def __init__(self, path: Path | str, faults: list[str]) -> None:
+    def __init__(self, path: Path | str, faults: list[str], advice: str = "") -> None:
         self.path = Path(path)
         self.faults = faults
-        super().__init__(path, faults)
+        self.advice = advice
+        super().__init__(path, faults, advice)
 
     def __str__(self) -> str:
         if len(self.faults) == 1:
-            return f"{self.path}: {self.faults[0]}."
-        return f"{self.path}: {len(self.faults)} faults:\n" + "\n".join(
-            f"  - {f}" for f in self.faults
-        )
+            return f"{self.path}: {_ended(self.faults[0])} {self.advice}".rstrip()
+        lines = [f"{self.path}: {len(self.faults)} faults:", *(f"  - {f}" for f in self.faults)]
+        return "\n".join([*lines, self.advice]).rstrip()
+
+
+def _ended(sentence: str) -> str:
+    return sentence if sentence.endswith("?") else f"{sentence}."
 
 
 class DataError(UserError):

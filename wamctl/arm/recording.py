@@ -1,6 +1,6 @@
 """A recording of an arm, read from any ROS 2 bag with joint states: whole, or piece by piece."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -117,6 +117,7 @@ class LogFile:
         joints: the joints to take, in this order; messages without them (a gripper's) are left
             out. Empty: all.
         renamed: joints as the messages name them, each with the name to give it.
+        torque: whether a log without torque is refused.
     """
 
     path: Path
@@ -124,6 +125,7 @@ class LogFile:
     joint_commands: str = JOINT_COMMANDS
     joints: tuple[str, ...] = ()
     renamed: tuple[tuple[str, str], ...] = ()
+    torque: bool = True
 
     def pieces(self) -> Iterator[Piece]:
         """The log from its start, piece by piece, so that memory does not grow with its length.
@@ -141,16 +143,22 @@ def read_recording(
     joint_commands: str = JOINT_COMMANDS,
     joints: Sequence[str] = (),
     renamed: tuple[tuple[str, str], ...] = (),
+    torque: bool = True,
 ) -> Recording:
     """The whole recording in a ROS 2 bag; arguments as for `LogFile`.
 
     Raises:
         DataError: no bag, no samples, no torque, or joints that do not fit.
     """
-    log = LogFile(Path(path), joint_states, joint_commands, tuple(joints), renamed)
+    log = LogFile(Path(path), joint_states, joint_commands, tuple(joints), renamed, torque)
+    return recording_of(log.pieces())
+
+
+def recording_of(pieces: Iterable[Piece]) -> Recording:
+    """All pieces of a recording as one; the first with samples names the joints."""
     states, commands, references = [], [], []
     metadata, attachments, complete = {}, {}, True
-    for piece in log.pieces():
+    for piece in pieces:
         states += [piece.states] if piece.states else []
         commands += [piece.commands] if piece.commands else []
         references += [piece.reference] if piece.reference else []
@@ -259,7 +267,7 @@ class _Pass:
             raise DataError(states.stranger or self._nothing(log.joint_states))
         if not commands.seen and log.joint_commands != JOINT_COMMANDS:
             raise DataError(commands.stranger or self._nothing(log.joint_commands))
-        if "efforts" not in states.carries | commands.carries:
+        if log.torque and "efforts" not in states.carries | commands.carries:
             raise DataError(
                 f"{log.path} holds no joint torque: {log.joint_states} has no effort, and"
                 f" {log.joint_commands} has none either; its topics are {self._listed()}."

@@ -18,6 +18,10 @@ Array = NDArray[np.floating]
 
 _BLOCK = 256  # samples whose regressor stays in the processor's cache
 
+_REPAIR = (
+    "Correct the URDF, or let `ident check-urdf FILE.urdf --out repaired.urdf` repair what it can."
+)
+
 
 @dataclass(frozen=True)
 class Robot:
@@ -122,19 +126,31 @@ def load_robot(
 
 
 def _parse(urdf: str, source: Path | str) -> pin.Model:
-    if _is_xacro(urdf):
-        raise ConfigurationError(
-            source, ["xacro, not URDF: make one of it with `xacro FILE > arm.urdf`, and give that"]
-        )
-    faults = number_faults(urdf)
+    refuse_xacro(urdf, source)
+    try:
+        faults = number_faults(urdf)
+    except ElementTree.ParseError as error:
+        raise ConfigurationError(source, [f"not a readable URDF ({error})"]) from error
     if faults:
-        raise ConfigurationError(source, faults)
+        raise ConfigurationError(source, faults, _REPAIR)
     try:
         return pin.buildModelFromXML(_with_turn_limits(urdf))
     except (ValueError, RuntimeError) as error:
         raise ConfigurationError(
             source, [f"not a readable URDF ({str(error).splitlines()[0]})"]
         ) from error
+
+
+def refuse_xacro(urdf: str, source: Path | str) -> None:
+    """See that a text is a URDF, and not what one is made of.
+
+    Raises:
+        ConfigurationError: macros or expressions wait to be expanded.
+    """
+    if _is_xacro(urdf):
+        raise ConfigurationError(
+            source, ["xacro, not URDF: make one of it with `xacro FILE > arm.urdf`, and give that"]
+        )
 
 
 def _is_xacro(text: str) -> bool:

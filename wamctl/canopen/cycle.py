@@ -113,10 +113,9 @@ class Cycle:
     def zero_torque_frames(self) -> list[can.Message]:
         """Frames that take all torque away at once."""
         n = len(self.statuswords)
-        self.go(Goal.DISABLED)
-        self._commands = [Controlword.DISABLE_VOLTAGE] * n
-        commands = [self._frames.command(slot, Controlword.DISABLE_VOLTAGE) for slot in range(n)]
-        return [*self._frames.torques([0] * n, self._commands), *filter(None, commands), self._sync]
+        words = [Controlword.DISABLE_VOLTAGE] * n
+        commands = [self._frames.command(slot, word) for slot, word in enumerate(words)]
+        return [*self._frames.torques([0] * n, words), *filter(None, commands), self._sync]
 
     def _new_commands(self) -> list[can.Message]:
         """Frames for the controlwords that have changed, or were not followed."""

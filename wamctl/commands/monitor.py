@@ -7,6 +7,7 @@ import numpy as np
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
+from rich.text import Text
 
 from wamctl.drives.interface import Drives, Readings
 from wamctl.experiment.operator_stop import StopRequest
@@ -57,16 +58,18 @@ def _states(setup: Setup, connection: Connection) -> Iterator[tuple[ArmState, Re
 def _table(setup: Setup, drives: Drives, state: ArmState, readings: Readings) -> Table:
     lost = drives.counters.lost
     table = Table(
-        title=f"{setup.arm.file.arm}: {readings.fault or readings.stop or 'no fault'}",
+        box=None,  # fits a terminal of 80 columns
+        padding=(0, 2, 0, 0),
+        title=Text(f"{setup.arm.file.arm}: {readings.fault or readings.stop or 'no fault'}"),
         caption=f"{lost} positions lost. Drives are disabled. Any key ends.",
     )
-    for column in ("joint", "position [rad]", "[deg]", "velocity [rad/s]", "drive", "state"):
-        table.add_column(column, justify="right" if "[" in column else "left")
-    rows = zip(
-        setup.arm.robot.joint_names, state.q, state.qd, drives.names, drives.states(), strict=True
-    )
-    for slot, (joint, q, qd, drive, code) in enumerate(rows):
+    for column in ("joint", "q [rad]", "[deg]", "[rad/s]", "drive", "state"):
+        right = "right" if "[" in column else "left"
+        table.add_column(Text(column), justify=right, no_wrap=True)
+    rows = zip(setup.arm.robot.joint_names, state.q, state.qd, drives.states(), strict=True)
+    for slot, (joint, q, qd, code) in enumerate(rows):
         word = drives.state_names.get(code, f"unknown state {code}")
         shown = "silent" if slot in readings.missing else word
-        table.add_row(joint, f"{q:+.4f}", f"{np.degrees(q):+.2f}", f"{qd:+.3f}", drive, shown)
+        numbers = (f"{q:+.4f}", f"{np.degrees(q):+.2f}", f"{qd:+.3f}")
+        table.add_row(*map(Text, (joint, *numbers, str(slot + 1), shown)))
     return table

@@ -9,6 +9,7 @@ from wamctl.commands.bench import Bench
 from wamctl.commands.check import Check
 from wamctl.drives.interface import Counters
 from wamctl.experiment.excite import Summary
+from wamctl.investigation.investigate import Investigation
 from wamctl.realtime.latency import Percentiles
 from wamctl.realtime.scheduling import Privileges
 
@@ -59,8 +60,16 @@ def print_check(found: Check) -> None:
         f"{found.load.cycle_us:.0f} us of each cycle",
     )
     _line("drives", ", ".join(found.drives) or "not asked (give --bus)")
+    asked = "" if found.drives else "; the drives are still to be asked"
+    _line("verdict", f"may run: every limit is kept{asked}")
     for note in found.notes:
         typer.echo(f"note: {note}", err=True)
+
+
+def print_investigation(found: Investigation) -> None:
+    """How an investigation has ended."""
+    for sentence in found.sentences:
+        typer.echo(sentence)
 
 
 def say(sentence: str) -> None:

@@ -15,6 +15,7 @@ EMBEDDED = "sim"
 _SIMULATED_ONLY = frozenset({"simbus", "virtual", "udp_multicast"})
 _WALL_CLOCK = frozenset({"simbus", "socketcan"})
 _NO_ECHO = frozenset({"simbus", "socketcan", "virtual"})
+_SHARED_SOCKET = frozenset({"simbus", "socketcan"})
 _HINT = "`--bus sim` runs the simulated arm and needs no hardware"
 
 
@@ -42,6 +43,11 @@ class Channel:
     def may_echo(self) -> bool:
         """Whether our own frames may come back to us, so that they tell nothing about others."""
         return self.interface not in _NO_ECHO
+
+    @property
+    def has_shared_socket(self) -> bool:
+        """Whether its socket takes frames in the kernel's layout, from two processes."""
+        return self.interface in _SHARED_SOCKET
 
     @property
     def is_embedded(self) -> bool:

@@ -171,6 +171,10 @@ class Drives(Protocol):
         """State of each drive as a number."""
         ...
 
+    def cut_off_frames(self) -> list[can.Message]:
+        """The frames of `cut_off`, for another process to send; nothing changes here."""
+        ...
+
     def cut_off(self) -> None:
         """Take torque away without waiting for any answer. Never raises; safe to call twice."""
         ...

@@ -3,6 +3,7 @@
 import sys
 import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from wamctl.experiment.preflight import Prepared
 from wamctl.experiment.session import Connection, Setup, connected
 from wamctl.realtime.latency import Timing
 from wamctl.realtime.scheduling import Privileges, real_time_scheduling
+from wamctl.safety.watchdog import NOBODY_WATCHES, Heart, silence_s, watched
 from wamctl.telemetry.logger import LiveView, LogHead, recorded
 
 
@@ -112,9 +114,10 @@ def _run(request: ExciteRequest, connection: Connection, motion: experiment.Moti
                 _head(request, connection), connection.clock.waits, True, request.live_views
             ) as log,
             request.operator.listening() as operator,
+            _watched(connection, arm) as heart,
             real_time_scheduling(real_time=not setup.lockstep) as privileges,
         ):
-            loop = Loop(arm, drives, connection.clock, log, operator)
+            loop = Loop(arm, drives, connection.clock, log, operator, heart)
             _start(connection)
             started_s = time.monotonic()
             counted = experiment.run(arm, drives, loop, motion, request.tests_motors)
@@ -126,6 +129,14 @@ def _run(request: ExciteRequest, connection: Connection, motion: experiment.Moti
     speed = loop.timing.cycles * arm.file.bus.period_s / took_s if setup.lockstep else None
     rows = log.rows_on_disk
     return Summary(request.out, rows, counted, drives.counters, loop.timing, privileges, speed)
+
+
+def _watched(connection: Connection, arm: Arm) -> AbstractContextManager[Heart]:
+    """A heart that another process watches, where time does not wait for the loop."""
+    if connection.clock.waits or not connection.channel.has_shared_socket:
+        return nullcontext(NOBODY_WATCHES)
+    patience_s = silence_s(arm.file.bus.period_s, arm.file.safety.missed_cycles)
+    return watched(connection.bus, connection.drives.cut_off_frames(), patience_s)
 
 
 def _start(connection: Connection) -> None:

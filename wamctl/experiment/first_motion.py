@@ -15,6 +15,7 @@ from wamctl.arm.control import Setpoint
 from wamctl.arm.trajectory_check import expected_friction
 from wamctl.errors import SafetyStopError
 from wamctl.experiment.loop import Arm, Array, CheckLevel, Loop
+from wamctl.safety.held_weight import ANY_SCALE, explanation
 from wamctl.safety.motor_response import ResponseRecord, fault, response
 from wamctl.safety.state_estimator import ArmState
 from wamctl.telemetry.phase import Phase
@@ -77,12 +78,42 @@ def first_motion(arm: Arm, loop: Loop) -> None:
         StopError: a motor does not answer as it should, or anything that stops the arm.
     """
     rest = loop.state.q.copy()
-    zero, furthest = np.zeros_like(rest), sag_limit(arm, rest)
+    zero, bounds = np.zeros_like(rest), HoldBounds(arm, rest)
     for _ in range(loop.cycles(_HOLD_S)):
-        _cycle(arm, loop, furthest, Setpoint(rest, zero, zero), zero, _Samples())
-    for motor in range(len(rest)):
+        _cycle(arm, loop, bounds, Setpoint(rest, zero, zero), zero, _Samples())
+    waves = [_Wave(arm, rest, bounds, motor) for motor in range(len(rest))]
+    answers = []
+    for motor, wave in enumerate(waves):
         loop.show(Phase.TEST, motor, len(rest))
-        _test(arm, loop, _Wave(arm, rest, furthest, motor), motor)
+        answers.append(_test(arm, loop, wave, motor))
+    held = np.array([held_nm for held_nm, _ in answers])
+    friction = np.array([wave.friction_on_motor_nm for wave in waves])
+    tool = arm.file.limits.tool_frame
+    found = explanation(arm.robot, arm.transmission, tool, loop.state.q, held, friction)
+    cause = found.fault(answers[found.motor][1])
+    if cause is not None:
+        stop = SafetyStopError(cause)
+        loop.stamp(stop)
+        raise stop
+
+
+class HoldBounds:
+    """How far and how fast the joints of a held arm may go, whatever tool it carries.
+
+    An arm that gives way to a tool is a critically damped step: x w exp(-w t) t at the distance x
+    and the bandwidth w, at most x w / e. A motor with the wrong sign grows beyond that long before
+    it has gone far.
+
+    Attributes:
+        furthest: from the reference, shape (n,) [rad].
+        fastest: shape (n,) [rad/s]; the small motion itself is in it.
+    """
+
+    def __init__(self, arm: Arm, q: Array) -> None:
+        self.furthest = sag_limit(arm, q)
+        falling = self.furthest * np.sqrt(arm.control.stiffness) / math.e
+        own = _MOVED[1] * AMPLITUDE_RAD * 2.0 * math.pi * FREQUENCY_HZ
+        self.fastest = falling + own
 
 
 def sag_limit(arm: Arm, q: Array) -> Array:
@@ -102,14 +133,20 @@ def sag_limit(arm: Arm, q: Array) -> Array:
     return np.minimum(_LEAST_SAG_RAD + torque / stiffness, most)
 
 
-def _test(arm: Arm, loop: Loop, wave: "_Wave", motor: int) -> None:
-    """Move one motor, with as much torque against friction as it needs, and judge its answer."""
+def _test(arm: Arm, loop: Loop, wave: "_Wave", motor: int) -> tuple[float, tuple[float, float]]:
+    """Move one motor, with as much torque against friction as it needs, and judge its answer.
+
+    Returns its mean torque meanwhile [N m], motor side, and the scale that its motion shows: any
+    where friction hides it.
+    """
     rotors = np.array(arm.file.transmission.rotor_inertia_kg_m2)
-    share, low, high, found = wave.first_share, 0.0, math.inf, None
+    share, low, high, found, held_nm = wave.first_share, 0.0, math.inf, None, 0.0
     for k in range(_ATTEMPTS):
         _period(arm, loop, wave, share, _steady if k else _fade_in)
         samples = _period(arm, loop, wave, share, _steady)
-        found = response(arm.robot, arm.transmission, rotors, samples.record(wave.rate), motor)
+        record = samples.record(wave.rate)
+        found = response(arm.robot, arm.transmission, rotors, record, motor)
+        held_nm = float((record.tau.mean(axis=0) @ arm.transmission.joint_from_motor)[motor])
         if _MOVED[0] <= found.motion <= _MOVED[1]:
             break
         low, high = (share, high) if found.motion < _MOVED[0] else (low, share)
@@ -120,6 +157,9 @@ def _test(arm: Arm, loop: Loop, wave: "_Wave", motor: int) -> None:
         stop = SafetyStopError(cause, brakes=False)
         loop.stamp(stop)
         raise stop
+    if found is None or found.torque_nm <= wave.least_torque_nm:
+        return held_nm, ANY_SCALE
+    return held_nm, found.scale
 
 
 class _Wave:
@@ -127,15 +167,16 @@ class _Wave:
 
     Attributes:
         rate: angular frequency [rad/s].
-        furthest: how far each joint may go from its reference, shape (n,) [rad].
+        bounds: how far and how fast the joints may go.
         first_share: of the expected friction that is fed forward at first: little where friction
             is much more than inertia.
         friction: Coulomb friction to expect at the joints, shape (n,) [N m].
+        friction_on_motor_nm: of those joints, felt by the motor [N m].
         least_torque_nm: torque of the motor below which friction hides its scale [N m].
     """
 
-    def __init__(self, arm: Arm, rest: Array, furthest: Array, motor: int) -> None:
-        self.furthest = furthest
+    def __init__(self, arm: Arm, rest: Array, bounds: HoldBounds, motor: int) -> None:
+        self.bounds = bounds
         self.rate = 2.0 * math.pi * FREQUENCY_HZ
         self._rest, self._shape = rest, _direction(arm, motor, self.rate)
         joints, limits = arm.transmission, arm.file.limits
@@ -147,7 +188,8 @@ class _Wave:
         enough = driven.sum() / (2.0 * self.friction[self._shape != 0.0].sum())
         self.first_share = float(np.clip(enough, *_FIRST_SHARES))
         on_motors = np.abs(joints.joint_from_motor).T @ self.friction
-        self.least_torque_nm = _HIDDEN * float(on_motors[motor])
+        self.friction_on_motor_nm = float(on_motors[motor])
+        self.least_torque_nm = _HIDDEN * self.friction_on_motor_nm
 
     def at(self, phase: float, share: float) -> Setpoint:
         """The reference, of a share of the whole amplitude."""
@@ -167,12 +209,12 @@ def _period(arm: Arm, loop: Loop, wave: _Wave, share: float, envelope: Envelope)
         wanted = wave.at(phase, envelope(k / cycles))
         friction = share * wave.friction * np.tanh(wanted.qd / _TURNING_RAD_S)
         samples.phase.append(phase)
-        _cycle(arm, loop, wave.furthest, wanted, friction, samples)
+        _cycle(arm, loop, wave.bounds, wanted, friction, samples)
     return samples
 
 
 def _cycle(
-    arm: Arm, loop: Loop, furthest: Array, wanted: Setpoint, friction: Array, samples: _Samples
+    arm: Arm, loop: Loop, bounds: HoldBounds, wanted: Setpoint, friction: Array, samples: _Samples
 ) -> None:
     def law(state: ArmState) -> tuple[Setpoint, Array]:
         samples.q_ref.append(wanted.q)
@@ -181,15 +223,19 @@ def _cycle(
         return wanted, arm.control.torque(state.q, state.qd, wanted) + friction
 
     def check(state: ArmState) -> None:
-        away = np.abs(state.q - wanted.q)
-        if np.count_nonzero(away > furthest):
-            k = int(np.argmax(away / furthest))
-            raise SafetyStopError(
-                f"joint {k + 1} ({arm.robot.joint_names[k]}) went {away[k]:.3f} rad away while it "
-                f"was held (limit {furthest[k]:.3f} rad): look at signs, ratios and assignment of "
-                "its motors, and at the load",
-                brakes=False,
-            )
+        away, speed = np.abs(state.q - wanted.q), np.abs(state.qd)
+        for value, most, did, unit in (
+            (away, bounds.furthest, "went {:.3f} rad away", "rad"),
+            (speed, bounds.fastest, "moved at {:.3f} rad/s", "rad/s"),
+        ):
+            if np.count_nonzero(value > most):
+                k = int(np.argmax(value / most))
+                raise SafetyStopError(
+                    f"joint {k + 1} ({arm.robot.joint_names[k]}) {did.format(value[k])} while it "
+                    f"was held (limit {most[k]:.3f} {unit}): look at signs, ratios and assignment "
+                    "of its motors, and at the load",
+                    brakes=False,
+                )
 
     loop.cycle(law, CheckLevel.MOTION, Phase.TEST, check)
 

@@ -20,6 +20,7 @@ from wamctl.safety.motor_faults import MotorFaults
 from wamctl.safety.state_estimator import ArmState, StateEstimator
 from wamctl.safety.state_limits import StateLimits
 from wamctl.safety.torque_gate import TorqueGate
+from wamctl.safety.watchdog import NOBODY_WATCHES, Heart
 from wamctl.telemetry.logger import Logger
 from wamctl.telemetry.phase import Phase
 from wamctl.telemetry.status import LoopStatus
@@ -66,6 +67,7 @@ class Loop:
         clock: paces the cycles.
         log: where each cycle goes.
         operator: why the operator wants to stop; None while he does not.
+        heart: beats once a cycle, for whoever watches the loop.
     """
 
     def __init__(
@@ -75,8 +77,10 @@ class Loop:
         clock: Clock,
         log: Logger,
         operator: Callable[[], str | None],
+        heart: Heart = NOBODY_WATCHES,
     ) -> None:
         file = arm.file
+        self.heart = heart
         self.phase = Phase.IDLE
         self.timing = Timing()
         self._arm, self._drives, self._clock, self._log = arm, drives, clock, log
@@ -144,6 +148,7 @@ class Loop:
 
     def _cycle(self, law: Law, level: CheckLevel, check: Check) -> Readings:
         stamp_ns, elapsed_s = self._next_instant()
+        self.heart.beat()
         readings = self._drives.sample(self._clock)
         self._clock.patient = not readings.missing
         state = self._estimator.update(readings, elapsed_s)
@@ -190,6 +195,10 @@ class Loop:
         return stamp_ns, (stamp_ns - last_ns) * 1e-9
 
     def _check_drives(self, readings: Readings) -> None:
+        if self.heart.has_been_taken_for_dead:
+            raise BusStopError(
+                "the watchdog process has taken torque away, since the loop had stood still"
+            )
         if readings.fault is not None:
             raise BusStopError(readings.fault)
         cause = self._bad_cycles.note(readings, self._clock.waited)

@@ -94,6 +94,7 @@ def run(arm: Arm, drives: Drives, loop: Loop, motion: Motion, tests_motors: bool
     Raises:
         StopError: it ended early; the message says why, and what was done.
     """
+    loop.heart.begin()
     try:
         return _phases(arm, drives, loop, motion, tests_motors)
     except StopError:
@@ -101,6 +102,8 @@ def run(arm: Arm, drives: Drives, loop: Loop, motion: Motion, tests_motors: bool
     except BaseException:
         drives.cut_off()
         raise
+    finally:
+        loop.heart.rest()
 
 
 def _phases(arm: Arm, drives: Drives, loop: Loop, motion: Motion, tests_motors: bool) -> int:
@@ -169,10 +172,13 @@ def _release(arm: Arm, loop: Loop) -> None:
 def _disable(drives: Drives, loop: Loop, phase: Phase) -> bool:
     """Torque zero from the next SYNC on, then the drives off; returns whether all confirmed it."""
     loop.send_zero_torque()
-    return any(
+    confirmed = any(
         loop.cycle(_no_torque, CheckLevel.NOTHING, phase).disabled
         for _ in range(loop.cycles(_DISABLE_S))
     )
+    if not confirmed:
+        drives.cut_off()  # at once, since closing the log takes its time
+    return confirmed
 
 
 def _end_early(arm: Arm, drives: Drives, loop: Loop, stop: StopError) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import yaml
 
-from wamctl.arm.source_commit import git_commit
+from wamctl.arm.command_line import git_commit
 from wamctl.arm.trajectory import Trajectory, trajectory_yaml
 from wamctl.drives.bus import EMBEDDED, Channel
 from wamctl.experiment.session import Setup

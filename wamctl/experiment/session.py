@@ -52,12 +52,14 @@ class Connection:
         clock: what paces the loop on it.
         drives: its drives.
         notes: what the operator should know.
+        bus: the open bus.
     """
 
     channel: Channel
     clock: Clock
     drives: Drives
     notes: tuple[str, ...]
+    bus: can.BusABC
 
 
 @contextmanager
@@ -80,7 +82,7 @@ def connected(setup: Setup, zeroed: bool = True) -> Iterator[Connection]:
             check_silence(bus, channel, drives.is_own)
         notes = drives.set_up() if zeroed else drives.prepare()
         try:
-            yield Connection(channel, _clock(setup, channel, bus), drives, tuple(notes))
+            yield Connection(channel, _clock(setup, channel, bus), drives, tuple(notes), bus)
         finally:
             drives.cut_off()
 

@@ -7,6 +7,7 @@ cycle is sent fifty times a second, with the topics and messages that the log ha
 
 import json
 import os
+import secrets
 import select
 import signal
 import sys
@@ -26,6 +27,7 @@ from wamctl.arm.messages import DIAGNOSTICS, TOPICS, Messages
 from wamctl.arm.recording import JOINT_COMMANDS, JOINT_REFERENCE, JOINT_STATES
 from wamctl.arm.robot import load_robot
 from wamctl.arm.ros2.message_definition import definition
+from wamctl.live.gate import Gate
 from wamctl.live.pose import Links, Placement
 from wamctl.live.ring_reader import Reader, Record
 from wamctl.live.watch import READY
@@ -44,10 +46,15 @@ def main() -> None:
     about = json.loads(sys.stdin.buffer.readline())
     ring = shared.attach(int(sys.argv[1]), len(about["joint_names"]))
     port = int(sys.argv[2])
+    inner = (
+        f"127.{secrets.randbelow(254) + 1}.{secrets.randbelow(256)}.{secrets.randbelow(254) + 1}"
+    )
+    server = foxglove.start_server(name="wamctl", host=inner, port=0)  # found by the gate alone
     try:
-        server = foxglove.start_server(name="wamctl", host="127.0.0.1", port=port)
-    except RuntimeError as error:
-        _answer(f"--live: port {port} cannot be used ({error}); name another with --live-port.")
+        Gate((inner, server.port)).open(port)
+    except OSError as error:
+        why = os.strerror(error.errno or 0)
+        _answer(f"--live: port {port} cannot be used ({why}); name another with --live-port.")
         return
     broadcast, reader = Broadcast(about), Reader(ring)
     _answer(READY)

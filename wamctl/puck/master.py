@@ -192,9 +192,13 @@ class PuckDrives:
         """MODE of each motor Puck, as far as it was asked for."""
         return [NOT_ASKED if mode is None else mode for mode in self._supervision.modes]
 
+    def cut_off_frames(self) -> list[can.Message]:
+        """The frames of `cut_off`, for another process to send; nothing changes here."""
+        return self._cycle.zero_torque_frames()
+
     def cut_off(self) -> None:
         """Zero torque and IDLE for all, without looking for answers."""
-        for frame in self._cycle.zero_torque_frames():
+        for frame in self.cut_off_frames():
             try:
                 self._bus.send(frame)
             except (can.CanError, OSError):

@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from wamctl.arm.command_line import is_quiet
 from wamctl.telemetry import ring as shared
 from wamctl.telemetry.child_process import ChildProcess
 from wamctl.telemetry.phase import Phase
@@ -29,7 +30,7 @@ def display(descriptor: int, joints: int) -> Iterator[None]:
         descriptor: the ring's.
         joints: number of joints.
     """
-    if not sys.stderr.isatty():
+    if is_quiet() or not sys.stderr.isatty():
         yield
         return
     child = ChildProcess("wamctl.telemetry.display", [str(descriptor), str(joints)], [descriptor])
@@ -44,7 +45,7 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the operator's stop is for the loop
     header = shared.attach(int(sys.argv[1]), int(sys.argv[2])).header
     columns = (
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         TextColumn("{task.completed:.0f} of {task.total:.0f} cycles"),
         TimeElapsedColumn(),

@@ -108,9 +108,40 @@ class IdentificationSection(Section):
         description="the torque of the log acts later than its stamp by this [s]; unset: only"
         " estimated and reported",
     )
+    torque_unit: Literal["N m", "A"] = Field(
+        default="N m",
+        description="of the log's efforts; A: motor currents, whose gains are estimated from links"
+        " that joints share, and from the weight in the URDF",
+    )
+    gains_nm_per_a: PositiveVector | None = Field(
+        default=None,
+        description="torque per ampere of each joint [N m/A], where it is known; unset: estimated",
+    )
     friction_coupling: tuple[Vector, ...] | None = Field(
         default=None,
         description="matrix motor from joint, when friction and rotors act on the motors' side",
+    )
+
+
+class ServoSection(Section):
+    """What is known of position servos, for identification from commands and positions."""
+
+    encoder: Literal["link", "rotor"] = Field(
+        default="link", description="on which side of the gears the position is measured"
+    )
+    same_servo: bool = Field(
+        default=False, description="all joints have the same servo, so also the same gain"
+    )
+    parts: tuple[str, ...] = Field(
+        default=(),
+        description="what may be fitted beside gain, damping, friction, rotor, and delay, such as"
+        " profile, rate_gain, or half_play; empty: all that the data ask for",
+    )
+    fixed: dict[str, Finite | Vector] = Field(
+        default={}, description="quantities that are known, one value or one a joint: not fitted"
+    )
+    first: dict[str, Finite | Vector] = Field(
+        default={}, description="likewise, where a fit begins"
     )
 
 

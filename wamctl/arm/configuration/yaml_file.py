@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 import yaml
 from pydantic import BaseModel, ValidationError
 
-from wamctl.arm.errors import ConfigurationError
+from wamctl.arm.errors import ConfigurationError, did_you_mean
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -32,10 +32,12 @@ def find_file(path: str | Path) -> Path:
         return path
     if path.name == str(path) and shipped_file(path.name).is_file():
         return shipped_file(path.name)
-    shipped = ", ".join(sorted(p.name for p in shipped_file("").glob("*.yaml")))
-    raise ConfigurationError(
-        path, [f"no such file, and none of that name is shipped (shipped: {shipped})"]
-    )
+    paths = sorted(shipped_file("").glob("*.yaml"))
+    shipped = [p.name for p in paths]
+    alike = [p.name for p in paths if did_you_mean(path.stem, [p.stem])]
+    meant = did_you_mean(path.name, alike).removeprefix("; ")
+    hint = f"{meant} shipped: {', '.join(shipped)}".strip()
+    raise ConfigurationError(path, [f"no such file, and none of that name is shipped ({hint})"])
 
 
 def beside(config: Path, name: str) -> Path:
@@ -91,16 +93,29 @@ def validate(kind: type[M], content: object, source: Path | str) -> M:
         return kind.model_validate(content)
     except ValidationError as error:
         raise ConfigurationError(
-            source, [f for e in error.errors() for f in _sentences(e["loc"], e["msg"])]
+            source, [f for e in error.errors() for f in _sentences(kind, e["loc"], e["msg"])]
         ) from error
 
 
-def _sentences(place: Sequence[int | str], message: str) -> list[str]:
+def _sentences(kind: type[BaseModel], place: Sequence[int | str], message: str) -> list[str]:
     text = message.removeprefix("Value error, ")
     if not place:
         return text.split("; ")
     if place[0] == "drives" and len(place) > 1:  # pydantic puts the protocol's name in between
         place = (place[0], *place[2:])
-    known = {"Extra inputs are not permitted": "unknown key", "Field required": "missing"}
+    meant = did_you_mean(str(place[-1]), _fields_beside(kind, place))
+    known = {"Extra inputs are not permitted": f"unknown key{meant}", "Field required": "missing"}
     where = ".".join(str(p) for p in place)
     return [f"{where}: {known.get(s, s[:1].lower() + s[1:])}" for s in text.split("; ")]
+
+
+def _fields_beside(kind: type[BaseModel], place: Sequence[int | str]) -> Sequence[str]:
+    """The keys that stand where this one does; none in a list, or where there are several kinds."""
+    for name in place[:-1]:
+        field = kind.model_fields.get(str(name))
+        parts = [] if field is None else [field.annotation, *get_args(field.annotation)]
+        models = [p for p in parts if isinstance(p, type) and issubclass(p, BaseModel)]
+        if len(models) != 1:
+            return ()
+        kind = models[0]
+    return tuple(kind.model_fields)

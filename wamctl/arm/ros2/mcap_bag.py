@@ -9,13 +9,14 @@ from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO
 
-import lz4.frame
 import zstandard
 from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Metadata, Schema
 
 from wamctl.arm.errors import DataError
+from wamctl.arm.ros2.bounds import Allowance, lz4_unpacked, zstd_unpacked
 from wamctl.arm.ros2.part import BATCH, Batch, Cut, Part, Topic
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -23,6 +24,7 @@ _RECORD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<BQHIQ8x")
 _CHUNK = struct.Struct("<QQQII")
 _BATCH_BYTES = 2**20
+_UNREADABLE = (McapError, struct.error, ValueError, IndexError, RuntimeError, zstandard.ZstdError)
 
 
 def mcap_parts(file: Path, stream: BinaryIO, topics: Collection[str]) -> Iterator[Part]:
@@ -42,6 +44,7 @@ class _Walk:
         self._file = file
         self._data = data
         self._wanted = topics
+        self._allowance = Allowance.of(file)
         self._types: dict[int, str] = {}
         self._topics: dict[int, str] = {}
         self._open = Batch(defaultdict(list), defaultdict(list))
@@ -59,7 +62,10 @@ class _Walk:
             if opcode == Opcode.MESSAGE:
                 position = self._messages(self._data, position)
             else:
-                yield from self._record(opcode, position, end)
+                try:
+                    yield from self._record(opcode, position, end)
+                except _UNREADABLE as error:
+                    raise self._damaged(f"record of kind {opcode}", position) from error
                 position = end
             if sum(map(len, self._open.messages.values())) >= BATCH:
                 yield self._taken()
@@ -122,6 +128,8 @@ class _Walk:
                 raise self._damaged("chunk", start)
             if opcode == Opcode.MESSAGE:
                 position = self._messages(data, position)
+                if sum(map(len, self._open.messages.values())) >= BATCH:
+                    yield self._taken()
                 continue
             if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
                 yield from self._definition(opcode, data[position + _RECORD.size : end])
@@ -136,11 +144,15 @@ class _Walk:
             if topic in self._wanted
         }
         position, size, opcode = start, len(data), int(Opcode.MESSAGE)
+        if _RECORD.unpack_from(data, start)[1] < _MESSAGE.size - _RECORD.size:
+            raise self._damaged("message", start)
         last = min(position + _BATCH_BYTES, size - _MESSAGE.size)
         while position <= last and data[position] == opcode:
             _, length, channel, _, log_ns = unpack(data, position)
             end = position + _RECORD.size + length
             if end > size:
+                break
+            if length < _MESSAGE.size - _RECORD.size:
                 break
             if channel in takers:
                 log, message = takers[channel]
@@ -152,22 +164,20 @@ class _Walk:
     def _unpacked(self, record: bytes, start: int) -> bytes:
         _, _, size, checksum, name_length = _CHUNK.unpack_from(record)
         body = _CHUNK.size + name_length + 8
+        self._allowance.take(size)
         compression = record[_CHUNK.size : _CHUNK.size + name_length].decode()
-        try:
-            match compression:
-                case "zstd":
-                    data = zstandard.decompress(record[body:], max_output_size=size)
-                case "lz4":
-                    data = lz4.frame.decompress(record[body:])
-                case "":
-                    data = record[body:]
-                case _:
-                    raise DataError(
-                        f"{self._file} is compressed with {compression!r}:"
-                        " only zstd and lz4 can be read."
-                    )
-        except (zstandard.ZstdError, RuntimeError) as error:
-            raise self._damaged("chunk", start) from error
+        match compression:
+            case "zstd":
+                data = zstd_unpacked(record[body:], size)
+            case "lz4":
+                data = lz4_unpacked(record[body:], size)
+            case "":
+                data = record[body:]
+            case _:
+                raise DataError(
+                    f"{self._file} is compressed with {compression!r}:"
+                    " only zstd and lz4 can be read."
+                )
         if len(data) != size or (checksum and zlib.crc32(data) != checksum):
             raise self._damaged("chunk", start)
         return data

@@ -1,7 +1,7 @@
-"""Numbers of a URDF that a lenient reader would drop without a word: inertials, axes, limits.
+"""Numbers of a URDF that a lenient reader would drop without a word.
 
 Pinocchio leaves an inertial out that it cannot read, so that a decimal comma takes a link's weight
-out of the gravity model.
+out of the gravity model; and a collision shape, so that the link hits nothing.
 """
 
 import math
@@ -12,23 +12,27 @@ from xml.etree import ElementTree
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 _LIMITS = ("lower", "upper", "effort", "velocity")
+_SIZES = {"sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
+_SHAPES = (*_SIZES, "box", "mesh")
 
 
 def number_faults(urdf: str) -> list[str]:
     """Every number of links' inertials and of joints that cannot be meant, one sentence each.
 
     Args:
-        urdf: text of the URDF; text that is no XML has no faults here.
+        urdf: text of the URDF.
+
+    Raises:
+        xml.etree.ElementTree.ParseError: no XML.
     """
-    try:
-        root = ElementTree.fromstring(urdf)
-    except ElementTree.ParseError:
-        return []
-    faults = [f for link in root.iterfind("link") for f in _link_faults(link)]
-    return faults + [f for joint in root.iterfind("joint") for f in _joint_faults(joint)]
+    root = ElementTree.fromstring(urdf)
+    faults = [f for link in root.iterfind("link") for f in link_faults(link)]
+    faults += [f for link in root.iterfind("link") for f in collision_faults(link)]
+    return faults + [f for joint in root.iterfind("joint") for f in joint_faults(joint)]
 
 
-def _link_faults(link: ElementTree.Element) -> Iterator[str]:
+def link_faults(link: ElementTree.Element) -> Iterator[str]:
+    """What is no number in the inertial of a link."""
     inertial = link.find("inertial")
     if inertial is None:
         return
@@ -40,7 +44,23 @@ def _link_faults(link: ElementTree.Element) -> Iterator[str]:
     yield from _origin(inertial.find("origin"), f"inertial of {who}")
 
 
-def _joint_faults(joint: ElementTree.Element) -> Iterator[str]:
+def collision_faults(link: ElementTree.Element) -> Iterator[str]:
+    """What is no number in the collision shapes of a link."""
+    for collision in link.iterfind("collision"):
+        who = f"collision shape of link {link.get('name')!r}"
+        yield from _origin(collision.find("origin"), who)
+        if not any(collision.find(f"geometry/{shape}") is not None for shape in _SHAPES):
+            yield f"{who} has no shape ({', '.join(_SHAPES)})"
+        for tag, sizes in _SIZES.items():
+            for shape in collision.iterfind(f"geometry/{tag}"):
+                for name in sizes:
+                    yield from _single(shape, name, f"{name} of a {who}", least=0.0)
+        for box in collision.iterfind("geometry/box"):
+            yield from _triple(box.get("size", ""), f"size of a {who}")
+
+
+def joint_faults(joint: ElementTree.Element) -> Iterator[str]:
+    """What is no number in the origin, the axis and the limits of a joint."""
     who = f"joint {joint.get('name')!r}"
     yield from _origin(joint.find("origin"), who)
     if joint.get("type") == "fixed":

@@ -1,0 +1,15 @@
+"""Entry point of the console script: `sim-bus`, or what its installation lacks."""
+
+import sys
+
+from wamctl.arm.command_line import can_missing
+
+
+def main() -> None:
+    """Run the command where the CAN libraries are installed."""
+    if sentence := can_missing("sim-bus"):
+        sys.stderr.write(sentence)
+        sys.exit(3)
+    from sim_bus.cli import main as run  # it imports these libraries
+
+    run()

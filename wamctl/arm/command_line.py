@@ -1,0 +1,96 @@
+"""What the three commands have in common: version, quiet, completion of shipped names, commit."""
+
+import importlib.metadata
+import os
+import subprocess
+import sys
+from importlib.util import find_spec
+from typing import Annotated, Any
+
+import typer
+
+CONTEXT: dict[str, Any] = {"help_option_names": ["-h", "--help"]}
+"""Settings of every command's context."""
+
+_QUIET = "WAM_IDENT_QUIET"
+_QUIET_WORDS = ("-q", "--quiet")
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"wam-ident {importlib.metadata.version('wam-ident')}")
+        raise typer.Exit
+
+
+Version = Annotated[
+    bool,
+    typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
+]
+QuietOption = Annotated[
+    bool,
+    typer.Option("-q", "--quiet", help="No progress, no advice; before or after the command."),
+]
+
+
+def can_missing(command: str) -> str:
+    """What a command that needs the CAN libraries says where they are not installed; else empty."""
+    missing = [name for name in ("can", "canopen") if find_spec(name) is None]
+    if not missing:
+        return ""
+    return (
+        f"{command}: the CAN libraries ({' and '.join(missing)}) are not installed:"
+        " pip install 'wam-ident[can]'.\n"
+    )
+
+
+def without_quiet(arguments: list[str]) -> list[str]:
+    """The arguments without `-q`, which may stand anywhere and holds for child processes too."""
+    if any(word in _QUIET_WORDS for word in arguments):
+        os.environ[_QUIET] = "1"
+    return [word for word in arguments if word not in _QUIET_WORDS]
+
+
+def is_quiet() -> bool:
+    """Whether nothing but results and errors is to be printed."""
+    return bool(os.environ.get(_QUIET))
+
+
+def next_step(*words: object) -> None:
+    """Tell, on standard error, the command that usually comes next."""
+    if not is_quiet():
+        sys.stderr.write(f"Next: {' '.join(map(str, words))}\n")
+
+
+def hidden_names(incomplete: str) -> list[str]:
+    """Shipped hidden effects that begin like this, for a shell's completion."""
+    from wamctl.arm.configuration.yaml_file import shipped_file
+
+    names = [path.stem for path in shipped_file("hidden").glob("*.yaml")]
+    return sorted(name for name in names if name.startswith(incomplete))
+
+
+def shipped_names(incomplete: str) -> list[str]:
+    """Shipped arm files and URDFs that begin like this, for a shell's completion."""
+    from wamctl.arm.configuration.yaml_file import shipped_file
+
+    names = [p.name for kind in ("*.yaml", "*.urdf") for p in shipped_file("").glob(kind)]
+    return sorted(name for name in names if name.startswith(incomplete))
+
+
+def git_commit() -> str:
+    """Commit of the source tree, with `+changes` where it differs; `unknown` outside of one."""
+    try:
+        _git("ls-files", "--error-unmatch", os.path.basename(__file__))
+        commit = _git("rev-parse", "HEAD")
+        changed = _git("status", "--porcelain", "--untracked-files=no")
+    except (OSError, subprocess.SubprocessError):
+        return "unknown"
+    return f"{commit}+changes" if changed else commit
+
+
+def _git(*arguments: str) -> str:
+    folder = os.path.dirname(__file__)
+    done = subprocess.run(
+        ["git", *arguments], cwd=folder, capture_output=True, text=True, check=True, timeout=10
+    )
+    return done.stdout.strip()

@@ -1,0 +1,15 @@
+"""Entry point of the console script: `wamctl`, or what its installation lacks."""
+
+import sys
+
+from wamctl.arm.command_line import can_missing
+
+
+def main() -> None:
+    """Run the command where the CAN libraries are installed."""
+    if sentence := can_missing("wamctl"):
+        sys.stderr.write(sentence)
+        sys.exit(3)
+    from wamctl.cli import main as run  # it imports these libraries
+
+    run()

@@ -1,0 +1,1 @@
+"""Rounds of experiment, identification and gap, until the verdict is final."""

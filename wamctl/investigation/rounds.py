@@ -1,0 +1,285 @@
+"""One round: choose, predict, run slowly, run, weigh, identify, ask for the gap."""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from wamctl.arm.config import CanopenDrivesSection
+from wamctl.arm.configuration.known_change import known_change
+from wamctl.arm.errors import DataError
+from wamctl.experiment.loop import Arm
+from wamctl.investigation.budget import Cost, cost_of
+from wamctl.investigation.decision import NAMED, NO_GAP
+from wamctl.investigation.evidence import SEARCH_NATS, asked, odds, outcomes, signed_evidence
+from wamctl.investigation.intervention import with_change
+from wamctl.investigation.programs import STOPPED, ProgramError, call
+from wamctl.investigation.state import Round, State, made
+
+ALPHA = 0.01
+"""Probability with which an investigation may confirm a wrong name, over all its rounds."""
+
+_NONE, _UNKNOWN = "none", "unknown"
+_EVENTS = ("contact", "dropped_samples")
+_FIRST = "The first motion: what does the model miss at all?"
+
+
+@dataclass(frozen=True)
+class Site:
+    """Where an investigation works.
+
+    Attributes:
+        out: its folder.
+        arm: the arm's file and models.
+        options: further options of `wamctl excite`, such as the operator's word.
+        tell: is told what happens.
+        ask: asks the operator to do something to the arm; gives the answer, empty for none.
+    """
+
+    out: Path
+    arm: Arm
+    options: tuple[str, ...]
+    tell: Callable[[str], None]
+    ask: Callable[[str], str] = lambda _: ""
+
+
+def next_round(site: Site, state: State) -> Round:
+    """Run a round, or what is left of it.
+
+    Raises:
+        ProgramError: one of its commands has failed; what is done is kept.
+        DataError: a result that cannot be used, or no motion is left.
+    """
+    number = len(state.rounds) + 1
+    folder = site.out / "rounds" / f"{number:02d}"
+    whole = state.asked_for_gap
+    plan = _planned(site, state, folder) if whole else {}
+    reason = _reason(plan) if plan else _FIRST
+    if state.pending:
+        reason = f"The operator answered {state.pending}. {reason}"
+    site.tell(f"round {number}: {reason}")
+    try:
+        logs = _recorded(site, state, folder, bool(plan))
+    except ProgramError as error:
+        if error.exit_code != STOPPED or "operator" in error.said or not whole:
+            raise
+        return _stopped(state, folder, plan, reason, error.said)
+    cost = Cost()
+    for log in logs:
+        cost = cost.plus(cost_of(log, site.arm.transmission, _continuous_nm(site.arm)))
+    altered = bool(state.pending) and known_change(state.pending).alters_the_model
+    if altered:
+        verdict, answer = whole[-1].verdict, whole[-1].answer
+    else:
+        site.tell("identifying, and asking for the gap")
+        gap = _asked_for_gap([*logs_of(site.out, state), folder / "log.mcap"], folder)
+        verdict, answer = _verdict(gap), answer_of(gap)
+    bets, closed = _weighed(folder, logs, plan) if plan else ({}, {})
+    leader = plan.get("leader", "")
+    everything = {r: [*_earlier(state, leader, r), *b] for r, b in bets.items()}
+    searched = "" if altered else verdict
+    believed = _odds(state, leader, everything, searched, answer)
+    return Round(
+        reason=reason,
+        motion=plan.get("motion", {}).get("name", ""),
+        folder=str(folder.relative_to(site.out)),
+        cost=cost,
+        leader=leader,
+        asked=asked(ALPHA, len({*state.leaders, leader})) if leader else 0.0,
+        evidence={r: signed_evidence(b) for r, b in everything.items()},
+        bets=bets,
+        closed=closed,
+        verdict=verdict,
+        answer=answer,
+        odds=believed,
+        changed=state.pending,
+    )
+
+
+def logs_of(out: Path, state: State) -> list[Path]:
+    """The logs of all rounds that were run at full speed on the arm as it was."""
+    whole = [r for r in state.rounds if r.stopped is None and not r.is_altered]
+    return [out / r.folder / "log.mcap" for r in whole]
+
+
+def read(path: Path) -> dict[str, Any]:
+    """A result file.
+
+    Raises:
+        DataError: it cannot be read.
+    """
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise DataError(f"{path} cannot be read ({error}).") from error
+
+
+def answer_of(gap: Mapping[str, Any]) -> str:
+    """Effects of a gap with their joints in one word, such as `stribeck:4`; empty for none.
+
+    Events of one log, such as a contact, cannot be predicted of another one.
+    """
+    lasting = [e for e in gap["effects"] if e["name"] not in _EVENTS]
+    return "+".join(sorted(f"{e['name']}:{'-'.join(map(str, e['joints']))}" for e in lasting))
+
+
+def _verdict(gap: Mapping[str, Any]) -> str:
+    """The verdict; a log in which only events were named shows no gap."""
+    only_events = gap["verdict"] == NAMED and not answer_of(gap)
+    return NO_GAP if only_events else gap["verdict"]
+
+
+def _planned(site: Site, state: State, folder: Path) -> dict[str, Any]:
+    """Choose the next motion, and write down what each answer predicts of it."""
+    site.tell("choosing the next motion, and writing down what each answer predicts")
+    logs = logs_of(site.out, state)
+    ran = [] if state.pending else [r.motion for r in state.rounds if r.motion]
+    last = state.asked_for_gap[-1]
+    options = ["--config", state.request.config, "--gap", str(site.out / last.folder)]
+    options += [part for name in ran for part in ("--ran", name)]
+    options += ["--changed", state.pending] if state.pending else []
+    plan = made(
+        folder / "plan",
+        lambda path: call("ident.cli", ["plan", *map(str, logs), *options, "--out", str(path)]),
+    )
+    trajectory = plan / "trajectory.yaml"
+    made(folder / "trajectory.yaml", lambda p: _copied(trajectory, p))
+    return read(plan / "plan.json")
+
+
+def _copied(source: Path, target: Path) -> None:
+    target.write_bytes(source.read_bytes())
+
+
+def _reason(plan: Mapping[str, Any]) -> str:
+    motion = plan["motion"]
+    gains = sorted(motion["expected_nats"].items(), key=lambda item: item[1])
+    told = ", ".join(f"{nats:.1f} nats over {rival}" for rival, nats in gains)
+    return f"{motion['words']} It is expected to tell {plan['leader']} soonest: {told}."
+
+
+def _recorded(site: Site, state: State, folder: Path, is_new: bool) -> list[Path]:
+    """The round's logs; a motion that is new runs at a quarter of its speed first."""
+    request = with_change(state.request, state.pending, folder)
+    motions = [("slow", folder / "plan" / "slow.yaml")] if is_new else []
+    if not is_new:
+        made(folder / "trajectory.yaml", lambda p: _copied(Path(str(request.trajectory)), p))
+    motions.append(("log", folder / "trajectory.yaml"))
+    logs = []
+    for name, trajectory in motions:
+        site.tell("a quarter of the speed first" if name == "slow" else "the motion")
+        options = ["--config", request.config, "--bus", request.bus, "--seed", str(request.seed)]
+        options += ["--lockstep"] if request.lockstep else []
+        options += ["--hidden", request.hidden] if request.hidden else []
+        options += ["--trajectory", str(trajectory), *site.options]
+        logs.append(_run(folder / f"{name}.mcap", options))
+    return logs
+
+
+def _run(log: Path, options: Sequence[str]) -> Path:
+    """The log of a run that came to its end; those of others stay beside it."""
+    if log.exists():
+        return log
+    running = log.with_name(f"{log.stem}-unfinished.mcap")
+    if running.exists():
+        earlier = len(list(log.parent.glob(f"{log.stem}-ended-*.mcap")))
+        running.replace(log.with_name(f"{log.stem}-ended-{earlier + 1}.mcap"))
+    call("wamctl.cli", ["excite", *options, "--out", str(running)])
+    return running.replace(log)
+
+
+def _stopped(state: State, folder: Path, plan: Mapping[str, Any], reason: str, said: str) -> Round:
+    """A round whose motion a limit has ended: evidence, but none that is weighed."""
+    motion = plan.get("motion", {})
+    cost = Cost(motion_s=float(motion.get("seconds", 0.0)), stops=1)
+    believed = state.rounds[-1].odds if state.rounds else {}
+    path = f"rounds/{folder.name}"
+    return Round(
+        reason=reason,
+        motion=motion.get("name", ""),
+        folder=path,
+        cost=cost,
+        leader=plan.get("leader", ""),
+        asked=0.0,
+        evidence={},
+        bets={},
+        closed={},
+        verdict="",
+        answer="",
+        odds=believed,
+        stopped=said,
+        changed=state.pending,
+    )
+
+
+def _continuous_nm(arm: Arm) -> tuple[float, ...]:
+    """Torque that each motor stands for ever; where its data do not say, the limit's."""
+    drives = arm.file.drives
+    if isinstance(drives, CanopenDrivesSection):
+        return drives.rated_torque_nm
+    return arm.file.limits.motor_torque_nm
+
+
+def _asked_for_gap(logs: Sequence[Path], folder: Path) -> dict[str, Any]:
+    """`ident run` and `ident gap` on all logs; both leave their files in the round's folder."""
+    paths = [str(log) for log in logs]
+    made(folder / "run", lambda p: call("ident.cli", ["run", *paths, "--out", str(p)]))
+    found = made(folder / "gap", lambda p: call("ident.cli", ["gap", *paths, "--out", str(p)]))
+    for name in ("model.yaml", "report.html", "gap.json"):
+        made(folder / name, lambda p, name=name: _copied(found / name, p))
+    gap = read(folder / "gap.json")
+    if gap["verdict"] == "data_fault":
+        said = "; ".join(r["sentence"] for r in gap.get("remarks", [])) or "see its report"
+        raise DataError(f"The logs cannot be trusted ({folder / 'report.html'}): {said}")
+    return gap
+
+
+def _weighed(
+    folder: Path, logs: Sequence[Path], plan: Mapping[str, Any]
+) -> tuple[dict[str, list[float]], dict[str, float]]:
+    """Outcomes of the bets on the leader in this round's blocks, by rival.
+
+    And the share of each rival's squared error that the leader does not make.
+    """
+    names = [str(log) for log in logs]
+    options = ["--plan", str(folder / "plan")]
+    path = made(
+        folder / "weights.json",
+        lambda p: call("ident.cli", ["weigh", *names, *options, "--out", str(p)]),
+    )
+    found = [log["squares"] for log in read(path)["logs"]]
+    squares = {n: np.concatenate([np.array(log[n]) for log in found]) for n in plan["models"]}
+    noise = np.array([n or np.inf for n in plan["noise_nm"]])
+    own = squares[plan["leader"]]
+    bets, closed = {}, {}
+    for rival, shares in plan["weights"].items():
+        weights = np.array(shares) / noise**2
+        bets[rival] = outcomes(own, squares[rival], weights).tolist()
+        theirs = float((squares[rival] @ weights).sum())
+        closed[rival] = 1.0 - float((own @ weights).sum()) / theirs if theirs > 0.0 else 0.0
+    return bets, closed
+
+
+def _earlier(state: State, leader: str, rival: str) -> list[float]:
+    return [b for r in state.rounds if r.leader == leader for b in r.bets.get(rival, [])]
+
+
+def _odds(
+    state: State, leader: str, bets: Mapping[str, list[float]], verdict: str, answer: str
+) -> dict[str, float]:
+    """What is believed after a round."""
+    pairs: dict[tuple[str, str], list[float]] = {}
+    for item in state.rounds:
+        for rival, won in item.bets.items():
+            pairs.setdefault((item.leader, rival), []).extend(won)
+    pairs |= {(leader, rival): list(won) for rival, won in bets.items()}
+    searched = {_NONE: 0.0, _UNKNOWN: 0.0}
+    earlier = [(r.verdict, r.answer) for r in state.rounds if not r.is_altered]
+    for told, name in [*earlier, (verdict, answer)]:
+        if told:
+            likely = _UNKNOWN if told == _UNKNOWN else name or _NONE
+            searched[likely] = searched.get(likely, 0.0) + SEARCH_NATS
+    return odds(searched, pairs)

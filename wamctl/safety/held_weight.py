@@ -1,0 +1,127 @@
+"""Whether the torques that hold the arm fit its weight, or some motor gives more or less than told.
+
+While a motor is moved to and fro, friction is as often with it as against it, so that the mean of
+its torque is what its links weigh: no rotor, inertia or friction is in it. What may differ from the
+model is the CAD's own error and a tool of which the model does not know. A motor's scale is told
+where neither of the two explains the torques.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from wamctl.arm.robot import Robot
+from wamctl.arm.transmission import Transmission
+
+Array = NDArray[np.floating]
+
+_CAD = 0.1  # deviation of a link's mass, and of its centre in radii of gyration
+_FRICTION_LEFT = 0.03  # share of the friction that a mean over whole periods keeps
+_TOOL = np.array([6.0, 0.6, 0.6, 0.6])  # deviations of its mass, and of that times its centre
+_AGREEMENT = 1.5  # factor between a motor's scale by weight and by motion: links, friction
+DISTANCE = 3.3
+"""In standard deviations, beyond which neither CAD's error nor a tool explains the torques."""
+SCALE = 1.3
+"""Factor by which a motor's torque must be wrong at least to be told."""
+ANY_SCALE = (0.0, float("inf"))
+"""What the motion of a motor shows where friction hides its scale: not more than its sign."""
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What explains the torques that hold the arm best.
+
+    Attributes:
+        load_kg: a tool beyond the model's.
+        distance: how much it leaves over, in standard deviations of all motors together.
+        motor: the motor without which least is left over.
+        scale: torque of that motor over the commanded one, by what the others show.
+    """
+
+    load_kg: float
+    distance: float
+    motor: int
+    scale: float
+
+    def fault(self, shown: tuple[float, float]) -> str | None:
+        """Why the motor is not as it should be, as the start of a sentence; or None.
+
+        Args:
+            shown: lowest and highest scale that its motion shows. A hose or a spring at a joint
+                changes what is held, too, but not how the motor moves.
+        """
+        agrees = shown[0] / _AGREEMENT < self.scale < shown[1] * _AGREEMENT
+        if self.distance <= DISTANCE or 1.0 / SCALE < self.scale < SCALE or not agrees:
+            return None
+        return (
+            f"motor {self.motor + 1} gives {self.scale:.2f} times the torque that it is told to "
+            "give, by the weight that it holds, and no tool would explain it: look at its ratio, "
+            "its torque constant, and what else pulls at its joint"
+        )
+
+
+def explanation(
+    robot: Robot, transmission: Transmission, tool: str, q: Array, held: Array, friction: Array
+) -> Explanation:
+    """What explains the torques that hold the arm.
+
+    Args:
+        robot: rigid-body model.
+        transmission: motors and joints.
+        tool: frame at which a tool may be.
+        q: the pose, shape (n,) [rad].
+        held: mean torque of each motor while it moved to and fro, motor side, shape (n,) [N m].
+        friction: Coulomb friction to expect on the motors, shape (n,) [N m].
+    """
+    to_motor = transmission.joint_from_motor.T
+    data = robot.data()
+    left = held - to_motor @ pin.computeGeneralizedGravity(robot.model, data, q)
+    pin.computeJointJacobians(robot.model, data, q)
+    errors = to_motor @ _cad_errors(robot, data)
+    tools = to_motor @ _tools(robot, data, tool) * _TOOL
+    without_tool = errors @ errors.T + np.diag((_FRICTION_LEFT * friction) ** 2)
+    precision = np.linalg.inv(without_tool + tools @ tools.T)
+    load_kg = _TOOL[0] * float(tools[:, 0] @ precision @ left)
+    if load_kg < 0.0:  # no tool weighs less than nothing
+        precision, load_kg = np.linalg.inv(without_tool), 0.0
+    pulls = precision @ left
+    without = left @ pulls - pulls**2 / np.diag(precision)  # squared distance, by motor left out
+    motor = int(np.argmin(without))
+    seen = held[motor] - pulls[motor] / precision[motor, motor]
+    scale = float(seen / held[motor]) if held[motor] else np.inf
+    return Explanation(load_kg, float(np.sqrt(left @ pulls)), motor, scale)
+
+
+def _cad_errors(robot: Robot, data: pin.Data) -> Array:
+    """Gravity torque of one standard deviation of each number of the CAD, shape (n, 4 n)."""
+    model, columns = robot.model, []
+    for k in range(1, model.njoints):
+        inertia = model.inertias[k]
+        gyration = float(np.sqrt(np.trace(inertia.inertia) / 2.0 / inertia.mass))
+        columns.append(_CAD * inertia.mass * _weight(robot, data, k, inertia.lever))
+        for axis in np.eye(3):
+            moment = _weight(robot, data, k, axis) - _weight(robot, data, k, np.zeros(3))
+            columns.append(_CAD * gyration * inertia.mass * moment)
+    return np.array(columns).T
+
+
+def _tools(robot: Robot, data: pin.Data, tool: str) -> Array:
+    """Gravity torque of a kilogram at the tool point, and of a kilogram metre along each axis."""
+    frame = robot.model.frames[robot.model.getFrameId(tool)]
+    place = frame.placement
+    at_point = _weight(robot, data, frame.parentJoint, place.translation)
+    axes = [
+        _weight(robot, data, frame.parentJoint, place.translation + place.rotation[:, a]) - at_point
+        for a in range(3)
+    ]
+    return np.array([at_point, *axes]).T
+
+
+def _weight(robot: Robot, data: pin.Data, joint: int, point: Array) -> Array:
+    """Torque that holds a kilogram at a point of a link, shape (n,) [N m]."""
+    jacobian = pin.getJointJacobian(robot.model, data, joint, pin.LOCAL)
+    turned = data.oMi[joint].rotation
+    at_point = turned @ (jacobian[:3] - pin.skew(point) @ jacobian[3:])
+    return -at_point.T @ robot.model.gravity.linear
