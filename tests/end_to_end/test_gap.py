@@ -95,7 +95,7 @@ def test_gap_json_holds_every_field_of_the_contract(results):
     assert content["where"][0]["joint"] == 4
     assert content["where"][0]["share_of_gap"] > 0.6
     held_out = content["held_out"]
-    assert set(held_out) == {"before", "after", "noise_floor", "closed_fraction"}
+    assert {"before", "after", "noise_floor", "closed_fraction"} <= set(held_out)
     assert held_out["closed_fraction"] > 0.7
     before, after = (held_out[k]["rms_by_joint"] for k in ("before", "after"))
     assert after[3] < before[3]
@@ -134,7 +134,7 @@ def test_validating_the_model_counts_its_effects(results, log):
         assert call("validate", log, "--model", model, "--out", out) == 0
         (entry,) = json.loads((out / "validate.json").read_text())["logs"]
         errors.append(entry["rms_by_joint"])
-    assert errors[1][3] < errors[0][3] * 0.9  # reversals are in it, where the model is less sure
+    assert errors[1][3] < errors[0][3] * 0.95  # most of it is left while the joint sticks
     assert errors[1][0] == pytest.approx(errors[0][0], rel=0.05)
 
 

@@ -100,6 +100,30 @@ def test_barrett_wam_two_joints(real_data, tmp_path):
     assert friction["fc4"] == pytest.approx(0.4, abs=0.2)
 
 
+def test_ur10_in_ampere_and_in_newton_metres(real_data, tmp_path):
+    """Links that joints share say that joints 2 to 4 have one gain, though URDF masses do not."""
+    bags = real_data / "ros2_bags_ur10_panda"
+    log, urdf = bags / "ur10_exciting_trajectory.db3", bags / "ur10.urdf"
+    command("run", log, "--robot", urdf, "--out", tmp_path, "--set", "torque_unit=A")
+    result = json.loads((tmp_path / "run.json").read_text())
+    gains = result["gains"]
+    assert [g["from"] for g in gains] == ["links", "weight", "links", "links", "none", "none"]
+    for gain in gains[2:4]:
+        assert abs(gain["nm_per_ampere"] - gains[1]["nm_per_ampere"]) < 2 * gain["sd"]
+    friction = {b["name"]: b for b in result["base_parameters"]}["fc2"]
+    assert friction["ols_ampere"] == pytest.approx(15.1, abs=0.3)
+    command("validate", log, "--model", tmp_path / "model.yaml", "--out", tmp_path)
+
+
+def test_panda_with_other_names_in_one_command(real_data, tmp_path):
+    bags = real_data / "ros2_bags_ur10_panda"
+    log, urdf = bags / "panda_exciting_trajectory.db3", bags / "panda.urdf"
+    command("run", log, "--robot", urdf, "--out", tmp_path)
+    result = json.loads((tmp_path / "run.json").read_text())
+    assert "names_matched" in {r["code"] for r in result["remarks"]}
+    assert result["estimators"]["feasible"]["held_out"]["relative_error_percent"] < 10
+
+
 @pytest.fixture(scope="module")
 def staubli(real_data, tmp_path_factory) -> dict:
     folder = tmp_path_factory.mktemp("staubli")

@@ -3,7 +3,10 @@
 import runpy
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
+
+import yaml
 
 PROJECT = Path(__file__).parents[2]
 
@@ -22,8 +25,18 @@ def test_the_site_builds_without_a_warning(tmp_path) -> None:
 
 
 def test_the_settings_page_is_that_of_the_models() -> None:
-    page = runpy.run_path(str(PROJECT / "scripts/docs"))["settings_page"]()
-    assert (PROJECT / "docs/settings.md").read_text("utf-8") == page, "run scripts/docs --settings"
+    made = runpy.run_path(str(PROJECT / "scripts/docs"))
+    page, advice = made["settings_page"](), "run scripts/docs --settings"
+    assert (PROJECT / "docs/settings.md").read_text("utf-8") == page, advice
+    for kind in made["SCHEMAS"]:
+        path = PROJECT / f"configs/schema/{kind}.schema.json"
+        assert path.read_text("utf-8") == made["schema"](kind), advice
+
+
+def test_one_version_everywhere() -> None:
+    version = tomllib.loads((PROJECT / "pyproject.toml").read_text("utf-8"))["project"]["version"]
+    assert yaml.safe_load((PROJECT / "CITATION.cff").read_text("utf-8"))["version"] == version
+    assert f"\n## [{version}] - " in (PROJECT / "CHANGELOG.md").read_text("utf-8")
 
 
 def test_the_readme_is_one_screen() -> None:

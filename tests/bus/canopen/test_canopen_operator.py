@@ -13,6 +13,8 @@ import pytest
 
 from wamctl.arm.recording import read_recording
 
+pytestmark = pytest.mark.alone
+
 WAMCTL = str(Path(sys.executable).with_name("wamctl"))
 SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP", "SIGUSR1", "SIGUSR2", "SIGALRM")
 KEYS = {

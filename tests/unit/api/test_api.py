@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_info
 import ident
 from ident.gap.data.experiment import of_arm
 from ident.identification.validation import arm_of
-from ident.workflows.model_errors import model_errors
+from ident.workflows.model_errors import errors_on
 from wamctl.arm.config import find_file
 from wamctl.arm.errors import ConfigurationError, DataError
 from wamctl.arm.robot import inverse_dynamics, load_robot
@@ -59,7 +59,7 @@ def test_one_error_of_one_model_on_one_log(fit, arrays) -> None:
     recording = ident.Recording(**arrays)
     of_run = fit.content["estimators"]["feasible"]
     source = of_arm(arm_of(fit.model), None, [recording.log], [recording.name])
-    (of_gap,) = model_errors(source, fit.model)
+    (of_gap,) = errors_on(fit.model, source.datasets)
     assert of_gap["cutoff_hz"] == fit.content["cutoff_hz"]
     for key in ("relative_error_percent", "mse"):
         assert of_gap[key] == pytest.approx(of_run[key], rel=1e-9)
@@ -159,6 +159,11 @@ def test_an_unknown_setting_is_refused(arm, arrays) -> None:
 def test_a_joint_that_the_urdf_lacks_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="has no joint elbow"):
         ident.Arm.from_urdf(find_file("wam7.urdf"), joints=["elbow"])
+
+
+@pytest.mark.parametrize("name", ident.__all__)
+def test_every_public_name_is_there(name) -> None:
+    assert getattr(ident, name) is not None
 
 
 def test_the_version_is_that_of_the_package() -> None:

@@ -1,27 +1,40 @@
 """Wrong inputs are never green, right ones never refused: the table of both, through `run`."""
 
+import re
+
 import numpy as np
 import pytest
 from right_inputs import RIGHT
 from wrong_inputs import right
 from wrong_table import WRONG
 
-from ident.checks.remark import RefusedError
+from ident.checks.remark import Grade, RefusedError, Remark, verdict_content
 from ident.workflows.run import run_data
 from wamctl.arm.errors import UserError
 
+DO = (
+    "Check Choose Correct Fasten Give Identify If Let List Move Reverse Record Set Stamp Warm Write"
+).split()
+"""How a sentence begins that says what to do."""
 
-def judged(log) -> tuple[str, set[str], list[str]]:
-    """The verdict of `run` in memory, with codes and sentences."""
+
+def judged(log) -> tuple[str, set[str], list[dict]]:
+    """The verdict of `run` in memory, with codes and remarks."""
     try:
         arm = log.arm()
         content = run_data(arm, [log.dataset(arm)]).content
     except RefusedError as refusal:
-        return "refused", {r.code for r in refusal.remarks}, [r.sentence for r in refusal.remarks]
+        content = verdict_content(refusal.remarks)
     except UserError as error:
-        return "refused", {"unreadable"}, [str(error)]
+        text = str(error)
+        last = re.split("[:.] ", text.rstrip("."))[-1]
+        advice = f"{last[0].upper()}{last[1:]}."
+        content = {
+            "verdict": "refused",
+            "remarks": [{"code": "unreadable", "sentence": text, "advice": advice}],
+        }
     remarks = content["remarks"]
-    return content["verdict"], {r["code"] for r in remarks}, [r["sentence"] for r in remarks]
+    return content["verdict"], {r["code"] for r in remarks}, remarks
 
 
 def test_the_tables_are_long_enough():
@@ -32,19 +45,29 @@ def test_the_tables_are_long_enough():
 
 @pytest.mark.parametrize(("name", "make", "codes"), WRONG, ids=[w[0] for w in WRONG])
 def test_a_wrong_input_is_told(name, make, codes):
-    verdict, found, sentences = judged(make())
+    verdict, found, remarks = judged(make())
     assert verdict in ("doubtful", "refused")
-    assert found & codes, sentences
-    for sentence in sentences:
-        assert sentence[0].isupper() or sentence.startswith(("log", "joint", "arm.urdf"))
+    assert found & codes, remarks
+    for remark in remarks:
+        sentence, advice = remark["sentence"], remark["advice"]
+        assert sentence[0].isupper() or sentence.startswith(("log", "arm.urdf"))
         assert sentence.endswith(".")
+        if remark["code"] != "cutoff":  # a choice that was made, and no fault
+            assert advice.split()[0] in DO, advice
+            assert advice[:-1].lower() in sentence.lower()
 
 
 @pytest.mark.parametrize(("name", "make", "codes"), RIGHT, ids=[r[0] for r in RIGHT])
 def test_a_right_input_is_trusted(name, make, codes):
-    verdict, found, sentences = judged(make())
-    assert found <= codes, sentences
+    verdict, found, remarks = judged(make())
+    assert found - {"cutoff"} <= codes, remarks  # at a low rate the choice is told
     assert verdict == ("doubtful" if codes else "trustworthy")
+
+
+@pytest.mark.parametrize("grade", [Grade.DOUBTFUL, Grade.REFUSED])
+def test_a_remark_that_lowers_the_verdict_says_what_to_do(grade):
+    with pytest.raises(ValueError, match="without advice"):
+        Remark("units", (), "The torque is in another unit.", grade)
 
 
 def test_mended_torque_gives_the_model_of_the_right_one():

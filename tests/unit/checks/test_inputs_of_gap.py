@@ -5,7 +5,7 @@ from wrong_table import WRONG
 
 from ident.checks.remark import RefusedError
 from ident.gap.data.experiment import of_arm
-from ident.gap.settings import Options
+from ident.gap.options import Options
 from ident.workflows.gap import gap_of
 from wamctl.arm.errors import UserError
 

@@ -105,12 +105,13 @@ def test_it_goes_on_from_a_start(
 def test_workers_hand_over_the_best(motion_problem: Problem) -> None:
     reports: list[Candidate | None] = []
     task = Task(motion_problem, DENSE, effort(descents=1), 0, None)
+    before = set(multiprocessing.active_children())
     best = best_design(task, 2, reports.append)
     better = [r for r in reports if r is not None]
     assert best is not None
     assert best is better[-1]
     assert best.value == min(c.value for c in better)
-    assert not multiprocessing.active_children()
+    assert set(multiprocessing.active_children()) <= before
 
 
 def test_a_worker_that_dies_is_told(motion_problem: Problem, capfd: pytest.CaptureFixture) -> None:

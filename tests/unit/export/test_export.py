@@ -221,4 +221,7 @@ def test_the_command(tmp_path: Path) -> None:
     assert mujoco.MjModel.from_xml_path(str(out)).nq == 2  # pyright: ignore
     missing = tmp_path / "no" / "arm.urdf"
     result = CliRunner().invoke(app, [str(path), "--to", "urdf", "--out", str(missing)])
-    assert str(result.exception) == f"{missing} cannot be written (No such file or directory)."
+    assert str(result.exception) == (
+        f"{missing} cannot be written (there is no folder {missing.parent}): make it, or name"
+        " another file with --out."
+    )

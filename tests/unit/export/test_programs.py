@@ -20,7 +20,7 @@ from test_model_with_effects import EFFECTS, motion, plain, run_of
 from ident.effects.bound_effects import bound
 from ident.export.mjcf import left_out_of_mjcf, to_mjcf
 from ident.export.programs import left_out_of_c, to_c, to_python
-from ident.export.replay import replay
+from ident.export.replay import replay, rms_of
 from ident.export.urdf import to_urdf
 from ident.model.identified_model import Model
 from wamctl.arm.config import shipped_file
@@ -162,8 +162,8 @@ def test_the_exported_arm_follows_a_recording_in_mujoco_as_the_own_simulation_do
     model = replace(plain(), effects=bound((EFFECTS[0], EFFECTS[13])))
     config = shipped_file("wam7.yaml").read_bytes()
     recording = replace(run_of(model), attachments={"config.yaml": config})
-    found = replay(to_mjcf(model), model, recording, "log").rms()
-    bare = replay(to_mjcf(plain()), model, recording, "log").rms()
+    found = rms_of([replay(to_mjcf(model), model, recording, "log")])
+    bare = rms_of([replay(to_mjcf(plain()), model, recording, "log")])
     assert max(found["own"]) < 1e-4  # the encoders' steps
     assert (np.array(found["mujoco"]) < 1.2 * np.array(found["own"])).all()
     assert bare["mujoco"][3] > 50 * found["mujoco"][3]

@@ -4,9 +4,9 @@ import pytest
 from closed_loop import bump, recorded, source_of, wam
 
 from ident.gap.data.experiment import Experiment
+from ident.gap.options import Options
 from ident.gap.results.outcome import SearchResult
 from ident.gap.search import search
-from ident.gap.settings import Options
 from ident.simulation.arm import Term
 from wamctl.arm.recording import Recording
 

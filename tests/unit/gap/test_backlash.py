@@ -10,9 +10,10 @@ from ident.dynamics.compiled_chain import torques
 from ident.effects.catalogue import catalogue
 from ident.effects.observation import Observed
 from ident.gap.data.experiment import facts_of
+from ident.gap.options import Options
 from ident.gap.results.verdict import Kind
 from ident.gap.search import search
-from ident.gap.settings import Options, Transients
+from ident.gap.settings import Transients
 from ident.gap.transients.detect import Transient
 from ident.gap.transients.exclude import explained_by_accepted
 
@@ -66,13 +67,14 @@ def test_an_impact_at_the_end_of_the_play_is_no_transient(loosened):
 
 
 def test_play_of_an_arm_on_a_tilted_base():
-    """The link falls through its play as the tilted base pulls it."""
+    """The link falls through its play as the tilted base pulls it; its size stays unsure."""
     arm = with_play(0, 4e-3)
     gravity = arm.chain.gravity + np.cross([-0.05, 0.02, 0.0], arm.chain.gravity)
     arm = replace(arm, chain=arm.chain._replace(gravity=gravity))
     verdict = search(source_of(recorded(arm)), Options(null_runs=1), lambda _: None).verdict
-    names = sorted(f.candidate.effect for f in verdict.effects)
-    assert (verdict.kind, names) == (Kind.NAMED, ["backlash", "gravity_tilt"])
+    found = [*verdict.effects, *verdict.suspected]
+    assert sorted(f.candidate.effect for f in found) == ["backlash", "gravity_tilt"]
+    assert "gravity_tilt" in [f.candidate.effect for f in verdict.effects]
 
 
 def test_a_motor_with_play_is_a_coordinate_of_its_own():

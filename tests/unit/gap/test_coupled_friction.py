@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 from closed_loop import recorded, source_of, wam
 
+from ident.gap.options import Options
 from ident.gap.search import search
 from ident.gap.selection.estimates import final_estimates
-from ident.gap.settings import Options, Significance
+from ident.gap.settings import Significance
 from wamctl.arm.config import load_arm_file
 
 LEVELS = (0.12, 0.16)  # N m, of the two motors that turn joints 2 and 3

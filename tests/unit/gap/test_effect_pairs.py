@@ -12,6 +12,7 @@ from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
 from ident.effects.observation import ArmFacts, Observed
 from ident.gap.data.segments import SEARCHED
+from ident.gap.options import Options
 from ident.gap.regression.weighted_fit import ModelStructure, fit
 from ident.gap.search import search
 from ident.gap.selection.acceptance import try_pair
@@ -19,7 +20,6 @@ from ident.gap.selection.candidates import all_candidates, examine
 from ident.gap.selection.refinement import refine_nonlinear_parameters
 from ident.gap.selection.state import SelectionState
 from ident.gap.selection.thresholds import least_threshold
-from ident.gap.settings import Options
 from ident.identification.identify import identify, model_of
 from ident.simulation.arm import Term, term
 
@@ -42,6 +42,7 @@ def named(*terms: Term, tilt: tuple[float, float] = (0.0, 0.0)) -> tuple[str, li
 
 
 def test_drag_in_one_direction_is_no_error_of_a_form_that_follows_the_direction():
+    """The Stribeck effect's height at standstill hangs on its form; that it is there does not."""
     kind, names = named(Term(sticking, 1, (0.8, 0.05)), Term(one_way, 1, (0.03,)))
     assert (kind, names) == ("named", ["asymmetric_viscous", "stribeck"])
 
@@ -145,9 +146,9 @@ def test_a_tuned_drag_never_turns_into_friction_that_falls_with_speed(nothing_hi
         assert score.values[0] >= drag.lower
     effect = catalogue()["nonlinear_viscous"]
     drag = effect.at((0,), effect.Parameters(2.0))
-    assert not effect.is_plausible(drag, np.array([0.2]), -0.1, False)
-    assert effect.is_plausible(drag, np.array([0.2]), -0.001, False)
-    assert effect.is_plausible(drag, np.array([-0.2]), 0.3, False)
+    assert not effect.is_plausible(drag, np.array([0.2]), (-0.1, 1.0), False)
+    assert effect.is_plausible(drag, np.array([0.2]), (-0.001, 1.0), False)
+    assert effect.is_plausible(drag, np.array([-0.2]), (0.3, 1.0), False)
 
 
 def test_a_small_rotor_of_the_wrist_is_no_delay_of_its_friction():

@@ -8,8 +8,8 @@ import pytest
 from closed_loop import recorded, source_of, wam
 
 from ident.effects.catalogue import catalogue
+from ident.gap.options import Options
 from ident.gap.search import search
-from ident.gap.settings import Options
 from wamctl.arm.errors import DataError
 
 EXAMPLE = Path(__file__).parents[3] / "scripts" / "examples" / "eddy_brake"

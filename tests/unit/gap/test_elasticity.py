@@ -5,9 +5,9 @@ import pytest
 from closed_loop import moved, recorded, source_of, wam
 
 from ident.effects.catalogue import catalogue
+from ident.gap.options import Options
 from ident.gap.results.verdict import Kind
 from ident.gap.search import search
-from ident.gap.settings import Options
 
 COUNT = 2.4e-4  # of the coarsest encoder, on the joint
 MOTOR = [0.2, 0.2, 0.06, 0.03, 3e-4, 3e-4, 1e-4]  # kg m^2

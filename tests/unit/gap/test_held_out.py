@@ -8,6 +8,7 @@ import pytest
 from ident.effects.catalogue import catalogue
 from ident.gap.regression.current_model import extend, nominal_fit
 from ident.gap.regression.rows import ColumnCache
+from ident.gap.results.held_out_error import Errors, below_the_error
 from ident.gap.selection.candidates import examine
 from ident.gap.selection.cross_validation import excites, passes_cross_validation
 from ident.gap.settings import CrossValidation, Scoring
@@ -54,3 +55,13 @@ def test_an_effect_that_acts_in_a_part_of_the_only_fold_that_knows_it_does_not_h
 ):
     design, score, before = sprung(nothing_hidden, (0,), until=6.0)
     assert not passes_cross_validation(design, score, before, CrossValidation())
+
+
+@pytest.mark.parametrize(
+    ("floor", "told"), [(0.8, 0.8), (1.1, 1.0), (1.5, None)], ids=["below", "chance", "above"]
+)
+def test_a_noise_floor_does_not_lie_above_the_error(floor, told):
+    """What repeats may be no repeat of the motion at all: the difference is no noise then."""
+    errors = [Errors(percent, np.array([percent])) for percent in (floor, 1.0)]
+    found = below_the_error(*errors, chance_ratio=1.3)
+    assert (found and found.relative_percent) == told

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from closed_loop import estimates_of, loosening, push, recorded, source_of, sticking, wam
 
+from ident.gap.options import Options
 from ident.gap.regression.feasible_fit import feasible_fit
 from ident.gap.results.held_out_error import before_and_after, held_out
 from ident.gap.results.outcome import SearchResult
 from ident.gap.results.verdict import Kind
 from ident.gap.search import search
-from ident.gap.settings import Options
 from ident.simulation.arm import Term
 
 OPTIONS = Options(null_runs=1)

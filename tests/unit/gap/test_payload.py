@@ -8,8 +8,8 @@ from closed_loop import estimates_of, recorded, source_of, wam
 
 from ident.effects.catalogue import catalogue
 from ident.gap.data.experiment import facts_of
+from ident.gap.options import Options
 from ident.gap.search import search
-from ident.gap.settings import Options
 from ident.identification.identify import identify, model_of
 
 MASS = 2.0  # kg

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from ident.gap.settings import GapSettings, Options, Scoring
+from ident.gap.options import Options
+from ident.gap.settings import GapSettings, Scoring
 
 README = Path(__file__).parents[3] / "ident" / "gap" / "README.md"
 

@@ -11,6 +11,7 @@ from ident.effects.events import CONTACT
 from ident.gap.data.data_checks import Fault
 from ident.gap.data.noise_regions import Region
 from ident.gap.lack_of_fit.remaining_structure import RemainingStructure, held_out_mismatch
+from ident.gap.nulls.null_arms import phase_randomised
 from ident.gap.regression.current_model import CurrentFit
 from ident.gap.regression.residuals import Residual
 from ident.gap.regression.weighted_fit import Fit, ModelStructure
@@ -21,7 +22,6 @@ from ident.gap.results.unexplained import (
     unclosed_fraction,
 )
 from ident.gap.results.verdict import Kind, decide
-from ident.gap.selection.null_arms import phase_randomised
 from ident.gap.selection.scoring import Score
 from ident.gap.selection.state import AcceptedEffect
 from ident.gap.selection.thresholds import least_threshold

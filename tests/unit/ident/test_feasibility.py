@@ -93,7 +93,7 @@ def oracle(evidence: RegressionData, form: str) -> float:
         E = sum(link_delta[k] * parts[k] for k in range(10))
         limits.append(E >> 1e-12 * np.eye(side))
     limits += [delta[i] >= 1e-6 for i, p in enumerate(parameters) if p.kind != "inertial"]
-    limits.append(cp.abs(delta) <= 300)
+    limits.append(cp.abs(delta) <= 3000)
     enough = dict.fromkeys(("tol_gap_abs", "tol_gap_rel", "tol_feas"), 1e-7)
     cp.Problem(cp.Minimize(u), limits).solve(solver=cp.CLARABEL, **enough)
     return float(least * (1 + u.value))

@@ -96,6 +96,13 @@ EFFECTS = [
         {"play": 0.002, "rubbing": 0.5, "motor_inertia": 0.2},
         rows=ALL,
     ),
+    record(
+        "measured_effect",
+        (2,),
+        {f"at_{k + 1}": 1.5 * np.sin(k) for k in range(9)},
+        {"low": -1.0, "high": 1.0},
+        "position",
+    ),
 ]
 
 

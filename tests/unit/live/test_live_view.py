@@ -29,6 +29,8 @@ from wamctl.telemetry import ring as shared
 from wamctl.telemetry.logger import LogHead, recorded
 from wamctl.telemetry.status import LoopStatus
 
+pytestmark = pytest.mark.alone
+
 JOINTS = load_arm_file("wam7.yaml").robot.joints
 URDF = find_file("wam7.urdf").read_text()
 START_NS = 1_700_000_000_000_000_000
@@ -155,8 +157,8 @@ def test_a_port_in_use_is_refused_before_there_is_a_log(tmp_path):
         ):
             pass
     assert str(error.value) == (
-        f"--live: port {port} cannot be used (FoxgloveError: Failed to bind port: Address already"
-        " in use (os error 98)); name another with --live-port."
+        f"--live: port {port} cannot be used (Address already in use); name another with"
+        " --live-port."
     )
     assert not path.exists()
 

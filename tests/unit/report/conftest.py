@@ -173,6 +173,17 @@ def gap_content(run_content: dict[str, Any]) -> dict[str, Any]:
                 "evidence": {
                     "gain_nats_per_sample": 0.373,
                     "asked_nats_per_sample": 0.214,
+                    "standard_deviations": 12.4,
+                    "leans_on": [
+                        {
+                            "name": "gravity_tilt",
+                            "joints": [1],
+                            "parameter": "coulomb_1",
+                            "value_without": 0.052,
+                            "unit": "N m",
+                        }
+                    ],
+                    "taken_for_granted": "The torque constants are right.",
                     "held_out_parts": 3,
                     "confirmed_parts": 3,
                     "effect_free_runs": 4,

@@ -21,17 +21,8 @@ from ident.report.charts import (
     spans_of,
 )
 from ident.report.style import AFTER, BEFORE, MEASURED
-from ident.report.words import (
-    DASH,
-    fixed,
-    joint_labels,
-    joints_text,
-    listed,
-    number,
-    plus_minus,
-    setting,
-    unit_text,
-)
+from ident.report.words import DASH, fixed, number, plus_minus, setting, unit_text
+from wamctl.arm.joint_labels import joint_labels, joints_text, listed
 
 
 def test_the_chart_library_is_the_published_one() -> None:
@@ -145,6 +136,7 @@ def test_values_have_as_many_decimals_as_their_deviation() -> None:
         (["shoulder_pan_joint", "elbow_joint"], ["1 shoulder pan", "2 elbow"]),
         (["only_joint"], ["1 only joint"]),
         (["J2", "J4"], ["1 J2", "2 J4"]),
+        (["joint_0", "joint_1"], ["1 joint 0", "2 joint 1"]),
     ],
 )
 def test_labels_of_joints(names: list[str], labels: list[str]) -> None:

@@ -256,11 +256,17 @@ def test_gap_page_has_the_numbers_of_gap_json(pages: dict[str, str]) -> None:
         "Adding it closes 94 % of the gap: on held-out data, the error falls from 3.21 % to 1.23 %."
     ) in text
     assert (
-        "Evidence: it needed 0.21, and has 0.37 (log-likelihood gained per sample); confirmed on 3"
+        "Evidence: it needed 0.21, and has 0.37 (log-likelihood gained per sample); its size is"
+        " 12 standard deviations from zero; confirmed on 3"
         " of 3 parts of the recordings, each predicted by a fit to the others; none of 4"
         " effect-free simulations of this arm looks like it; the next best explanation, gravity"
         " tilt at joint 1 (base), has 0.12."
     ) in text
+    assert (
+        "Its coulomb 1 leans on gravity tilt at joint 1 (base): without that effect it would be"
+        " 0.0520 N·m."
+    ) in text
+    assert "The torque constants are right." in text
     assert "stribeck extra friction [N·m] 0.020 0.030" in text
     assert "Held still, so they show nothing: joint 3 (slide)." in text
     assert "turning round: with it [N·m]" in text

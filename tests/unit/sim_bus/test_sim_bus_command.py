@@ -13,6 +13,8 @@ from typer.testing import CliRunner
 from sim_bus.cli import app
 from wamctl.arm.config import shipped_file
 
+pytestmark = pytest.mark.alone
+
 
 def command(*arguments):
     return [sys.executable, "-c", "from sim_bus.cli import main; main()", "serve", *arguments]

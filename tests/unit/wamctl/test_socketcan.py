@@ -12,6 +12,8 @@ from wamctl.drives import socketcan as bursts
 from wamctl.drives.bus import send_all
 from wamctl.drives.socketcan import BurstBus
 
+pytestmark = pytest.mark.alone
+
 
 def frame(can_id, data=b"", **kind):
     return can.Message(arbitration_id=can_id, data=data, is_extended_id=False, **kind)

@@ -1,0 +1,82 @@
+"""Several recordings: what contradicts is told, parameter by parameter, with its meaning."""
+
+import numpy as np
+from chain_arm import recorded, urdf_of
+
+from ident.identification.validation import arm_of, predict
+from ident.workflows.run import run_data
+from ident.workflows.validate import large_errors
+
+HALF = 2000
+
+
+def halves(**settings):
+    """Two recordings of one arm: the halves of one."""
+    log = recorded(joints=4, seconds=40.0, **settings)
+    parts = slice(None, HALF), slice(HALF, None)
+    return [log.with_(t=log.t[p] - log.t[p][0], q=log.q[p], tau=log.tau[p]) for p in parts]
+
+
+def run(*logs):
+    arm = logs[0].arm()
+    data = [log.dataset(arm, f"log_{i}") for i, log in enumerate(logs)]
+    return run_data(arm, data).content
+
+
+def told(content) -> list[str]:
+    return [r["sentence"] for r in content["remarks"] if r["code"] == "recordings_disagree"]
+
+
+def test_recordings_of_one_arm_agree():
+    for seed in range(3):
+        content = run(*halves(seed=seed))
+        assert not told(content)
+        assert "recordings_disagree" not in content
+
+
+def test_warmer_drives():
+    first, second = halves()
+    third, _ = halves(friction=0.04)
+    content = run(first, second, third)
+    (sentence,) = told(content)
+    assert sentence.startswith("log_2 contradicts the other recordings: ")
+    assert "colder or warmer" in sentence
+    (row,) = content["recordings_disagree"]
+    assert row["change"] == "friction"
+    assert {p["name"][:2] for p in row["parameters"]} <= {"fv", "fc"}
+    assert all(abs(p["value"]) < abs(p["others"]) for p in row["parameters"])
+
+
+def test_another_tool():
+    masses = 5.0 * 0.7 ** np.arange(4)
+    first, second = halves()
+    other, _ = halves(true_urdf=urdf_of(4, masses * [1, 1, 1, 1.3]), friction=0.0)
+    same, _ = halves(friction=0.0)
+    content = run(same, other)
+    (row,) = content["recordings_disagree"]
+    assert row["change"] == "load"
+    assert "tool or payload" in told(content)[0]
+    assert not told(run(first, second))
+
+
+def test_another_mounting():
+    tilted = 9.81 * np.array([np.sin(0.1), 0.0, -np.cos(0.1)])
+    same, _ = halves(friction=0.0)
+    other, _ = halves(friction=0.0, gravity=lambda t: tilted)
+    content = run(same, other)
+    assert [r["change"] for r in content["recordings_disagree"]] == ["other"]
+    assert "mounting" in told(content)[0]
+
+
+def test_a_model_that_does_not_predict_a_recording_is_doubted():
+    first, _ = halves(friction=0.0)
+    heavy = 5.0 * 0.7 ** np.arange(4) * [1, 1, 2, 4]
+    other, _ = halves(friction=0.0, true_urdf=urdf_of(4, heavy))
+    model = run_data(first.arm(), [first.dataset(first.arm())]).model
+    arm = arm_of(model)
+    told = [
+        large_errors([predict(model, arm, log.dataset(arm))], "feasible") for log in (first, other)
+    ]
+    assert told[0] == []
+    assert [r.code for r in told[1]] == ["large_error"]
+    assert "of the torque unexplained" in told[1][0].sentence

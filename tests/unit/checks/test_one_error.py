@@ -1,0 +1,75 @@
+"""One model on one log has one error, told by `ident run`, `ident validate` and `ident gap`."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from chain_arm import recorded
+
+from ident.effects.bound_effects import bound
+from ident.effects.compensation import without_effects
+from ident.effects.reversal_friction import BASIS, USUAL, shapes_of
+from ident.estimation.reversal_shapes import KnownShapes
+from ident.identification.validation import arm_of, predict
+from ident.model.named_effects import EffectRecord
+from ident.workflows.model_errors import errors_on
+from ident.workflows.run import run_data
+
+STRIBECK = EffectRecord(
+    name="stribeck",
+    joints=(2,),
+    equation="",
+    variant="",
+    parameters={"extra_friction": 0.4},
+    units={"extra_friction": "N m"},
+    settings={"speed": 0.2, "exponent": 2.0, "slow_decay": 0.0},
+    rows=(2,),
+)
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    log = recorded(joints=3, seconds=20.0)
+    arm = log.arm()
+    data = log.dataset(arm, "log")
+    return arm, data, run_data(arm, [data])
+
+
+def validated(model, data) -> float:
+    return predict(model, arm_of(model), data).filtered[model.estimator].relative_percent
+
+
+def test_of_a_fit(fitted):
+    _, data, run = fitted
+    (told,) = run.content["errors"]
+    assert told["name"] == "log"
+    assert told["relative_error_percent"] == pytest.approx(validated(run.model, data), rel=1e-6)
+
+
+def test_of_a_fit_beside_effects_that_were_given(fitted):
+    """The torque of the effects is formed with the parameters that were found, and counts whole."""
+    arm, data, first = fitted
+    known = replace(first.model, effects=bound([STRIBECK]))
+    run = run_data(arm, [data], known=known)
+    (told,) = run.content["errors"]
+    assert told["relative_error_percent"] == pytest.approx(validated(run.model, data), rel=1e-9)
+    (bare,) = errors_on(replace(run.model, effects=bound([])), [data])
+    assert abs(bare["relative_error_percent"] - told["relative_error_percent"]) > 0.1
+
+
+def test_effects_turn_round_as_the_model_says(fitted):
+    """A wide curve and a narrow one give another torque of the same effect at reversals."""
+    _, data, run = fitted
+    n = run.model.robot.dof
+    torques = []
+    for place in (0, 9):  # ramps of the least and of the largest width
+        shapes = np.tile(np.eye(len(BASIS))[place], (n, 1))
+        fit = replace(run.model.filter, reversals=KnownShapes(BASIS, shapes).for_model())
+        assert np.array_equal(shapes_of(fit.reversals, n), shapes)
+        model = replace(run.model, filter=fit, effects=bound([STRIBECK]))
+        torques.append(without_effects(model, data).segments[0].tau[:, 1])
+    assert np.abs(torques[0] - torques[1]).max() > 0.1 * 0.4
+
+
+def test_without_curves_friction_turns_round_as_usual():
+    assert np.array_equal(shapes_of((), 2), np.array([USUAL, USUAL]))

@@ -1,0 +1,175 @@
+"""What an effect needs to be named: to be surely not zero, to have a size, to carry over."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from closed_loop import source_of
+from test_verdict import found, score_of
+
+from ident.effects.candidate import Value
+from ident.effects.catalogue import catalogue
+from ident.gap.data.experiment import base_columns, facts_of
+from ident.gap.data.segments import segments
+from ident.gap.data.windows import windows_for
+from ident.gap.naming.across_recordings import Across, with_spread
+from ident.gap.naming.certainty import Certainty, Suspected, deviations, set_apart, sure_in_the_end
+from ident.gap.naming.dependence import dependences
+from ident.gap.regression.current_model import extend, nominal_fit
+from ident.gap.regression.rows import windowed_rows
+from ident.gap.results.verdict import Kind, decide
+from ident.gap.selection.estimates import final_estimates
+from ident.gap.selection.rivals import yields_to_constant
+from ident.gap.selection.scoring import Score
+from ident.gap.selection.state import SelectionState
+from ident.gap.selection.thresholds import least_threshold
+from ident.gap.settings import GapSettings
+
+SETTINGS = GapSettings()
+OFFSET = np.array([0.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0])
+SURE = Certainty(5.0, 1.0, 0.1, 0.5, 2.0, 1.0, 0.3)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({}, ""),
+        ({"deviations": 2.9}, "standard deviations"),
+        ({"peak": 0.09}, "resolution"),
+        ({"peak": 0.015, "resolution": 0.01, "explained": 0.2}, "friction"),
+        ({"across": -0.01}, "recording"),
+        ({"across": None}, ""),
+    ],
+)
+def test_each_doubt_is_told(change, words):
+    doubt = replace(SURE, **change).doubt(SETTINGS.naming)
+    assert words in doubt
+    assert bool(doubt) == bool(words)
+
+
+def test_the_size_of_a_spring_is_its_stiffness_not_its_offset(source):
+    spring = catalogue()["joint_spring"].candidates(facts_of(source))[0]
+    values = {"stiffness": Value(1.0, 0.5, "N m/rad"), "torque_at_zero": Value(9.0, 0.1, "N m")}
+    assert deviations(spring, values) == pytest.approx(2.0)
+
+
+def test_what_is_only_suspected_is_no_name():
+    doubtful = Suspected(found(), {}, replace(SURE, deviations=1.0), "too small")
+    small = replace(
+        doubtful, effect=replace(found(), score=replace(score_of("stribeck"), gain=0.1))
+    )
+    assert decide([], [], [], [], SETTINGS, suspected=[small]).kind is Kind.NO_GAP
+    assert decide([], [], [], [], SETTINGS, suspected=[doubtful]).kind is Kind.UNKNOWN
+    assert decide([], [found()], [], [], SETTINGS, suspected=[small]).kind is Kind.NAMED
+
+
+def test_what_changes_with_time_yields_to_what_does_not():
+    warm = found("thermal_drift")
+    rotor = replace(score_of("rotor_inertia"), gain=0.8 * warm.score.gain)
+    assert yields_to_constant(warm, [warm.score, rotor], SETTINGS.rivals)
+    weak = replace(rotor, gain=0.6 * warm.score.gain)
+    assert not yields_to_constant(warm, [warm.score, weak], SETTINGS.rivals)
+    drag = found("nonlinear_viscous")
+    assert not yields_to_constant(drag, [drag.score, rotor], SETTINGS.rivals)
+    assert yields_to_constant(drag, [replace(rotor, gain=drag.score.gain)], SETTINGS.rivals)
+    assert not yields_to_constant(found("torque_offset"), [rotor], SETTINGS.rivals)
+
+
+def beside_an_offset(source, plain, name):
+    """Recordings with a real offset, and a state with it and another effect at the same joint."""
+    command = replace(plain.command, effort=plain.command.effort + OFFSET)
+    shifted = source_of(replace(plain, command=command))
+    parts = segments(shifted.datasets, windows_for(500.0, 10.0))
+    facts = facts_of(shifted)
+    rows = windowed_rows(parts, windows_for(500.0, 10.0), facts, base_columns(shifted))
+    nominal = nominal_fit(rows, facts)
+    accepted = []
+    for effect in ("torque_offset", name):
+        h = next(h for h in catalogue()[effect].candidates(facts) if h.joints == (4,))
+        score = Score(0, h, extend(rows, nominal, [h]).fit, 0.1, 0.1)
+        accepted.append(replace(found(effect), score=score, joints=(4,)))
+    least = least_threshold(SETTINGS.thresholds)
+    return shifted, SelectionState(rows, nominal, least, None).with_only(accepted)
+
+
+@pytest.fixture
+def two_accepted(source, plain):
+    """An offset that is there, and a drag that is not."""
+    return beside_an_offset(source, plain, "nonlinear_viscous")
+
+
+def test_a_value_leans_on_the_effect_without_which_it_is_another_one(source, plain):
+    """Of an offset and a spring, the spring would be stiffer if there were no offset."""
+    _, state = beside_an_offset(source, plain, "joint_spring")
+    final = final_estimates(state.rows, state.current, SETTINGS.significance)
+    sure = [{n: replace(v, sd=0.01 * abs(v.value)) for n, v in p.items()} for p in final.parameters]
+    final = replace(final, parameters=tuple(sure))
+    _, spring = dependences(state.rows, state.current, final, SETTINGS.naming)
+    (leaning,) = spring
+    assert leaning.other.effect == "torque_offset"
+    alone = state.with_only(state.accepted[1:])
+    (values,) = final_estimates(alone.rows, alone.current, SETTINGS.significance).parameters
+    assert leaning.without == pytest.approx(values[leaning.parameter].value, rel=1e-3)
+    huge = [{n: replace(v, sd=1e3) for n, v in p.items()} for p in final.parameters]
+    unsure = replace(final, parameters=tuple(huge))
+    assert dependences(state.rows, state.current, unsure, SETTINGS.naming) == [(), ()]
+
+
+def test_a_sure_effect_stays_and_one_without_size_is_set_apart(two_accepted):
+    kept, apart = set_apart(*two_accepted, SETTINGS)
+    assert [a.candidate.effect for a in kept.accepted] == ["torque_offset"]
+    assert [s.candidate.effect for s in apart] == ["nonlinear_viscous"]
+    assert apart[0].doubt
+    assert not apart[0].in_model
+
+
+def test_an_effect_without_which_a_sure_one_would_fall_stays_in_the_model(
+    two_accepted, monkeypatch
+):
+    """The offset has its three deviations only beside the drag, which is too small to be named."""
+
+    def leaning(source, state, settings):
+        names = [a.candidate.effect for a in state.accepted]
+        alone = Certainty(0.2, 1.0, 0.1, 0.5, 2.0, 1.0)
+        beside = replace(alone, deviations=30.0)
+        small = replace(beside, peak=0.05)
+        judged = {"torque_offset": beside if len(names) > 1 else alone, "nonlinear_viscous": small}
+        return [({}, judged[name]) for name in names]
+
+    monkeypatch.setattr("ident.gap.naming.certainty.certainties", leaning)
+    kept, apart = set_apart(*two_accepted, SETTINGS)
+    assert [a.candidate.effect for a in kept.accepted] == ["torque_offset", "nonlinear_viscous"]
+    assert [(s.candidate.effect, s.in_model) for s in apart] == [("nonlinear_viscous", True)]
+
+
+def test_what_a_term_on_demand_makes_unsure_loses_its_name_and_stays(two_accepted, monkeypatch):
+    source, state = two_accepted
+    offset, drag = state.accepted
+    term = Suspected(drag, {}, SURE, "", in_model=True)
+
+    def sharing(source, state, settings):
+        beside = replace(SURE, deviations=1.5)
+        return [
+            ({}, beside if a is offset and len(state.accepted) > 1 else SURE)
+            for a in state.accepted
+        ]
+
+    monkeypatch.setattr("ident.gap.naming.certainty.certainties", sharing)
+    whole, apart = sure_in_the_end(source, state.with_only([offset]), [term], SETTINGS)
+    assert [a.place for a in whole.accepted] == [offset.place, drag.place]
+    assert [(s.effect.place, s.in_model) for s in apart] == [
+        (offset.place, True),
+        (drag.place, True),
+    ]
+    monkeypatch.setattr(
+        "ident.gap.naming.certainty.certainties", lambda _, s, __: [({}, SURE)] * len(s.accepted)
+    )
+    assert sure_in_the_end(source, state.with_only([offset]), [term], SETTINGS)[1] == (term,)
+
+
+def test_standard_deviations_span_the_recordings(source):
+    offset = catalogue()["torque_offset"].candidates(facts_of(source))[0]
+    values = {"offset": Value(2.0, 0.1, "N m")}
+    apart = with_spread(offset, values, Across(np.array([0.3])))
+    assert apart["offset"].sd == pytest.approx(0.6)
+    assert with_spread(offset, values, Across(np.array([0.01])))["offset"].sd == 0.1

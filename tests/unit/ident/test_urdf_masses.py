@@ -1,0 +1,58 @@
+"""`ident check-urdf` with a recording: masses that it contradicts, and by how much."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from test_ident_commands import call, write_log
+
+from wamctl.arm.config import shipped_file
+
+URDF = shipped_file("wam7.urdf").read_text("utf-8")
+MASSES = {4: "2.40016804", 6: "0.41797364"}
+
+
+def heavier(tmp_path: Path, factor: float, *joints: int) -> Path:
+    text = URDF
+    for joint in joints:
+        assert text.count(MASSES[joint]) == 1
+        text = text.replace(MASSES[joint], f"{factor * float(MASSES[joint])}")
+    path = tmp_path / "arm.urdf"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory, noisy) -> Path:
+    return write_log(tmp_path_factory.mktemp("logs") / "log.mcap", noisy)
+
+
+def checked(capsys, urdf: Path, log: Path, *options: str, status: int = 0) -> dict:
+    assert call("check-urdf", urdf, log, "--json", *options) == status
+    return json.loads(capsys.readouterr().out)
+
+
+def test_the_right_urdf_is_not_contradicted(tmp_path, log, capsys):
+    content = checked(capsys, heavier(tmp_path, 1.0), log)
+    assert content["verdict"] == "possible"
+    assert content["masses"] == []
+    assert 1 in content["unseen_masses"]
+
+
+@pytest.mark.parametrize(("factor", "joints"), [(2.0, (4,)), (0.5, (6,)), (1.3, (4, 6))])
+def test_wrong_masses_are_told_with_their_size(factor, joints, tmp_path, log, capsys):
+    content = checked(capsys, heavier(tmp_path, factor, *joints), log, "--strict", status=6)
+    assert {m["joint"] for m in content["masses"]} == set(joints)
+    for mass in content["masses"]:
+        true = float(MASSES[mass["joint"]])
+        assert mass["urdf_kg"] == pytest.approx(factor * true)
+        assert mass["found_kg"] == pytest.approx(true, rel=0.05)
+        assert re.search(r"carries .* in the URDF", mass["sentence"])
+
+
+def test_a_refused_recording(tmp_path, noisy, capsys):
+    short = write_log(tmp_path / "short.mcap", noisy)
+    short.write_bytes(short.read_bytes()[: len(short.read_bytes()) // 40])
+    assert call("check-urdf", heavier(tmp_path, 1.0), short) == 6
+    assert capsys.readouterr().err.count("\n") == 1

@@ -1,0 +1,62 @@
+import json
+
+import numpy as np
+import pytest
+from servo_arm import COULOMB, JOINTS, URDF, recording
+from typer.testing import CliRunner
+
+import ident
+from ident.cli import app
+from ident.output_error.servo_model import read_servo_model
+from wamctl.arm.recorder import write_recording
+
+OFFSET = -0.25  # N m at the elbow, about the friction's size
+
+
+def pulled(q, v):
+    return np.array([0.0, OFFSET])
+
+
+@pytest.fixture(scope="module")
+def gap_of_pulled(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("servo_gap")
+    write_recording(folder / "pulled.mcap", recording(hidden=pulled))
+    done = CliRunner().invoke(
+        app,
+        ["gap", str(folder / "pulled.mcap"), "--method", "simulation", "--null-runs", "1",
+         "--out", str(folder / "gap")],
+    )  # fmt: skip
+    assert done.exit_code == 0, done.output
+    return folder / "gap", done.output
+
+
+def test_a_torque_in_another_simulator_is_named_and_sized(gap_of_pulled):
+    content = json.loads((gap_of_pulled[0] / "gap.json").read_text())
+    assert content["verdict"] == "named", content["effects"]
+    (effect,) = content["effects"]
+    assert (effect["name"], effect["joints"]) == ("torque_offset", [2])
+    # the model's offset resists, so that its sign is the other one
+    size = effect["parameters"]["offset"]
+    assert size["value"] == pytest.approx(-OFFSET, rel=0.1)
+    held = content["held_out"]
+    assert held["after"]["rms_by_joint"][1] < 0.2 * held["before"]["rms_by_joint"][1]
+    assert held["closed_fraction"] > 0.9
+
+
+def test_model_and_page_hold_the_effect(gap_of_pulled):
+    folder, output = gap_of_pulled
+    model = read_servo_model(folder / "model.yaml")
+    assert model.value("offset") == pytest.approx([0.0, -OFFSET], abs=0.03)
+    assert model.value("coulomb") == pytest.approx([COULOMB] * 2, rel=0.2)
+    assert "misses a constant extra torque" in output
+    assert "constant extra torque" in (folder / "report.html").read_text()
+
+
+def test_an_arm_without_effects_misses_nothing():
+    arm = ident.Arm.from_urdf(URDF)
+    made = recording(seed=3)
+    rec = ident.Recording(t=made.stamp_ns * 1e-9, q=made.q, q_command=made.command.q, joints=JOINTS)
+    gap = ident.find_gap(arm, [rec], method="simulation", null_runs=1)
+    assert gap.verdict == "no_gap"
+    assert gap.effects == ()
+    assert gap.content["minimum_detectable"]["torque_offset"]["2"] < 0.1

@@ -1,0 +1,99 @@
+import numpy as np
+import pytest
+from scipy.signal import lsim
+from servo_arm import URDF
+
+from ident.dynamics.compiled_chain import chain_of
+from ident.output_error.first_guess import neutral
+from ident.output_error.fit import Setup, Stretch, coordinates, settings_at
+from ident.output_error.parameters import QUANTITIES, ROW
+from ident.output_error.plant import Motion
+from wamctl.arm.robot import load_robot
+
+
+def pendulum(**values):
+    """The elbow alone, weightless: inertia 5e-3 kg m^2 at the joint."""
+    robot = load_robot(URDF, ("elbow",), gravity_m_s2=(0.0, 0.0, 0.0))
+    settings = neutral(1)
+    for name, value in {"coulomb": 1e-6, "delay": 0.0, "armature": 0.015, **values}.items():
+        settings[ROW[name]] = value
+    delta = np.concatenate([robot_parameters(robot)])
+    return robot, settings, delta
+
+
+def robot_parameters(robot):
+    from wamctl.arm.robot import cad_parameters
+
+    return cad_parameters(robot)
+
+
+def replay(command, seconds=2.0, at_link=True, start=0.0, **values):
+    robot, settings, delta = pendulum(**values)
+    t = np.arange(0, seconds, 0.02)
+    u = np.array([[command(x)] for x in t])
+    zero = np.array([start])
+    motion = Motion(t, t.copy(), u, zero, np.zeros(1))
+    setup = Setup(
+        chain_of(robot), delta, np.array([at_link]), (Stretch(motion, np.zeros_like(u)),), 0.0005
+    )
+    (made,) = setup.replay(settings)
+    return t, made[:, 0]
+
+
+def test_step_response_is_that_of_the_second_order_system():
+    t, q = replay(lambda x: 0.1, stiffness=20.0, damping=0.4)
+    inertia = 0.015 + 2e-3 + 0.3 * 0.1**2
+    _, wanted, _ = lsim(([20.0], [inertia, 0.4, 20.0]), np.full(len(t), 0.1), t)
+    assert np.abs(q - wanted).max() < 2e-3
+
+
+def test_friction_holds_what_the_servo_cannot_move():
+    _, q = replay(lambda x: 0.01, stiffness=20.0, coulomb=0.25)
+    assert np.abs(q).max() < 1e-6
+    _, q = replay(lambda x: 0.02, stiffness=20.0, coulomb=0.25, damping=3.0)
+    assert q[-1] == pytest.approx(0.02 - 0.25 / 20.0, abs=1e-4)
+
+
+@pytest.mark.parametrize("play", [0.0, 1e-6])
+def test_friction_that_turns_gradually_lets_a_joint_creep(play):
+    """Below its turning speed, friction is a damper: the joint creeps to its command."""
+    values = {"stiffness": 20.0, "coulomb": 0.25, "damping": 0.1, "turning_speed": 0.02}
+    t, q = replay(lambda x: 0.01, half_play=play, **values)
+    rate = 20.0 / (0.1 + 0.25 / 0.02)
+    assert q[t > 0.2] == pytest.approx(0.01 * (1 - np.exp(-rate * t[t > 0.2])), abs=2e-4)
+
+
+def test_delay_shifts_the_answer():
+    _, early = replay(lambda x: 0.1 if x > 0.5 else 0.0)
+    _, late = replay(lambda x: 0.1 if x > 0.5 else 0.0, delay=0.04)
+    assert late[2:] == pytest.approx(early[:-2], abs=1e-9)
+
+
+def test_play_lets_the_link_rest_while_the_rotor_crosses_it():
+    def wave(x):
+        return 0.1 * np.sin(2 * np.pi * 0.5 * x)
+
+    t, tight = replay(wave, seconds=8.0, at_link=False)
+    _, rotor = replay(wave, seconds=8.0, at_link=False, half_play=0.02)
+    _, link = replay(wave, seconds=8.0, at_link=True, half_play=0.02)
+    assert np.abs(rotor - tight)[t > 2].max() < 0.01
+    assert np.abs(link - tight)[t > 2].max() > 0.005
+
+
+def test_a_planned_motion_keeps_its_acceleration():
+    t, q = replay(
+        lambda x: 1.0 if x > 0.01 else 0.0,
+        stiffness=2000.0,
+        damping=10.0,
+        armature=0.001,
+        profile_acceleration=4.0,
+    )
+    rising = (t > 0.1) & (t < 0.45)
+    assert np.polyfit(t[rising], q[rising], 2)[0] == pytest.approx(2.0, rel=0.1)
+    assert q[-1] == pytest.approx(1.0, abs=2e-3)
+
+
+def test_coordinates_and_settings_belong_together():
+    settings = neutral(2)
+    assert settings_at(coordinates(settings)) == pytest.approx(settings)
+    assert len(QUANTITIES) == len(ROW) == 22

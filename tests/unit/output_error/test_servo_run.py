@@ -1,0 +1,95 @@
+import json
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+import yaml
+from servo_arm import ARMATURE, COULOMB, DAMPING, JOINTS, STIFFNESS, URDF, recording
+from typer.testing import CliRunner
+
+import ident
+from ident.cli import app
+from ident.recordings.loading import Reading
+from ident.workflows.method import method_for
+from wamctl.arm.errors import DataError
+from wamctl.arm.recorder import write_recording
+
+
+def test_method_is_chosen_where_no_torque_is_and_said(identified):
+    content = json.loads((identified / "run.json").read_text())
+    assert content["method"] == "simulation"
+    assert "no_torque" in [r["code"] for r in content["remarks"]]
+    assert content["verdict"] == "trustworthy"
+
+
+def test_settings_of_another_simulator_are_recovered(identified):
+    content = json.loads((identified / "run.json").read_text())
+    found = {(p["name"], p["joint"]): p["value"] for p in content["parameters"]}
+    truth = {
+        "stiffness": STIFFNESS, "damping": DAMPING, "coulomb": COULOMB, "armature": ARMATURE,
+        "delay": 0.015,
+    }  # fmt: skip
+    for name, value in truth.items():
+        for joint in (1, 2):
+            assert found[name, joint] == pytest.approx(value, rel=0.15), (name, joint)
+    kept = {t["name"] for t in content["parts_tried"] if any(t["kept"])}
+    assert not kept & {"half_play", "compliance", "profile", "integral", "dead_zone"}
+
+
+def test_validate_replays_other_motions(identified, logs, tmp_path):
+    done = CliRunner().invoke(
+        app,
+        ["validate", str(logs[1]), "--model", str(identified / "model.yaml"), "--out",
+         str(tmp_path)],
+    )  # fmt: skip
+    assert done.exit_code == 0, done.output
+    (log,) = json.loads((tmp_path / "validate.json").read_text())["logs"]
+    step = 2 * np.pi / 4096
+    assert max(log["rms_q_by_joint"]) < 2 * step
+    assert min(log["following_rms_by_joint"]) > 20 * step
+
+
+def test_exports_open_where_they_are_for(identified, logs, tmp_path):
+    arm, settings = tmp_path / "arm.xml", tmp_path / "servos.yaml"
+    model = str(identified / "model.yaml")
+    done = CliRunner().invoke(
+        app,
+        ["export", model, "--to", "mjcf", "--out", str(arm), "--replay", str(logs[1]), "--json"],
+    )
+    assert done.exit_code == 0, done.output
+    errors = json.loads(done.output)["replay_rms_rad"]
+    assert max(errors["mujoco"]) < 0.005
+    loaded = mujoco.MjModel.from_xml_path(str(arm))
+    assert loaded.nu == 2
+    assert loaded.dof_frictionloss == pytest.approx([COULOMB] * 2, rel=0.15)
+    done = CliRunner().invoke(app, ["export", model, "--to", "isaaclab", "--out", str(settings)])
+    assert done.exit_code == 0, done.output
+    servos = yaml.safe_load(settings.read_text())["servos"]
+    assert list(servos["stiffness"]) == list(JOINTS)
+
+
+def test_python_gives_the_same(logs):
+    arm = ident.Arm.from_urdf(URDF)
+    rec = ident.Recording.from_bag(logs[0])
+    assert rec.tau is None
+    with pytest.raises(DataError, match="torque"):
+        ident.identify(arm, rec)
+
+
+def test_effort_without_sign_is_left_aside(tmp_path):
+    made = recording(4.0)
+    load = np.abs(np.random.default_rng(0).normal(size=made.q.shape))
+    write_recording(tmp_path / "unsigned.mcap", replace(made, effort=load))
+    method, (remark,) = method_for([tmp_path / "unsigned.mcap"], None, Reading())
+    assert method == "simulation"
+    assert "no sign" in remark.sentence
+    write_recording(tmp_path / "signed.mcap", replace(made, effort=load - 1.0))
+    assert method_for([tmp_path / "signed.mcap"], None, Reading()) == ("regression", [])
+
+
+def test_settings_of_the_regression_are_refused(logs, tmp_path):
+    done = CliRunner().invoke(
+        app, ["run", str(logs[0]), "--cutoff", "5", "--out", str(tmp_path / "no")]
+    )
+    assert done.exit_code == 3 or "belongs to the regression" in str(done.exception)

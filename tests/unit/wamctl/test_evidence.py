@@ -1,0 +1,62 @@
+"""Evidence between answers that were written down before a motion."""
+
+import numpy as np
+import pytest
+
+from wamctl.investigation.evidence import (
+    SEARCH_NATS,
+    SHARES,
+    asked,
+    log_evidence,
+    odds,
+    outcomes,
+    signed_evidence,
+)
+
+JOINTS = 3
+
+
+def played(rng: np.random.Generator, apart: float, blocks: int) -> list[float]:
+    """Bets on an answer that is `apart` from the truth, the rival is the truth; heavy tails."""
+    residual = rng.standard_t(3, size=(blocks, JOINTS)) * np.exp(rng.normal(size=(blocks, 1)))
+    wrong = residual - apart * rng.normal(size=(blocks, JOINTS))
+    return outcomes(wrong**2, residual**2, np.ones(JOINTS)).tolist()
+
+
+@pytest.mark.parametrize("apart", [0.0, 0.05, 0.5])
+def test_a_wrong_leader_is_confirmed_no_more_often_than_promised_although_looked_at_always(apart):
+    rng, alpha, runs = np.random.default_rng(1), 0.05, 2000
+    bar = np.log(1 / alpha)
+    crossed = 0
+    for _ in range(runs):
+        bets = np.array(played(rng, apart, 60))
+        wealth = np.cumsum(np.log1p(np.outer(SHARES, bets)), axis=1)
+        crossed += bool((np.logaddexp.reduce(wealth, axis=0) - np.log(len(SHARES)) > bar).any())
+    assert crossed / runs < alpha
+
+
+def test_a_right_leader_is_confirmed_soon():
+    rng = np.random.default_rng(2)
+    right = [-b for b in played(rng, 3.0, 40)]
+    assert log_evidence(right) > asked(0.01, 1)
+    assert signed_evidence([-b for b in right]) < -asked(0.01, 1)
+
+
+def test_later_leaders_must_show_more():
+    spent = [np.exp(-asked(0.01, k)) for k in range(1, 40)]
+    assert sum(spent) == pytest.approx(0.01)
+    assert spent == sorted(spent, reverse=True)
+
+
+def test_blocks_without_any_residual_decide_nothing():
+    nothing = np.zeros((4, JOINTS))
+    assert outcomes(nothing, nothing, np.ones(JOINTS)).tolist() == [0.0] * 4
+    assert log_evidence([0.0] * 4) == pytest.approx(0.0)
+
+
+def test_a_search_of_the_same_data_counts_twenty_to_one():
+    searched = {"none": 0.0, "unknown": 0.0, "stribeck:4": SEARCH_NATS}
+    assert odds(searched, {})["stribeck:4"] == pytest.approx(20.09 / 22.09, abs=0.01)
+    later = odds(searched, {("stribeck:4", "none"): [0.9] * 10})
+    assert later["none"] < 1e-3
+    assert sum(later.values()) == pytest.approx(1.0)

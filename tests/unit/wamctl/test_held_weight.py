@@ -1,0 +1,83 @@
+"""Torques that hold the arm tell a motor's scale from a tool and from the CAD's own error."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from wamctl.experiment.preflight import load_arm
+from wamctl.safety.held_weight import ANY_SCALE, explanation
+
+REST = np.array([0.0, -1.0, 0.0, 2.5, 0.0, 0.0, 0.0])
+FRICTION = np.array([0.06, 0.09, 0.09, 0.06, 0.04, 0.04, 0.01])
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return load_arm("wam7.yaml")[1]
+
+
+def held(arm, seed=None, tool_kg=0.0):
+    """Weight on the motors of an arm whose links differ from CAD, with a tool."""
+    model = pin.Model(arm.robot.model)
+    if seed is not None:
+        random = np.random.default_rng(seed)
+        for k in range(1, model.njoints):
+            model.inertias[k].mass *= 1.0 + 0.08 * random.standard_normal()
+            model.inertias[k].lever = model.inertias[k].lever * (
+                1.0 + 0.08 * random.standard_normal(3)
+            )
+    tool = pin.Inertia.FromSphere(tool_kg or 1e-9, 0.03)
+    frame = model.frames[model.getFrameId(arm.file.limits.tool_frame)]
+    place = frame.placement * pin.SE3(np.eye(3), np.array([0.01, 0.0, 0.06]))
+    model.appendBodyToJoint(frame.parentJoint, tool, place)
+    weight = pin.computeGeneralizedGravity(model, model.createData(), REST)
+    return arm.transmission.joint_from_motor.T @ weight
+
+
+def explained(arm, torques):
+    tool = arm.file.limits.tool_frame
+    return explanation(arm.robot, arm.transmission, tool, REST, torques, FRICTION)
+
+
+@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("tool_kg", [0.0, 1.0, 6.0])
+def test_an_arm_near_its_model_is_no_fault_whatever_tool_it_has(arm, seed, tool_kg):
+    found = explained(arm, held(arm, seed, tool_kg))
+    assert found.fault(ANY_SCALE) is None
+    assert found.load_kg == pytest.approx(tool_kg, abs=0.5)
+
+
+@pytest.mark.parametrize(("motor", "scale"), [(1, 0.7), (2, 1.4), (3, 1.5)])
+def test_a_scale_that_no_tool_explains_is_told(arm, motor, scale):
+    torques = held(arm)
+    torques[motor] /= scale
+    found = explained(arm, torques)
+    assert (found.motor, found.scale) == (motor, pytest.approx(scale, rel=0.05))
+    assert found.fault((scale, scale)) == (
+        f"motor {motor + 1} gives {found.scale:.2f} times the torque that it is told to give, by "
+        "the weight that it holds, and no tool would explain it: look at its ratio, its torque "
+        "constant, and what else pulls at its joint"
+    )
+
+
+def test_a_weak_elbow_may_be_a_tool(arm):
+    torques = held(arm)
+    torques[3] /= 0.8
+    assert explained(arm, torques).fault(ANY_SCALE) is None
+    assert explained(arm, torques).load_kg > 0.2
+
+
+def test_a_motor_without_torque_has_no_finite_scale(arm):
+    torques = held(arm)
+    torques[1] = 0.0
+    assert not np.isfinite(explained(arm, torques).scale)
+
+
+def test_what_pulls_at_a_joint_is_no_wrong_scale(arm):
+    torques = held(arm)
+    torques[3] -= 0.4
+    found = explained(arm, torques)
+    assert found.motor == 3
+    assert found.scale < 0.0
+    assert found.fault((0.7, 0.9)) is None
+    assert found.fault(ANY_SCALE) is None

@@ -1,0 +1,320 @@
+"""The rounds of an investigation, with programs that write down results at once."""
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from wamctl.arm.configuration.known_change import KnownChangeError, known_change
+from wamctl.errors import UsageError
+from wamctl.investigation import rounds as rounds_module
+from wamctl.investigation.budget import Budget, Cost, duration_s, limited
+from wamctl.investigation.investigate import investigate
+from wamctl.investigation.programs import ProgramError, call
+from wamctl.investigation.rounds import Site
+from wamctl.investigation.state import Request
+
+ERRORS = {"relative_error_percent": 1.0, "rms_by_joint": [0.1]}
+STRIBECK = {
+    "name": "stribeck",
+    "joints": [1],
+    "parameters": {"extra_friction": {"value": 0.9, "sd": 0.01, "unit": "N m"}},
+    "equation": "tau_j += dF exp(-(|qd_j|/vs)^d) sgn(qd_j)",
+    "evidence": {},
+    "rivals": [],
+    "separating_experiment": None,
+}
+
+
+CURVE = {
+    "name": "measured_effect",
+    "depends_on": "position",
+    "between": [-1.0, 1.0],
+    "resembles": ["joint_spring"],
+}
+
+
+class Programs:
+    """Writes what each command would; `ends` says at which call it fails or is killed."""
+
+    better_once_changed = 1.0
+
+    def __init__(self, verdicts: list[str], better: float, ends: dict[int, BaseException]) -> None:
+        self.verdicts, self.better, self.ends = verdicts, better, dict(ends)
+        self.calls: list[str] = []
+        self.changed: list[str] = []
+        self.hidden: list[str] = []
+
+    def __call__(self, module: str, arguments: list[str]) -> None:
+        command = arguments[0]
+        self.calls.append(command)
+        out = Path(arguments[arguments.index("--out") + 1])
+        end = self.ends.pop(len(self.calls), None)
+        if end is not None:
+            if command == "excite":
+                out.write_text("part of a log")
+            raise end
+        getattr(self, f"_{command}")(out, arguments)
+
+    def _excite(self, out: Path, arguments: list[str]) -> None:
+        self.hidden.append(arguments[arguments.index("--hidden") + 1])
+        out.write_text("log")
+
+    def _run(self, out: Path, _: list[str]) -> None:
+        out.mkdir()
+
+    def _gap(self, out: Path, arguments: list[str]) -> None:
+        verdict = self.verdicts[sum(a.endswith(".mcap") for a in arguments) - 1]
+        effects = [STRIBECK] if verdict == "named" else []
+        held = {"before": ERRORS, "after": ERRORS, "noise_floor": ERRORS, "closed_fraction": 1.0}
+        content = {"verdict": verdict, "effects": effects, "held_out": held, "arm": "wam7"}
+        content["minimum_detectable"] = {"stribeck": {"1": 0.1}}
+        out.mkdir()
+        (out / "gap.json").write_text(json.dumps(content))
+        (out / "model.yaml").write_text("model")
+        (out / "report.html").write_text("page")
+
+    def _plan(self, out: Path, arguments: list[str]) -> None:
+        gap = json.loads(Path(arguments[arguments.index("--gap") + 1], "gap.json").read_text())
+        leader = {"named": "stribeck:1", "unknown": "unknown"}.get(gap["verdict"], "none")
+        rival = "none" if leader != "none" else "stribeck:1"
+        if "--changed" in arguments:
+            self.changed.append(arguments[arguments.index("--changed") + 1])
+            self.better = self.better_once_changed
+        motion = {
+            "name": f"slow:{arguments.count('--ran') + 1}",
+            "words": "It moves.",
+            "seconds": 60.0,
+        }
+        (out / "models").mkdir(parents=True)
+        (out / "trajectory.yaml").write_text("motion")
+        (out / "models" / "0.yaml").write_text("curve")
+        (out / "plan.json").write_text(
+            json.dumps(
+                {
+                    "leader": leader,
+                    "models": {n: {"file": "models/0.yaml", "sha256": ""} for n in (leader, rival)},
+                    "measured": STRIBECK | CURVE if leader == "unknown" else None,
+                    "intervention": "hang a mass",
+                    "motion": motion | {"expected_nats": {rival: 5.0}},
+                    "weights": {rival: [1.0]},
+                    "noise_nm": [0.1],
+                }
+            )
+        )
+
+    def _weigh(self, out: Path, arguments: list[str]) -> None:
+        plan = Path(arguments[arguments.index("--plan") + 1]) / "plan.json"
+        content = json.loads(plan.read_text())
+        squares = {content["leader"]: np.full((20, 1), 1.0).tolist()}
+        squares[next(iter(content["weights"]))] = np.full((20, 1), self.better).tolist()
+        out.write_text(json.dumps({"logs": [{"log": "log.mcap", "squares": squares}]}))
+
+
+@pytest.fixture
+def outcome(tmp_path, monkeypatch):
+    """Runs an investigation in a folder with some programs."""
+    monkeypatch.setattr(rounds_module, "cost_of", lambda *_: Cost(50.0, 20.0, 0.2))
+    limits = SimpleNamespace(motor_torque_nm=(1.0,))
+    arm: Any = SimpleNamespace(transmission=None, file=SimpleNamespace(drives=None, limits=limits))
+    first = tmp_path / "first.yaml"
+    first.write_text("first motion")
+
+    def run(
+        programs: Programs,
+        folder: str = "out",
+        resume: bool = False,
+        ask: Any = lambda _: "",
+        answer: str = "",
+        **budget: Any,
+    ):
+        monkeypatch.setattr(rounds_module, "call", programs)
+        site = Site(tmp_path / folder, arm, (), lambda _: None, ask)
+        request = Request("wam7.yaml", "sim", True, "stribeck", 0, str(first))
+        return investigate(site, request, Budget(**budget), resume, answer).content
+
+    return run
+
+
+def test_a_name_is_confirmed_by_a_motion_that_it_predicted(outcome, tmp_path):
+    found = outcome(Programs(["named", "named"], 5.0, {}))
+    assert found["verdict"] == "named"
+    assert found["confirmed"]
+    assert [e["name"] for e in found["effects"]] == ["stribeck"]
+    assert found["predicted_before_run"]["evidence_nats"]["none"] > 5.3
+    assert found["rounds"][1]["odds"]["stribeck:1"] > 0.98
+    assert found["rounds"][1]["gap"] == "rounds/02/gap.json"
+    written = json.loads((tmp_path / "out" / "investigation.json").read_text())
+    assert written == found
+    assert "stribeck" in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_a_name_that_predicts_no_better_is_never_confirmed(outcome):
+    found = outcome(Programs(["named"] * 4, 1.0, {}))
+    assert (found["verdict"], found["confirmed"]) == ("ambiguous", False)
+    assert found["intervention"] == "hang a mass"
+    assert len(found["rounds"]) == 4
+
+
+def undecided(once_changed: float) -> Programs:
+    programs = Programs(["named"] * 9, 1.0, {})
+    programs.better_once_changed = once_changed
+    return programs
+
+
+def test_the_operators_answer_settles_what_no_motion_did(outcome, tmp_path):
+    programs, asked = undecided(5.0), []
+
+    def ask(question: str) -> str:
+        asked.append(question)
+        return "load=1.5,0,0,0.05"
+
+    found = outcome(programs, ask=ask)
+    assert (found["verdict"], found["confirmed"]) == ("named", True)
+    assert len(asked) == 1
+    assert "hang a mass" in asked[0]
+    assert [r["changed"] for r in found["rounds"]] == ["", "", "", "", "load=1.5,0,0,0.05"]
+    assert programs.changed == ["load=1.5,0,0,0.05"]
+    # the log of the loaded arm is weighed, and never fitted
+    assert programs.calls.count("gap") == 4
+    assert programs.calls.count("weigh") == 4
+    # the simulated arm has it as well, beside what it hides
+    hidden = yaml.safe_load(Path(programs.hidden[-1]).read_text())["effects"]
+    assert [e["effect"] for e in hidden] == ["stribeck", "payload"]
+    assert hidden[1]["kg"] == 1.5
+    assert programs.hidden[0] == "stribeck"
+    assert "load=1.5" in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_without_a_terminal_it_ends_with_the_question_and_goes_on_with_an_answer(outcome):
+    programs = undecided(5.0)
+    found = outcome(programs)
+    assert found["intervention"] == "hang a mass"
+    assert len(found["rounds"]) == 4
+    resumed = outcome(programs, resume=True, answer="load=1.5,0,0,0.05")
+    assert (resumed["verdict"], resumed["confirmed"]) == ("named", True)
+
+
+def test_it_asks_no_more_often_than_was_declared(outcome):
+    asked = []
+
+    def ask(question: str) -> str:
+        asked.append(question)
+        return "again"
+
+    found = outcome(undecided(1.0), ask=ask, answers=2)
+    assert (found["verdict"], len(asked), len(found["rounds"])) == ("ambiguous", 2, 6)
+
+
+@pytest.mark.parametrize("call", range(16, 21))
+def test_killed_after_an_answer_it_goes_on_to_the_same_result(outcome, call):
+    whole = outcome(undecided(5.0), "whole", ask=lambda _: "load=1.5,0,0,0.05")
+    programs = undecided(5.0)
+    programs.ends[call] = KeyboardInterrupt()
+    with pytest.raises(KeyboardInterrupt):
+        outcome(programs, "killed", ask=lambda _: "load=1.5,0,0,0.05")
+    resumed = outcome(programs, "killed", resume=True, ask=lambda _: "load=1.5,0,0,0.05")
+    assert resumed | {"wall_s": 0.0} == whole | {"wall_s": 0.0}
+
+
+def test_a_stop_in_the_first_motion_can_be_resumed(outcome):
+    stop = ProgramError("wamctl excite", 5, "this computer held the loop up")
+    programs = Programs(["named", "named"], 5.0, {1: stop})
+    with pytest.raises(ProgramError, match="held the loop up") as raised:
+        outcome(programs)
+    assert raised.value.exit_code == 5
+    assert outcome(programs, resume=True)["verdict"] == "named"
+
+
+@pytest.mark.parametrize(
+    "text", ["heavier", "load=1", "load=-1,0,0,0", "tilt=90,0", "load=a,b,c,d"]
+)
+def test_answers_that_tell_nothing_are_refused_in_a_sentence(text):
+    with pytest.raises(KnownChangeError, match="tells no change of the arm"):
+        known_change(text)
+
+
+@pytest.mark.parametrize("verdict", ["no_gap", "unknown"])
+def test_two_motions_are_asked_for_no_gap_and_for_a_gap_without_a_name(outcome, verdict):
+    found = outcome(Programs([verdict] * 2, 1.0, {}))
+    assert (found["verdict"], found["confirmed"], len(found["rounds"])) == (verdict, True, 2)
+    assert [e["name"] for e in found["effects"]] == (
+        ["measured_effect"] if verdict == "unknown" else []
+    )
+
+
+def test_a_measured_curve_comes_with_what_it_closes_on_the_motion_that_it_predicted(outcome):
+    (curve,) = outcome(Programs(["unknown"] * 2, 4.0, {}))["effects"]
+    assert curve["evidence"]["closed_on_new_motion"] == pytest.approx(0.75)
+
+
+def test_a_rival_that_predicts_better_keeps_no_gap_from_being_final(outcome):
+    found = outcome(Programs(["no_gap"] * 2, 0.05, {}), motions=1)
+    assert (found["verdict"], found["confirmed"]) == ("no_gap", False)
+
+
+@pytest.mark.parametrize("call", range(1, 10))
+def test_a_killed_investigation_goes_on_to_the_same_result(outcome, call):
+    whole = outcome(Programs(["named", "named"], 5.0, {}), "whole")
+    programs = Programs(["named", "named"], 5.0, {call: KeyboardInterrupt()})
+    with pytest.raises(KeyboardInterrupt):
+        outcome(programs, "killed")
+    resumed = outcome(programs, "killed", resume=True)
+    assert len(programs.calls) == 10  # the one that was killed, once more
+    assert resumed | {"wall_s": 0.0} == whole | {"wall_s": 0.0}
+
+
+def test_a_motion_that_a_limit_ends_is_evidence_and_counts(outcome):
+    stop = ProgramError("wamctl excite", 5, "joint 4 was 0.6 rad from its reference")
+    found = outcome(Programs(["named", "named"], 5.0, {5: stop}))
+    assert found["rounds"][1]["stopped"] == "joint 4 was 0.6 rad from its reference"
+    assert found["budget"]["used"]["stops"] == 1
+    assert found["verdict"] == "named"
+
+
+def test_the_operators_stop_ends_it_and_it_can_be_resumed(outcome, tmp_path):
+    stop = ProgramError("wamctl excite", 5, "the operator pressed a key")
+    programs = Programs(["named", "named"], 5.0, {5: stop})
+    with pytest.raises(ProgramError) as raised:
+        outcome(programs)
+    assert raised.value.exit_code == 5
+    assert outcome(programs, resume=True)["verdict"] == "named"
+    kept = tmp_path / "out" / "rounds" / "02" / "slow-ended-1.mcap"
+    assert kept.read_text() == "part of a log"
+
+
+def test_a_budget_that_is_used_up_ends_it(outcome):
+    found = outcome(Programs(["named"] * 4, 5.0, {}), motion_s=40.0)
+    assert (found["verdict"], len(found["rounds"])) == ("ambiguous", 1)
+    assert "motion_s is 50 of 40" in found["why"]
+
+
+def test_it_is_not_begun_over_another_one(outcome):
+    outcome(Programs(["no_gap"] * 2, 1.0, {}))
+    with pytest.raises(UsageError, match="go on with --resume"):
+        outcome(Programs(["no_gap"] * 2, 1.0, {}))
+
+
+@pytest.mark.parametrize(("text", "seconds"), [("10min", 600.0), ("90 s", 90.0), ("1.5h", 5400.0)])
+def test_durations(text, seconds):
+    assert duration_s(text) == seconds
+
+
+def test_bounds_that_are_none():
+    with pytest.raises(UsageError, match="--budget is a time above zero"):
+        duration_s("soon")
+    with pytest.raises(UsageError, match="names are wall_s, motion_s"):
+        limited(Budget(), ["joules=3"])
+    assert limited(Budget(), ["stops=0"]).stops == 0
+
+
+def test_a_program_that_fails_is_told_with_its_exit_code(tmp_path):
+    with pytest.raises(
+        ProgramError, match=r"nothing\.mcap.*\(ident gap; --resume goes on\)"
+    ) as raised:
+        call("ident.cli", ["gap", str(tmp_path / "nothing.mcap"), "--out", str(tmp_path / "gap")])
+    assert raised.value.exit_code == 6
