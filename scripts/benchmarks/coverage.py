@@ -1,28 +1,32 @@
 """How often the 90 % intervals of `ident run` hold the truth.
 
-Run: .venv/bin/python scripts/benchmarks/coverage.py own|foreign [--arms N] [--seed S] [--keep DIR]
+Run: .venv/bin/python scripts/benchmarks/coverage.py own|plant|foreign [--arms N] [--seed S]
 
 `own`: simulated WAM arms with links and friction drawn anew, recorded by `wamctl excite` in
-lockstep. `foreign`: arms of this benchmark's own simulation, each joint of which turns round as the
-tool does not hold: with an algebraic tail, along an arctangent, as Dahl, or as LuGre. All follow
-the shipped motion for three periods. Counted apart: all 57 base parameters, and the 14 of friction;
-`ols` and `feasible` have the same intervals. `--keep` keeps the logs of `own` for another run.
-Seeds below 100 are for development.
+lockstep. `plant`: the same arms without their bus (`own_plant.py`), ten times faster; positions
+differ by an encoder's steps. `foreign`: arms of this benchmark's own simulation, each joint of
+which turns round as the tool does not hold: with an algebraic tail, along an arctangent, as Dahl,
+or as LuGre. All follow the shipped motion for three periods. Counted apart: all 57 base parameters,
+and the 14 of friction; `ols` and `feasible` have the same intervals. `--keep` keeps the logs of
+`own` for another run, `--table` appends each arm's errors to a file, a line of JSON an arm. Seeds
+below 100 are for development.
 """
 
 import argparse
+import json
 import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-import yaml
 from gap_cases import MOTION
 from gap_plants import ALGEBRAIC, ARCTANGENT, DAHL, LUGRE, TAILED, Body, Hidden, Noise, record
 from numpy.typing import NDArray
+from own_plant import cell, recorded
 
 from ident.identification.identify import Identification, identify
 from ident.identification.standard_errors import QUANTILE_90
@@ -31,7 +35,9 @@ from ident.recordings.dataset import Dataset, dataset
 from ident.recordings.loading import Reading, read_logs
 from ident.recordings.steady_state import only_steady_state
 from sim_bus.assembly import load_simulation
+from sim_bus.plant.truth import Truth
 from wamctl.arm.config import load_arm_file, shipped_file
+from wamctl.arm.recording import Recording
 from wamctl.arm.robot import cad_parameters
 from wamctl.arm.ros2.joint_series import ReferenceSeries
 from wamctl.arm.trajectory import Trajectory, read_trajectory, reference, trajectory_yaml
@@ -73,31 +79,32 @@ class Case:
 
 def own(seed: int, folder: Path) -> Case:
     """A simulated WAM on the bus, recorded by the driver."""
-    config, log = folder / f"own{seed}.yaml", folder / f"own{seed}.mcap"
-    shipped = shipped_file("wam7.yaml")
-    content = yaml.safe_load(shipped.read_text())
-    rng = np.random.default_rng(seed)
-    for name in ("viscous_nm_s_rad", "coulomb_nm"):
-        size = content["simulation"][name]
-        content["simulation"][name] = [
-            x * float(np.exp(rng.uniform(-SPREAD, SPREAD))) for x in size
-        ]
-    for section, key in (
-        ("robot", "urdf"),
-        ("drives", "dictionary"),
-        ("excitation", "trajectory"),
-    ):
-        content[section][key] = str(shipped.parent / content[section][key])
-    config.write_text(yaml.safe_dump(content, sort_keys=False))
+    arm_file, log = cell(folder, seed, SPREAD), folder / f"own{seed}.mcap"
     if not log.exists():
         new = folder / f"unfinished{seed}.mcap"
-        command = [Path(sys.executable).parent / "wamctl", "excite", "--config", config]
+        command = [Path(sys.executable).parent / "wamctl", "excite", "--config", arm_file.path]
         options = ["--bus", "sim", "--lockstep", "--seed", str(seed), "--out", new]
         subprocess.run([*command, *options], check=True, capture_output=True)
         new.rename(log)
-    truth = load_simulation(config, seed).truth
     arm, (data,) = read_logs([log], None, Reading())
+    return _with_truth(arm, data, load_simulation(arm_file.path, seed).truth)
+
+
+def plant(seed: int, folder: Path) -> Case:
+    """The same arm without its bus."""
+    arm_file = cell(folder, seed, SPREAD)
+    log = recorded(arm_file, MOTION, PERIODS)
+    return _with_truth(*_read(log), load_simulation(arm_file.path, seed).truth)
+
+
+def _with_truth(arm: Arm, data: Dataset, truth: Truth) -> Case:
     return Case(arm, data, truth.delta, {"fv": truth.viscous, "fc": truth.coulomb})
+
+
+def _read(log: Recording) -> tuple[Arm, Dataset]:
+    """A recording as `ident run` reads it."""
+    arm = arm_from_log(log, "log")
+    return arm, only_steady_state(dataset(log, arm.robot.joint_names, "log"), log, "log")
 
 
 def foreign(seed: int, _: Path) -> Case:
@@ -124,8 +131,7 @@ def foreign(seed: int, _: Path) -> Case:
     log = record(file, robot, body, Hidden(), Noise(2e-3 * fc, 0.05), motion, seed)
     series = ReferenceSeries(log.stamp_ns, motion.q, motion.qd, motion.qdd)
     log = replace(log, reference=series, attachments=inside)
-    arm = arm_from_log(log, "log")
-    data = only_steady_state(dataset(log, arm.robot.joint_names, "log"), log, "log")
+    arm, data = _read(log)
     return Case(arm, data, links.ravel(), {"fv": fv, "fc": fc})
 
 
@@ -141,21 +147,31 @@ def held(case: Case) -> tuple[Array, NDArray[np.bool_]]:
 def main() -> None:
     """Print a line for each arm, then the shares."""
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("kind", choices=("own", "foreign"))
+    options.add_argument("kind", choices=("own", "plant", "foreign"))
     options.add_argument("--arms", type=int, default=20)
     options.add_argument("--seed", type=int, default=0)
     options.add_argument("--keep", type=Path)
+    options.add_argument("--table", type=Path)
     chosen = options.parse_args()
-    recorded: Callable[[int, Path], Case] = {"own": own, "foreign": foreign}[chosen.kind]
+    kinds: dict[str, Callable[[int, Path], Case]]
+    kinds = {"own": own, "plant": plant, "foreign": foreign}
     errors, friction = [], np.zeros(0, dtype=bool)
     with tempfile.TemporaryDirectory() as temporary:
         folder = chosen.keep or Path(temporary)
         folder.mkdir(parents=True, exist_ok=True)
         for seed in range(chosen.seed, chosen.seed + chosen.arms):
-            z, friction = held(recorded(seed, folder))
+            z, friction = held(kinds[chosen.kind](seed, folder))
             errors.append(z)
+            if chosen.table:
+                _append(chosen.table, {"kind": chosen.kind, "seed": seed}, z, friction)
             print(f"{seed:5d} {_shares(np.array([z]), friction)}", flush=True)
     print(f"{len(errors)} arms: {_shares(np.array(errors), friction)}")
+
+
+def _append(path: Path, arm: dict[str, Any], z: Array, friction: NDArray[np.bool_]) -> None:
+    line = arm | {"ols": z[0].tolist(), "feasible": z[1].tolist(), "friction": friction.tolist()}
+    with path.open("a", encoding="utf-8") as file:
+        file.write(json.dumps(line) + "\n")
 
 
 def _shares(errors: Array, friction: NDArray[np.bool_]) -> str:

@@ -101,12 +101,14 @@ class Case:
         seed: which arm.
         faults: the fault file.
         socket: where.
+        effects: file of the hidden effects that it carries.
     """
 
     config: Path
     seed: int
     faults: Path
     socket: Path
+    effects: Path | None = None
 
 
 class Court:
@@ -144,7 +146,9 @@ def served(case: Case) -> Iterator[Court]:
 def _serve(case: Case, telling: Connection, reading: int, writing: int) -> None:
     os.close(writing)
     said: list[str] = []
-    simulation, arm = load_faulty_simulation(case.config, case.seed, case.faults, said.append)
+    simulation, arm = load_faulty_simulation(
+        case.config, case.seed, case.faults, said.append, case.effects
+    )
     simulation.arm.plant.warm_up()
     witness, hub = Witness(arm, simulation), SocketHub(case.socket)
     telling.send("ready")

@@ -28,13 +28,13 @@ from ident.effects.candidate import Candidate
 from ident.gap.data.experiment import base_columns, experiment, facts_of
 from ident.gap.data.segments import SEARCHED, segments
 from ident.gap.data.windows import windows_for
+from ident.gap.options import Options
 from ident.gap.regression.current_model import nominal_fit
 from ident.gap.regression.design_matrix import DesignMatrix
 from ident.gap.regression.rows import windowed_rows
 from ident.gap.regression.weighted_fit import Fit, joint_columns
 from ident.gap.search import search
 from ident.gap.selection.candidates import all_candidates
-from ident.gap.settings import Options
 
 Array = NDArray[np.floating]
 

@@ -25,6 +25,7 @@ from ident.gap.data.experiment import Experiment, base_columns, experiment, fact
 from ident.gap.data.noise_regions import Region
 from ident.gap.data.reference_model import reference_torque
 from ident.gap.data.segments import HELD_OUT, segments
+from ident.gap.options import Options
 from ident.gap.regression.current_model import CurrentFit, nominal_fit
 from ident.gap.regression.rows import WindowedRows, windowed_rows
 from ident.gap.regression.weighted_fit import Fit, predicted_rms
@@ -32,7 +33,6 @@ from ident.gap.results.outcome import SearchResult
 from ident.gap.results.verdict import Kind
 from ident.gap.search import search
 from ident.gap.selection.estimates import final_estimates
-from ident.gap.settings import Options
 from ident.identification.identify import identify, model_of
 from ident.model.identified_model import Model
 from wamctl.arm.recording import Recording

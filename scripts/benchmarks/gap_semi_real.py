@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from ident.gap.data.experiment import Experiment, read_experiment
+from ident.gap.options import Options
 from ident.gap.regression.weighted_fit import mean_squares
 from ident.gap.results.outcome import SearchResult
 from ident.gap.search import search
-from ident.gap.settings import Options
 from ident.recordings.dataset import in_memory
 
 Array = NDArray[np.floating]

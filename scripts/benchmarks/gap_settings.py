@@ -17,8 +17,9 @@ from functools import partial
 from gap_cases import KNOWN, MOTION, STRANGE, Run, run
 from gap_naming import judged, source_of
 
+from ident.gap.options import Options
 from ident.gap.search import search
-from ident.gap.settings import GapSettings, Options
+from ident.gap.settings import GapSettings
 
 FACTORS = (0.5, 1.0, 2.0)
 

@@ -1,6 +1,7 @@
-"""Peak memory of `ident run` on logs of growing length: the counted periods of one, repeated.
+"""Peak memory of `ident run` or `ident gap` by length of log: the counted periods of one, repeated.
 
 Usage: OMP_NUM_THREADS=1 python scripts/benchmarks/ident_memory.py LOG.mcap [--minutes 1 10 60]
+       [--command run|gap]
 
 LOG.mcap is a recording of `wamctl excite --bus sim`. Peak memory is what the kernel reports of the
 finished process (ru_maxrss), imports included.
@@ -59,27 +60,28 @@ def repeated(recording: Recording, out: Path, minutes: float) -> None:
             )
 
 
-def peak_mb(log: Path, out: Path) -> tuple[float, float]:
-    """Peak memory [MB] and time [s] of `ident run`.
+def peak_mb(command: str, log: Path, out: Path) -> tuple[float, float]:
+    """Peak memory [MB] and time [s] of a command on a log.
 
     Raises:
         RuntimeError: it fails.
     """
     program = Path(sys.executable).parent / "ident"
     start = time.perf_counter()
-    process = subprocess.Popen([program, "run", log, "--out", out], stdout=subprocess.DEVNULL)
+    process = subprocess.Popen([program, command, log, "--out", out], stdout=subprocess.DEVNULL)
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:
-        raise RuntimeError(f"ident run ended with {process.returncode}")
+        raise RuntimeError(f"ident {command} ended with {process.returncode}")
     return usage.ru_maxrss / 1024, time.perf_counter() - start
 
 
 def main() -> None:
     """Print one line per length."""
-    parser = argparse.ArgumentParser(description="Peak memory of ident run by length of the log.")
+    parser = argparse.ArgumentParser(description="Peak memory by length of the log.")
     parser.add_argument("log", type=Path)
     parser.add_argument("--minutes", type=float, nargs="+", default=[1, 10, 60])
+    parser.add_argument("--command", choices=["run", "gap"], default="run")
     arguments = parser.parse_args()
     recording, first = read_recording(arguments.log), None
     with TemporaryDirectory() as name:
@@ -87,7 +89,7 @@ def main() -> None:
         for minutes in arguments.minutes:
             log = folder / f"{minutes:g}.mcap"
             repeated(recording, log, minutes)
-            peak, seconds = peak_mb(log, folder / "out")
+            peak, seconds = peak_mb(arguments.command, log, folder / "out")
             log.unlink()
             first = first or peak
             print(f"{minutes:4g} min {peak:6.0f} MB {peak / first:5.2f} x {seconds:6.1f} s")

@@ -1,0 +1,218 @@
+"""Motors with a wrong sign, scale or wiring, with a load, in every phase: how far does the arm get?
+
+Usage: scripts/benchmarks/motor_matrix.py [--seeds N] [--loads KG...] [--faults F...]
+       [--phases P...] [--verbose], from the root, with .venv's Python.
+
+The simulated arm's physics (friction, links that differ from CAD, quantised encoders) behind drives
+that do what they are told; torque acts one period after it is sent (CANopen) or on arrival (classic
+Pucks). A fault begins before the test of the motors, or at a random moment of the approach, the
+excitation or the return. For each: in which phase the arm was stopped, and the largest joint speed,
+tool speed and kinetic energy from the stop until the drives are off, over those at the stop or over
+a twentieth of their limits, whichever is more.
+"""
+
+import argparse
+import sys
+import tempfile
+import time
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import yaml
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
+from ideal_arm import PERIOD_S, REST, IdealDrives, ListLog
+
+from sim_bus.assembly import load_simulation
+from wamctl.arm.trajectory import FourierSeries, reference
+from wamctl.drives.interface import Readings
+from wamctl.errors import StopError
+from wamctl.experiment import phases as experiment
+from wamctl.experiment.loop import Arm, Loop
+from wamctl.experiment.preflight import load_arm
+from wamctl.realtime.clock import LockstepClock
+
+PHASES = ("test", "move", "excite", "return")
+FAULTS = ("reversed", "dead", "doubled", "swapped", "x0.7", "x1.4")
+MOST = 1.2
+FLOOR = 0.05
+PERIOD_NS = round(PERIOD_S * 1e9)
+
+
+class SimulatedDrives(IdealDrives):
+    """The simulated arm's physics behind ideal drives.
+
+    Attributes:
+        seen: joint speed, tool speed and kinetic energy of the true arm, cycle by cycle.
+    """
+
+    def __init__(self, arm: Arm, seed: int, load_kg: float, at_once: bool) -> None:
+        super().__init__(arm)
+        self.delay_cycles = 0 if at_once else 1
+        self._plant = _plant(seed, load_kg)
+        self._truth = arm.robot.model
+        self._count = 2.0 * np.pi / np.array(arm.file.drives.counts_per_revolution)
+        self._tool = self._truth.getFrameId(arm.file.limits.tool_frame)
+        self.seen: list[tuple[float, float, float]] = []
+
+    def sample(self, timing: object) -> Readings:
+        """One period of the arm, and what it read at its beginning."""
+        self._on = self._wanted and self.obeys
+        if self._on and self._plant.is_held:
+            self._plant.release()
+        if not self.delay_cycles:
+            self._advance(self._next)  # from the last torques to this poll
+        self.cycle += 1
+        q, qd = self._plant.q, self._plant.qd
+        pin.computeAllTerms(self._truth, self._data, q, qd)
+        frame = pin.getFrameVelocity(self._truth, self._data, self._tool, pin.LOCAL)
+        tool = float(np.linalg.norm(frame.linear))
+        self.seen.append((float(np.abs(qd).max()), tool, float(self._data.kinetic_energy)))
+        angle = self._arm.transmission.motor_angle(q)
+        readings = Readings(
+            np.round(angle / self._count) * self._count, (), self._on, not self._on, None
+        )
+        if self.delay_cycles:
+            self._advance(self._next)
+        return self.accident(self.cycle, readings)
+
+    def _advance(self, torque: np.ndarray) -> None:
+        given = self.motors(torque) if self._on else np.zeros(7)
+        self._plant.advance(self._plant.time_ns + PERIOD_NS, given, np.zeros(7))
+
+
+def _plant(seed: int, load_kg: float):
+    with tempfile.TemporaryDirectory() as folder:
+        effects = Path(folder) / "effects.yaml"
+        hidden = [{"effect": "payload", "kg": load_kg}] if load_kg else []
+        effects.write_text(yaml.safe_dump({"effects": hidden}))
+        return load_simulation("wam7.yaml", seed, effects if hidden else None).arm.plant
+
+
+def motors_of(fault: str, motor: int):
+    """What the motors make of torques."""
+    if fault == "swapped":
+        order = np.arange(7)
+        order[[motor, (motor + 1) % 7]] = order[[(motor + 1) % 7, motor]]
+        return lambda tau: tau[order]
+    scale = {"reversed": -1.0, "dead": 0.0, "doubled": 2.0, "healthy": 1.0}.get(fault)
+    factors = np.ones(7)
+    factors[motor] = float(fault[1:]) if scale is None else scale
+    return lambda tau: factors * tau
+
+
+@dataclass(frozen=True)
+class Case:
+    """A motor with a fault, and when."""
+
+    fault: str
+    motor: int
+    phase: str
+    seed: int
+    load_kg: float
+    at_once: bool
+
+    def __str__(self) -> str:
+        drives = "puck" if self.at_once else "canopen"
+        return f"{self.fault} {self.phase} {self.load_kg:g} kg motor {self.motor + 1} {drives}"
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How it ended: largest joint speed, tool speed and energy up to the stop, and their growth."""
+
+    stopped_in: str
+    most: np.ndarray
+    growth: np.ndarray
+    cause: str
+
+
+def motion_of(arm: Arm) -> experiment.Motion:
+    """A short experiment in which every motor has a way to go."""
+    ways = np.array([0.5, 0.3, 0.5, -0.4, 0.8, 0.4, 0.8])[:, None]
+    series = FourierSeries(arm.robot.joint_names, np.pi, ways, 0.0 * ways, REST + 0.1)
+    return experiment.plan(arm, REST, reference(series, 1, 0.5, PERIOD_S))
+
+
+def one(arm: Arm, case: Case) -> Ending:
+    """One experiment."""
+    drives = SimulatedDrives(arm, case.seed, case.load_kg, case.at_once)
+    loop = Loop(arm, drives, LockstepClock(PERIOD_S), ListLog(), lambda: None)
+    motion = motion_of(arm)
+    parts = {"move": motion.approach, "excite": motion.excitation, "return": motion.retreat}
+    share = np.random.default_rng([case.seed, case.motor]).uniform(0.05, 0.7)
+    wrong, begun = motors_of(case.fault, case.motor), []
+
+    def act(tau: np.ndarray) -> np.ndarray:
+        word = {"approach": "move"}.get(loop.phase.word, loop.phase.word)
+        if word == case.phase and not begun:
+            wait = 0.0 if word == "test" else share * len(parts[word].t)
+            begun.append(drives.cycle + wait)
+        return wrong(tau) if begun and drives.cycle >= begun[0] else tau
+
+    drives.motors = act
+    try:
+        experiment.run(arm, drives, loop, motion, tests_motors=case.phase == "test")
+    except StopError as stop:
+        seen, limits = np.array(drives.seen), arm.file.limits
+        at = min(round(stop.at_s / PERIOD_S), len(seen) - 1)
+        energy_j = limits.kinetic_energy_j or np.inf
+        floor = FLOOR * np.array([max(limits.velocity_rad_s), limits.tool_speed_m_s, energy_j])
+        growth = seen[at:].max(axis=0) / np.maximum(seen[at], floor)
+        return Ending(str(stop.phase), seen[: at + 1].max(axis=0), growth, stop.cause)
+    return Ending("", np.array(drives.seen).max(axis=0), np.ones(3), "")
+
+
+def rows(found: dict[tuple[str, str], list[Ending]]) -> Iterator[str]:
+    """The lines of a Markdown table."""
+    yield (
+        "| fault | in | stopped | joint speed up to the stop | growth of joint speed, tool speed, "
+        f"energy | all at most {MOST} |"
+    )
+    yield "| --- " * 6 + "|"
+    for (fault, phase), endings in found.items():
+        stopped = [e for e in endings if e.stopped_in]
+        cells = [fault, phase, f"{len(stopped)} of {len(endings)}"]
+        if stopped:
+            growth = np.array([e.growth for e in stopped])
+            held = int((growth <= MOST).all(axis=1).sum())
+            cells.append(f"{max(e.most[0] for e in stopped):.1f} rad/s")
+            cells.append(", ".join(f"{g:.2f}" for g in growth.max(axis=0)))
+            cells.append(f"{held} of {len(stopped)}")
+        yield f"| {' | '.join(cells)} |"
+
+
+def main() -> None:
+    """The table."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=1)
+    parser.add_argument("--loads", type=float, nargs="*", default=[0.0, 3.0, 6.0])
+    parser.add_argument("--faults", nargs="*", default=list(FAULTS))
+    parser.add_argument("--phases", nargs="*", default=list(PHASES))
+    parser.add_argument("--verbose", action="store_true")
+    asked = parser.parse_args()
+    arm, began_s = load_arm("wam7.yaml")[1], time.monotonic()
+    found: dict[tuple[str, str], list[Ending]] = defaultdict(list)
+    for fault, phase in product(asked.faults, asked.phases):
+        motors = range(1 if fault == "healthy" else 7)
+        places = product(range(asked.seeds), asked.loads, motors, (False, True))
+        for seed, load, motor, at_once in places:
+            case = Case(fault, motor, phase, seed, load, at_once)
+            ending = one(arm, case)
+            found[fault, phase].append(ending)
+            if asked.verbose:
+                most, growth = ending.most.round(2), ending.growth.round(2)
+                where = ending.stopped_in or "no stop"
+                print(f"{case}: {where}, {most}, {growth}, {ending.cause[:90]}", flush=True)
+        passed_s = time.monotonic() - began_s
+        print(f"{fault} {phase}: {passed_s:.0f} s", file=sys.stderr, flush=True)
+    print(*rows(found), sep="\n")
+
+
+if __name__ == "__main__":
+    main()

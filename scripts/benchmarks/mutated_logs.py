@@ -1,0 +1,216 @@
+"""Mutated logs through `ident run` or `ident gap`: bugs, hangs, memory, and what is believed.
+
+Usage: OMP_NUM_THREADS=1 python scripts/benchmarks/mutated_logs.py LOG.mcap --command run|gap
+       [--count 300] [--seed 0] [--seconds 20]
+
+A stretch of LOG.mcap is mutated `count` times: bytes of the file, stamps, positions, torque, joints
+and topics, one or two mutations each. Every case is a process of its own that may have 2 GB and
+60 s of a core. A line for each that ends otherwise than with 0 or 6, and a table at the end: exit
+codes, verdicts by mutation, peak memory. Ctrl-C ends it with the table so far.
+"""
+
+import argparse
+import json
+import os
+import resource
+import struct
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from wamctl.arm.recorder import Recorder
+from wamctl.arm.recording import Recording, read_recording
+
+Rng = np.random.Generator
+MOST_BYTES, MOST_S = 2 << 30, 60
+MOST_NS = 2**31 * 10**9 - 1
+
+
+@dataclass(frozen=True)
+class Case:
+    """Samples of a log: stamps [ns], positions and torques of shape (S, n)."""
+
+    t: np.ndarray
+    q: np.ndarray
+    tau: np.ndarray
+
+
+Mutation = Callable[[Case, Rng], Case]
+
+
+def _some(rng: Rng, case: Case) -> slice:
+    """A random stretch."""
+    a, b = np.sort(rng.integers(0, len(case.t), 2))
+    return slice(int(a), int(b) + 1)
+
+
+def _changed(array: np.ndarray, place: object, value: object) -> np.ndarray:
+    result = array.copy()
+    result[place] = value
+    return result
+
+
+def _drop(case: Case, keep: np.ndarray) -> Case:
+    return Case(case.t[keep], case.q[keep], case.tau[keep])
+
+
+def _huge(case: Case, rng: Rng) -> Case:
+    value = rng.choice([1e300, -1e300, 1e30, 1e6, np.nan, np.inf])
+    place = (int(rng.integers(len(case.t))), int(rng.integers(case.q.shape[1])))
+    if rng.random() < 0.5:
+        return replace(case, q=_changed(case.q, place, value))
+    return replace(case, tau=_changed(case.tau, place, value))
+
+
+def _flipped(case: Case, rng: Rng) -> Case:
+    """Ten flipped bits among the numbers."""
+    arrays = [case.q.copy(), case.tau.copy()]
+    for _ in range(10):
+        bits = arrays[rng.integers(2)].reshape(-1).view(np.uint64)
+        bits[rng.integers(len(bits))] ^= np.uint64(1) << np.uint64(rng.integers(64))
+    return replace(case, q=arrays[0], tau=arrays[1])
+
+
+def _order(array: np.ndarray, rng: Rng) -> np.ndarray:
+    return array[:, rng.permutation(array.shape[1])]
+
+
+def _two_arms(case: Case, rng: Rng) -> Case:
+    """Another arm on the same topic, 0.5 rad away."""
+    return Case(
+        np.repeat(case.t, 2) + np.tile([0, 1_000_000], len(case.t)),
+        np.repeat(case.q, 2, axis=0) + np.tile([[0.0], [0.5]], (len(case.q), 1)),
+        np.repeat(case.tau, 2, axis=0),
+    )
+
+
+MUTATIONS: dict[str, Mutation] = {
+    "cut short": lambda c, r: _drop(c, np.arange(max(2, int(len(c.t) * r.random() ** 2)))),
+    "hole": lambda c, r: replace(c, t=c.t + np.where(
+        np.arange(len(c.t)) > r.integers(len(c.t)), int(10 ** r.uniform(7, 16.5)), 0)),
+    "lost": lambda c, r: _drop(c, r.random(len(c.t)) > r.uniform(0, 0.9)),
+    "thinned": lambda c, r: _drop(c, np.arange(0, len(c.t), r.integers(2, 200))),
+    "stamps jitter": lambda c, r: replace(c, t=np.sort(c.t + r.integers(0, 10**7, len(c.t)))),
+    "stamps back": lambda c, r: replace(c, t=_changed(c.t, r.integers(len(c.t)), 5)),
+    "stamps equal": lambda c, r: replace(c, t=_changed(c.t, _some(r, c), c.t[0])),
+    "coarse encoder": lambda c, r: replace(c, q=np.round(c.q, r.integers(0, 4))),
+    "frozen": lambda c, r: replace(c, q=_changed(c.q, _some(r, c), c.q[0])),
+    "still joint": lambda c, r: replace(c, q=_changed(c.q, (slice(None), r.integers(7)), 0.3)),
+    "huge": _huge,
+    "flipped bits": _flipped,
+    "noise as torque": lambda c, r: replace(c, tau=r.normal(size=c.tau.shape) * c.tau.std(0)),
+    "noise at a joint": lambda c, r: replace(c, tau=_changed(
+        c.tau, (slice(None), k := r.integers(7)), r.normal(size=len(c.t)) * c.tau[:, k].std())),
+    "zero torque": lambda c, r: replace(c, tau=0 * c.tau),
+    "torque order": lambda c, r: replace(c, tau=_order(c.tau, r)),
+    "position order": lambda c, r: replace(c, q=_order(c.q, r)),
+    "torque sign": lambda c, r: replace(c, tau=c.tau * r.choice([-1, 1], c.tau.shape[1])),
+    "degrees": lambda c, r: replace(c, q=np.rad2deg(c.q)),
+    "unit": lambda c, r: replace(c, tau=c.tau * 10 ** r.uniform(-6, 6)),
+    "shifted zero": lambda c, r: replace(c, q=c.q + r.normal(size=c.q.shape[1])),
+    "late torque": lambda c, r: replace(c, tau=np.roll(c.tau, r.integers(5, 500), axis=0)),
+    "two arms": _two_arms,
+    "slow": lambda c, r: replace(c, t=c.t * int(r.integers(2, 1000))),
+}  # fmt: skip
+
+
+def write(path: Path, log: Recording, case: Case) -> None:
+    """A log with measured torque, and nothing else."""
+    with Recorder(path, log.joint_names, log.metadata, log.attachments) as recorder:
+        for t, q, tau in zip(case.t, case.q, case.tau, strict=True):
+            recorder.cycle(int(np.clip(t, 0, MOST_NS)), q, q, tau, q, q, q, tau)
+
+
+def bend(path: Path, rng: Rng) -> str:
+    """Change bytes of a file."""
+    data = bytearray(path.read_bytes())
+    kind = rng.choice(["bytes", "length", "cut", "swap"])
+    places = rng.integers(8, len(data) - 16, rng.integers(1, 12))
+    if kind == "bytes":
+        for place in places:
+            data[place] = rng.integers(256)
+    elif kind == "length":
+        data[places[0] : places[0] + 8] = struct.pack("<Q", int(rng.integers(2**62)))
+    elif kind == "cut":
+        del data[int(rng.integers(0, len(data))) :]
+    else:
+        a, b = sorted(int(p) for p in rng.integers(8, len(data), 2))
+        data[a:b] = data[a:b][::-1]
+    path.write_bytes(data)
+    return f"file: {kind}"
+
+
+def _bounded() -> None:
+    resource.setrlimit(resource.RLIMIT_CPU, (MOST_S, MOST_S))
+
+
+def ended(command: str, path: Path, out: Path) -> tuple[int, float, str, str]:
+    """Exit code, peak memory [MB], verdict and the last line of a command."""
+    program = Path(sys.executable).parent / "ident"
+    process = subprocess.Popen(
+        [program, command, path, "--out", out],
+        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, preexec_fn=_bounded,
+    )  # fmt: skip
+    said = process.stderr.read() if process.stderr else ""
+    _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    result, verdict = out / f"{command}.json", ""
+    if result.exists():
+        content = json.loads(result.read_text())
+        verdict = content["verdict"]
+        if command == "gap":
+            effects = "+".join(f"{e['name']}{e['joints']}" for e in content.get("effects", []))
+            verdict = f"{content.get('trust', '')} {verdict} {effects}".strip()
+        result.unlink()
+    return process.returncode, usage.ru_maxrss / 1024, verdict, said.strip().split("\n")[-1]
+
+
+def main() -> None:
+    """Mutate, run, and count."""
+    parser = argparse.ArgumentParser(description="Mutated logs through a command.")
+    parser.add_argument("log", type=Path)
+    parser.add_argument("--command", choices=["run", "gap"], default="run")
+    parser.add_argument("--count", type=int, default=300)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seconds", type=float, default=20.0)
+    given = parser.parse_args()
+    log = read_recording(given.log)
+    if log.command is None or log.command.effort is None:
+        raise SystemExit("a log of `wamctl excite` is needed")
+    last = int(np.searchsorted(log.stamp_ns, log.stamp_ns[0] + given.seconds * 1e9))
+    whole = Case(log.stamp_ns[:last], log.q[:last], log.command.effort[:last])
+    codes, verdicts, most = Counter(), Counter(), 0.0
+    with TemporaryDirectory() as name:
+        path, out = Path(name) / "log.mcap", Path(name) / "out"
+        with suppress(KeyboardInterrupt):
+            for k in range(given.count):
+                rng = np.random.default_rng([given.seed, k])
+                chosen = [str(x) for x in rng.choice(list(MUTATIONS), rng.integers(1, 3), False)]
+                case = whole
+                with np.errstate(all="ignore"):
+                    for mutation in chosen:
+                        case = MUTATIONS[mutation](case, rng) if len(case.t) > 1 else case
+                write(path, log, case)
+                if rng.random() < 0.25:
+                    chosen.append(bend(path, rng))
+                code, memory, verdict, said = ended(given.command, path, out)
+                codes[code] += 1
+                verdicts[(" + ".join(chosen), verdict)] += 1
+                most = max(most, memory)
+                if code not in (0, 6) or memory * 2**20 > MOST_BYTES:
+                    print(f"case {k}: {chosen}: exit {code}, {memory:.0f} MB: {said}", flush=True)
+                path.unlink()
+    for (what, verdict), count in sorted(verdicts.items()):
+        print(f"{count:4d} {what}: {verdict or 'no result'}")
+    print(f"exit codes {dict(codes)}, peak memory {most:.0f} MB")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,153 @@
+"""Real arms: whether what is named on some recordings carries over to others.
+
+Run: .venv/bin/python scripts/benchmarks/real_arms.py --data FOLDER [--arm NAME].. [--work FOLDER]
+
+The manifest `real_arms.yaml` tells the recordings; those that lie in FOLDER are run, by the
+commands as a user types them: `ident run` and `ident gap` on some, `ident validate` of both models
+on another. Prints a table: error of the nominal model and of the one with effects on the judged
+recording, filtered and raw, what was named and suspected, and whether known numbers are met.
+"""
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+MANIFEST = Path(__file__).with_suffix(".yaml")
+_Z = 2.0  # standard deviations within which a known number is met
+
+
+def ident(*words: object) -> int:
+    """One command; its words go to stderr."""
+    command = [sys.executable, "-c", "from ident.cli import main; main()", *map(str, words)]
+    return subprocess.run(command, stdout=sys.stderr, check=False).returncode
+
+
+class Case:
+    """One arm of the manifest, with its recordings as logs."""
+
+    def __init__(self, name: str, arm: dict[str, Any], data: Path, work: Path) -> None:
+        self.name, self.arm = name, arm
+        self._folder, self._work = data / arm["folder"], work / name
+        self._work.mkdir(parents=True, exist_ok=True)
+
+    def log(self, recording: str) -> Path:
+        """A recording, imported where it is a table."""
+        path = self._folder / self.arm["recordings"][recording]
+        if "map" not in self.arm:
+            return path
+        log = self._work / f"{recording}.mcap"
+        if not log.exists():
+            ident("import", path, "--map", self.arm["map"], "--out", log)
+        return log
+
+    @property
+    def robot(self) -> list[str]:
+        """The option that tells the arm, where the log does not."""
+        if "map" in self.arm:
+            return []
+        return ["--robot", str(self._folder / self.arm["robot"])]
+
+    def searched(self, fitted: Sequence[str], judged: str | None) -> dict[str, Any]:
+        """Both models of some recordings, and their errors on another one."""
+        logs = [self.log(r) for r in fitted]
+        out = self._work / "+".join(fitted)
+        row: dict[str, Any] = {"arm": self.name, "fitted": "+".join(fitted), "judged": judged}
+        ident("run", *logs, *self.robot, "--out", out / "run", "--force")
+        start = time.perf_counter()
+        row["exit"] = ident("gap", *logs, *self.robot, "--out", out / "gap", "--force")
+        row["seconds"] = time.perf_counter() - start
+        found = out / "gap" / "gap.json"
+        if not found.exists():
+            return row
+        content = json.loads(found.read_text())
+        row |= {"verdict": content["verdict"], "named": content["effects"]}
+        row["suspected"] = content["suspected"]
+        row["facts"] = facts_met(self.arm.get("facts", []), content["effects"])
+        if judged is None:
+            sides = (content["held_out"][k] for k in ("before", "after"))
+            row["errors"] = [[side["relative_error_percent"], None] for side in sides]
+        else:
+            row["errors"] = [self._error(judged, out, m) for m in ("run", "gap")]
+        return row
+
+    def _error(self, judged: str, out: Path, model: str) -> list[float | None]:
+        """Relative error on a recording, and on its unfiltered torque [%]."""
+        told = out / f"validate-{model}-{judged}"
+        path = out / model / "model.yaml"
+        ident("validate", self.log(judged), "--model", path, "--out", told, "--force")
+        (log,) = json.loads((told / "validate.json").read_text())["logs"]
+        return [side["relative_error_percent"] for side in (log, log["raw_torque"])]
+
+
+def facts_met(facts: Sequence[dict[str, Any]], named: Sequence[dict[str, Any]]) -> list[str]:
+    """Known numbers beside the named ones."""
+    told = []
+    for fact in facts:
+        for effect in named:
+            if effect["name"] == fact["effect"] and effect["joints"] == fact["joints"]:
+                value = effect["parameters"][fact["parameter"]]
+                away = abs(value["value"] - fact["value"]) / value["sd"]
+                told.append(
+                    f"{value['value']:.4g} ± {value['sd']:.2g} of {fact['value']:g}"
+                    f" ({'met' if away < _Z else 'not met'})"
+                )
+    return told
+
+
+def place(effect: dict[str, Any]) -> str:
+    """An effect with its joints and its size in standard deviations."""
+    ratios = [abs(p["value"]) / p["sd"] for p in effect["parameters"].values() if p["sd"]]
+    joints = ", ".join(map(str, effect["joints"]))
+    return f"{effect['name']} {joints} ({max(ratios, default=0.0):.1f} sd)"
+
+
+def line(row: dict[str, Any]) -> str:
+    """A row of the table."""
+    if "errors" not in row:
+        return f"| {row['arm']} | {row['fitted']} | no result, exit code {row['exit']} |"
+    (before, raw_before), (after, raw_after) = row["errors"]
+    raw = "" if raw_before is None else f" ({raw_before:.2f} → {raw_after:.2f})"
+    cells = [
+        row["arm"],
+        f"{row['fitted']} → {row['judged'] or 'held-out stretches'}",
+        f"{before:.2f} → {after:.2f}{raw}",
+        row["verdict"],
+        ", ".join(map(place, row["named"])) or "–",
+        ", ".join(map(place, row["suspected"])) or "–",
+        ", ".join(row["facts"]) or "–",
+        f"{row['seconds']:.0f}",
+    ]
+    return f"| {' | '.join(cells)} |"
+
+
+def main() -> None:
+    """Print the table."""
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--data", type=Path, required=True, help="folder of the recordings")
+    options.add_argument("--arm", action="append", help="of the manifest; default: all there are")
+    options.add_argument("--work", type=Path, help="folder for logs and results")
+    chosen = options.parse_args()
+    work = chosen.work or Path(tempfile.mkdtemp())
+    arms = yaml.safe_load(MANIFEST.read_text())["arms"]
+    print("| arm | fitted → judged | error [%] (raw) | verdict | named | suspected | known | s |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- |")
+    for name, arm in arms.items():
+        there = (chosen.data / arm["folder"]).is_dir()
+        if not there or name not in (chosen.arm or arms):
+            continue
+        case = Case(name, arm, chosen.data, work)
+        pairs = [*arm.get("pairs", []), *([s, None] for s in arm.get("singles", []))]
+        for fitted, judged in pairs:
+            print(line(case.searched(fitted, judged)), flush=True)
+
+
+if __name__ == "__main__":
+    main()
