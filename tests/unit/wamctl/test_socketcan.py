@@ -55,8 +55,8 @@ def test_frames_come_in_their_order_with_the_kernels_stamps(bus, peer):
     wanted[5] = frame(0x201, bytes(range(64)), is_fd=True, bitrate_switch=True)
     before_s = time.time()
     put(peer, *wanted)
-    after_s = time.time()
-    time.sleep(0.02)
+    time.sleep(0.5)  # a kernel in user space may deliver them after they were sent
+    reading_s = time.time()
     heard = []
     while (message := bus.recv(0.0)) is not None:
         heard.append(message)
@@ -65,7 +65,7 @@ def test_frames_come_in_their_order_with_the_kernels_stamps(bus, peer):
     stamps = [m.timestamp for m in heard]
     assert stamps == sorted(stamps)
     assert before_s <= stamps[0]
-    assert stamps[-1] <= after_s
+    assert stamps[-1] <= reading_s
 
 
 def test_a_burst_is_one_call_of_the_system(bus, peer, monkeypatch):
