@@ -5,13 +5,11 @@ from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import JOINT_STATES, Command, read_recording
 from wamctl.arm.recording import Recording as Log
-
-Array = NDArray[np.floating]
 
 _NS = 1e9
 

@@ -4,15 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.api.recording import Recording
 from ident.identification.validation import arm_of, predict
 from ident.model.identified_model import Model
 from ident.recordings.loading import dataset_for
 from ident.recordings.log_summary import survey
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,6 @@
 """A base that moves: gravity seems to swing, and all joints feel it at once."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.checks.case import Case
 from ident.checks.remark import Grade, Remark
@@ -9,8 +8,7 @@ from ident.checks.settings import CheckSettings
 from ident.dynamics.parameters import Terms, standard_parameters
 from ident.dynamics.regressor import Motion, smooth_columns
 from ident.regression.probe_fit import Columns, solution
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _ADVICE = "Fasten the base and record again."
 _LEAST_HZ, _MOST_HZ = 0.1, 3.0

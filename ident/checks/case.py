@@ -16,9 +16,8 @@ from ident.regression.probe_fit import (
     held_out_residual,
     shares,
 )
+from ident.signals.arrays import Array
 from wamctl.arm.robot import Robot
-
-Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

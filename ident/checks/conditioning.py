@@ -16,8 +16,6 @@ from ident.recordings.dataset import Dataset
 from ident.regression.probe import Chunk
 from ident.regression.probe_fit import weights_of
 
-Array = NDArray[np.floating]
-
 _STILL = 0.05
 """Part of a joint's fastest speed below which it stands."""
 

@@ -11,9 +11,8 @@ from ident.checks.settings import CheckSettings
 from ident.identification.drive_gains import DriveGains, Source, coupled_ratios
 from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset
+from ident.signals.arrays import Array
 from wamctl.arm.errors import ConfigurationError
-
-Array = NDArray[np.floating]
 
 _GIVE_GAINS = "Set gains_nm_per_a, or give a URDF with the arm's true masses."
 _BASIS = {

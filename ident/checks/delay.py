@@ -4,14 +4,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.checks.case import Case
 from ident.checks.remark import Grade, Remark
 from ident.checks.settings import CheckSettings
 from ident.regression.probe import Chunk
-
-Array = NDArray[np.floating]
 
 _DELAYS_S = (0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0)
 

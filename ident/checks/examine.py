@@ -39,8 +39,7 @@ from ident.identification.drive_gains import DriveGains
 from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset, Parts
 from ident.regression.probe import Chunk, Probe, chunks_of, probe_of
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 OF_FITS = ("too_short", "poor_motion")
 """Codes that matter only where something is fitted to the recordings."""

@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from ident.checks.case import Case
 from ident.regression.probe_fit import solution, weights_of
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _STRETCHES = 12
 

@@ -3,12 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.checks.case import Case
+from ident.signals.arrays import Array
 from wamctl.arm.robot import inverse_dynamics
-
-Array = NDArray[np.floating]
 
 _STRETCHES = 12
 

@@ -16,8 +16,7 @@ from ident.checks.case import Case
 from ident.checks.gains import gains
 from ident.checks.remark import Grade, Remark, joints, numbers
 from ident.checks.settings import CheckSettings
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _MOST_ROUNDS = 3
 _ALIKE = 1.05

@@ -9,9 +9,8 @@ from ident.checks.remark import Grade, Remark, joints, numbers
 from ident.checks.settings import CheckSettings
 from ident.recordings.dataset import Dataset
 from ident.regression.probe import Chunk
+from ident.signals.arrays import Array
 from wamctl.arm.robot import Robot
-
-Array = NDArray[np.floating]
 
 _DEGREE = np.pi / 180
 _UNLIMITED = 1e6

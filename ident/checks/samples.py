@@ -13,9 +13,8 @@ from ident.checks.settings import CheckSettings
 from ident.model.attachments import attached_trajectory
 from ident.recordings.dataset import Dataset, Parts
 from ident.recordings.samples import resampled
+from ident.signals.arrays import Array
 from wamctl.arm.recording import LogFile
-
-Array = NDArray[np.floating]
 
 _BESIDE = 2
 """Steps on both sides of one from which its expected move follows."""

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from ident.checks.remark import Grade, Remark, joints, numbers
 from ident.checks.settings import CheckSettings
 from ident.regression.probe import Chunk
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _SEARCH = "if they are right, let `ident gap` search for a missing effect."
 

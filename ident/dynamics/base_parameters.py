@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 
 from ident.dynamics.parameters import Parameter, Terms, standard_parameters
 from ident.dynamics.regressor import SHARP, Motion, sharp_columns, smooth_columns
+from ident.signals.arrays import Array
 from wamctl.arm.robot import Robot
-
-Array = NDArray[np.floating]
 
 _TOLERANCE = 1e-7
 """A column depends on those before it when less than this part of its length is left over."""

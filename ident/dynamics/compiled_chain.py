@@ -23,9 +23,8 @@ from ident.dynamics.vectors import (
     turned,
     turned_back,
 )
+from ident.signals.arrays import Array
 from wamctl.arm.robot import Robot
-
-Array = NDArray[np.floating]
 
 
 class Chain(NamedTuple):

@@ -3,11 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import Chain, torques
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _STEP = 1e-6
 

@@ -4,12 +4,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ident.signals.arrays import Array
 from wamctl.arm.inertial import INERTIAL_NAMES, parameter_name
 from wamctl.arm.robot import Robot
-
-Array = NDArray[np.floating]
 
 Kind = Literal["inertial", "fv", "fc", "fo", "ia", "fvm", "fcm"]
 

@@ -4,13 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.dynamics.parameters import Parameter, Terms
+from ident.signals.arrays import Array
 from wamctl.arm.robot import Robot
 from wamctl.arm.robot import regressor as link_regressor
-
-Array = NDArray[np.floating]
 
 SHARP = ("fc", "fcm")
 """Kinds whose columns jump with the sign of a velocity."""

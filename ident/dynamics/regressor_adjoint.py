@@ -23,10 +23,9 @@ from ident.dynamics.vectors import (
     turned,
     turned_back,
 )
+from ident.signals.arrays import Array
 from wamctl.arm.errors import ConfigurationError
 from wamctl.arm.robot import Robot
-
-Array = NDArray[np.floating]
 
 
 class Frames(NamedTuple):

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
 from ident.dynamics.regressor import Motion
@@ -17,9 +16,8 @@ from ident.effects.effect_torque import effect_torque
 from ident.model.identified_model import Model
 from ident.model.model_file import read_model
 from ident.model.named_effects import EffectRecord
+from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
-
-Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

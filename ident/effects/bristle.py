@@ -1,9 +1,8 @@
 """The state of a bristle: friction that depends on the distance since the last reversal."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 def stretch(q: Array, distance: float, slips: bool) -> Array:

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import chain_of
 from ident.effects.bound_effects import members_of
@@ -16,9 +15,8 @@ from ident.effects.reversal_friction import MaxwellSlipMixture, reversal_speed, 
 from ident.effects.smoothed_segment import SmoothedSegment, smoothed
 from ident.model.identified_model import Model
 from ident.recordings.dataset import Dataset, Segment, in_memory
+from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
-
-Array = NDArray[np.floating]
 
 
 def without_effects(model: Model, data: Dataset) -> Dataset:

@@ -6,7 +6,6 @@ from enum import Enum, StrEnum
 from typing import Any, ClassVar, Generic
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.effects.candidate import (
     Candidate,
@@ -17,9 +16,8 @@ from ident.effects.candidate import (
     Value,
 )
 from ident.effects.observation import ArmFacts, Observed
+from ident.signals.arrays import Array
 from ident.simulation.arm import SimulatedArm
-
-Array = NDArray[np.floating]
 
 
 class FormUncertainty(Enum):

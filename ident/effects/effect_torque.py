@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import chain_of, torques
 from ident.dynamics.regressor import Motion
@@ -12,8 +11,8 @@ from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
 from ident.effects.observation import ArmFacts, Observed
 from ident.model.identified_model import Model
+from ident.signals.arrays import Array
 
-Array = NDArray[np.floating]
 Member = tuple[Candidate, Array]
 
 

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import Chain
 from ident.dynamics.derivatives import InverseDynamicsDerivatives, torque_slopes
+from ident.signals.arrays import Array
 
-Array = NDArray[np.floating]
 Direction = Callable[[int, Array], Array]
 
 

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import torques
 from ident.effects.candidate import Candidate
@@ -12,8 +11,7 @@ from ident.effects.catalogue import catalogue
 from ident.effects.observation import ArmFacts, Observed
 from ident.effects.reversal_friction import MaxwellSlipMixture
 from ident.effects.smoothed_segment import SmoothedSegment
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 @dataclass(frozen=True)

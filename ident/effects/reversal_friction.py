@@ -11,13 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.optimize
-from numpy.typing import NDArray
 
 from ident.effects.bristle import stretch
 from ident.effects.smoothed_segment import DIRECTION_HZ
 from ident.model.fit_filter import ReversalPart
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _WIDTHS = (0.001, 0.002, 0.003, 0.0045, 0.0065, 0.009, 0.013, 0.018, 0.026, 0.035)
 _TAILED = (0.001, 0.002, 0.004, 0.008)

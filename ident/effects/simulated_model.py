@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import chain_of
 from ident.effects.bound_effects import members_of
@@ -11,8 +10,6 @@ from ident.effects.catalogue import catalogue
 from ident.model.identified_model import Model
 from ident.simulation.arm import SETTINGS, SimulatedArm, Term, simulated_arm, term
 from wamctl.arm.errors import DataError
-
-Array = NDArray[np.floating]
 
 
 @term

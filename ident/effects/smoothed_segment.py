@@ -3,12 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.recordings.dataset import Segment
+from ident.signals.arrays import Array
 from ident.signals.zero_phase import Lowpass, extended, fast_length, spectrum
-
-Array = NDArray[np.floating]
 
 MOTION_HZ = 40.0
 """Cut-off for position, its derivatives and torque: it only tames the encoder's steps."""

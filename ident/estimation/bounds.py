@@ -3,14 +3,12 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.dynamics.parameters import Parameter
 from ident.estimation.feasible_set import Constraint, link_places, links_of
+from ident.signals.arrays import Array
 from wamctl.arm.config import IdentificationSection
 from wamctl.arm.errors import ConfigurationError
-
-Array = NDArray[np.floating]
 
 
 def bounds(

@@ -8,13 +8,11 @@ from dataclasses import dataclass
 
 import clarabel  # ships no types
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from ident.estimation.feasible_set import Constraint, unpacked
+from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
-
-Array = NDArray[np.floating]
 
 _TOLERANCE = 1e-8
 

@@ -12,15 +12,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.dynamics.parameters import NON_NEGATIVE
 from ident.estimation.feasible_set import LinkSize, link_places, links_of
 from ident.estimation.problem import Estimate, Problem, least_error, ordinary, with_beta
+from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.inertial import from_pseudo_inertia, pseudo_inertia
-
-Array = NDArray[np.floating]
 
 WEIGHTS = tuple(10.0**-k for k in range(7))
 """Weights of the prior relative to the least error, from strong to weak."""

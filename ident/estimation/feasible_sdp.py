@@ -8,16 +8,14 @@ starts at zero, in units of the OLS error.
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.dynamics.base_parameters import BaseMap
 from ident.dynamics.parameters import Parameter
 from ident.estimation.conic import Solution, inside, solve
 from ident.estimation.feasible_set import MARGIN, Constraint, LinkSize, unpacked
 from ident.estimation.problem import Active, Estimate, Problem, least_error, ordinary, with_beta
+from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
-
-Array = NDArray[np.floating]
 
 TIE_BREAK = 1e-11
 """Weight of the distance to CAD: it keeps the solver from wandering where the data say nothing."""

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.dynamics.parameters import NON_NEGATIVE, Parameter
+from ident.signals.arrays import Array
 from wamctl.arm.inertial import pseudo_inertia
 
-Array = NDArray[np.floating]
 Form = Literal["pseudo_inertia", "paper"]
 
 MARGIN = 1e-6

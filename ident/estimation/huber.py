@@ -1,12 +1,10 @@
 """Iteratively reweighted least squares: rows with large residuals count less (Huber's weights)."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.estimation.problem import Estimate, ordinary, solved
 from ident.estimation.regression_data import RegressionData
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _HUBER = 1.345
 _SIGMA_OF_MEDIAN = 1.4826

@@ -18,9 +18,8 @@ from ident.recordings.dataset import Dataset
 from ident.regression.filters import Processing
 from ident.regression.reduction import BLOCKS, block_of
 from ident.regression.rows import Regressor, rows_of
+from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
-
-Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.estimation.entropic import entropic_path
 from ident.estimation.feasible_sdp import feasible, holds
@@ -12,9 +11,8 @@ from ident.estimation.instrumental_variables import bias_test, instrumental_solu
 from ident.estimation.problem import Estimate, Problem, ordinary
 from ident.estimation.regression_data import FOLDS, RegressionData, held_out, noise_weights
 from ident.regression.squared_errors import sums
+from ident.signals.arrays import Array
 from wamctl.arm.errors import ConfigurationError, DataError
-
-Array = NDArray[np.floating]
 
 Estimator = Callable[[RegressionData], Estimate]
 

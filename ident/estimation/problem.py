@@ -3,15 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.dynamics.base_parameters import BaseMap
 from ident.estimation.feasible_set import Constraint, LinkSize
 from ident.regression.triangles import least_squares, squared_error
+from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.robot import Robot, cad_parameters
-
-Array = NDArray[np.floating]
 
 _LEAST_SHARE = 1e-8
 """Of the squared torque: data with less error count as if they had it, or no solver could scale."""

@@ -12,15 +12,12 @@ from dataclasses import dataclass, replace
 import cvxpy as cp
 import numpy as np
 from cvxpy.error import SolverError
-from numpy.typing import NDArray
 
 from ident.dynamics.base_parameters import BaseMap
 from ident.estimation.feasible_sdp import free_moves, parameter_scale
 from ident.estimation.feasible_set import Constraint, unpacked
 from ident.estimation.problem import Estimate, Problem, least_error, ordinary, with_beta
 from wamctl.arm.errors import ConfigurationError, DataError
-
-Array = NDArray[np.floating]
 
 _BOX = 1e3
 """Bound of the dependent parameters, in units of each link's size: many delta have the same beta,

@@ -21,9 +21,9 @@ from ident.regression.processes import in_processes
 from ident.regression.reduction import BLOCKS, Reduction, Reversals, Unmixed, reduction
 from ident.regression.rows import Regressor, Rows, rows_of
 from ident.regression.triangles import least_squares, merged, squared_error
+from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 
-Array = NDArray[np.floating]
 Hear = Callable[[float], None]
 
 FOLDS = 3

@@ -18,8 +18,7 @@ from ident.model.fit_filter import ReversalPart
 from ident.regression.filters import CURVES
 from ident.regression.reduction import Reversals
 from ident.regression.reversal_columns import REGIONS
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _ROUNDS = 6
 _SETTLED = 1e-3  # change of a part of a mixture, or of a weight

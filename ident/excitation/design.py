@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.dynamics.regressor import Motion
 from ident.excitation.optimisation.deadline import within
@@ -23,6 +22,7 @@ from ident.excitation.problem.regressor_columns import Columns, columns_of, exac
 from ident.excitation.problem.trajectory_grid import coefficients_of, grid, series_of
 from ident.excitation.settings import DesignSettings, settled
 from ident.model.arm import arm_with
+from ident.signals.arrays import Array
 from ident.simulation.arm import SimulatedArm
 from ident.simulation.configuration import controller_for, wire_for
 from wamctl.arm.collision import collision_shapes
@@ -37,8 +37,6 @@ from wamctl.arm.trajectory_check import (
     quantities,
     violations,
 )
-
-Array = NDArray[np.floating]
 
 _SEARCH_SAMPLES = 128
 _JUDGED_SAMPLES = 1000

@@ -4,14 +4,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import ExperimentMotion
 from ident.effects.events import EVENTS
 from ident.excitation.problem.constraints import Bounds
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
 from ident.effects.events import EVENTS
@@ -17,12 +16,11 @@ from ident.excitation.problem.arm_limits import faults_at, possible_pose, some_p
 from ident.excitation.problem.constraints import bounds_of
 from ident.excitation.problem.trajectory_grid import grid, series_of
 from ident.excitation.settings import DesignSettings
+from ident.signals.arrays import Array
 from wamctl.arm.collision import collision_shapes
 from wamctl.arm.config import beside
 from wamctl.arm.errors import ConfigurationError, DataError, did_you_mean
 from wamctl.arm.trajectory import read_trajectory
-
-Array = NDArray[np.floating]
 
 _SAMPLES = 1000
 _REPEATS_S = 300.0

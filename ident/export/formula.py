@@ -4,7 +4,6 @@ import re
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.export.left_out import (
     ExportedArm,
@@ -15,8 +14,7 @@ from ident.export.left_out import (
 )
 from ident.export.links import Link, held_joints, identified_links
 from ident.model.identified_model import Model
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 HELD = ("chain", "delta", "armature", "viscous", "friction_rows", "coulomb", "gain", "zero")
 """Fields of the simulated arm that a formula of one sample has a place for."""

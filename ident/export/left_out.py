@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.dynamics.regressor import Motion
 from ident.effects.bound_effects import BoundEffects, members_of
@@ -12,9 +11,8 @@ from ident.effects.catalogue import catalogue
 from ident.effects.simulated_model import without_effects
 from ident.model.identified_model import Model
 from ident.model.named_effects import NoEffects
+from ident.signals.arrays import Array
 from ident.simulation.arm import SimulatedArm, Term
-
-Array = NDArray[np.floating]
 
 _SECONDS = 10.0
 _PERIOD_S = 0.004

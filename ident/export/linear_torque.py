@@ -3,11 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ident.signals.arrays import Array
 from ident.simulation.arm import Term
-
-Array = NDArray[np.floating]
 
 _PROBES = 20
 _ROUNDING = 1e-9

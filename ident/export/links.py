@@ -5,15 +5,13 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from ident.model.identified_model import Model
+from ident.signals.arrays import Array
 from ident.simulation.arm import SimulatedArm
 from wamctl.arm.errors import DataError
 from wamctl.arm.inertial import pseudo_inertia
 from wamctl.arm.robot import Robot, with_parameters
-
-Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,6 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from ident.effects.simulated_model import without_effects
 from ident.export.left_out import effects_left_out, exported_arm, sentence
@@ -13,8 +12,7 @@ from ident.export.linear_torque import linear_torque
 from ident.export.links import Link, held_joints, identified_links
 from ident.export.urdf import comment, numbers
 from ident.model.identified_model import Model
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _RADIUS_M = 0.03
 _HELD = (

@@ -6,19 +6,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import torques
 from ident.effects.simulated_model import simulation_of
 from ident.model.attachments import attached_config
 from ident.model.identified_model import Model
+from ident.signals.arrays import Array
 from ident.simulation.configuration import controller_for, wire_for
 from ident.simulation.loop import Controller, Wire, run
 from wamctl.arm.config import ArmFile
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import Recording
-
-Array = NDArray[np.floating]
 
 _STEPS_PER_CYCLE = 4
 

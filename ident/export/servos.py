@@ -5,7 +5,6 @@ from xml.etree import ElementTree
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 
 from ident.export.links import Link, links_of
 from ident.export.mjcf import STIFF_FRICTION, add_body, add_shape
@@ -14,8 +13,6 @@ from ident.export.urdf import comment, numbers
 from ident.output_error.fit import Stretch
 from ident.output_error.plant import motor_command
 from ident.output_error.servo_model import ServoModel
-
-Array = NDArray[np.floating]
 
 _TIMESTEP_S = 0.002
 _UNLIMITED_NM = 1e3

@@ -5,12 +5,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.estimation.problem import prior_parameters
 from ident.fleet.columns import Columns, Name
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _AXES = ("xx", "xy", "xz", "yy", "yz", "zz")
 

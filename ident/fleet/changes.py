@@ -13,14 +13,12 @@ from operator import add
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 from ident.fleet.candidates import Candidate
 from ident.fleet.normal import Information, posterior
 from ident.fleet.settings import FleetSettings
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _RIVAL = 0.01  # of the odds: less likely names are not told
 

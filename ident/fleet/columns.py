@@ -9,15 +9,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.dynamics.base_parameters import BaseMap, base_map, whole_range
 from ident.dynamics.compiled_chain import Chain, chain_of, torques
 from ident.dynamics.regressor import Motion
 from ident.model.arm import Arm
+from ident.signals.arrays import Array
 from wamctl.arm.robot import cad_parameters
-
-Array = NDArray[np.floating]
 
 _STEP_RAD = 1e-6
 _SPEED = 1  # which of the filtered velocities friction's direction follows

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.fleet.arm_type import ArmType
 from ident.fleet.normal import (
@@ -21,8 +20,7 @@ from ident.fleet.normal import (
     posterior,
     without_scatter,
 )
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 DAILY = ("fv", "fc", "fvm", "fcm", "fo", "stribeck")
 """Kinds that scatter from log to log."""

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from ident.fleet.arm_type import ArmType
@@ -15,8 +14,7 @@ from ident.fleet.normal import Information, LogData, nothing, posterior
 from ident.fleet.settings import FleetSettings
 from ident.fleet.store import Stored
 from ident.fleet.triangles import unpacked
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 @dataclass(frozen=True)

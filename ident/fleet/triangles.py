@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _HEAD = struct.Struct("<HH")  # joint, columns in use
 _SIZES = struct.Struct("<HH")  # joints stored, columns in all

@@ -5,13 +5,12 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.estimation.regression_data import RegressionData
 from ident.identification.standard_errors import standard_errors
 from ident.regression.triangles import merged, squared_error, squared_torque
+from ident.signals.arrays import Array
 
-Array = NDArray[np.floating]
 Change = Literal["friction", "load", "other"]
 
 _EXPLAINED = 0.95

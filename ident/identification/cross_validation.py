@@ -4,14 +4,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.estimation.least_squares import ESTIMATORS
 from ident.estimation.regression_data import FOLDS, RegressionData, held_out
 from ident.regression.reduction import BLOCKS, block_of
 from ident.regression.squared_errors import Errors, Sums, added, sums
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _MASKS = [held_out(fold) for fold in range(FOLDS)]
 

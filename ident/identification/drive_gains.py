@@ -11,13 +11,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.estimation.regression_data import RegressionData, gather
 from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset
+from ident.signals.arrays import Array
 
-Array = NDArray[np.floating]
 Source = Literal["given", "links", "weight", "none"]
 
 _STRETCHES = 12

@@ -25,9 +25,8 @@ from ident.estimation.feasible_set import (
     smallest_eigenvalue,
 )
 from ident.estimation.problem import with_beta
+from ident.signals.arrays import Array
 from wamctl.arm.robot import Robot, with_parameters
-
-Array = NDArray[np.floating]
 
 _ROUNDING = 1e-7
 _POSTURES = 2000

@@ -4,12 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.dynamics.base_parameters import BaseMap
 from ident.identification.standard_errors import QUANTILE_90
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _WEAK = 0.02
 _TAKES_PART = 0.3

@@ -5,8 +5,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
-import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from ident.estimation.feasible_sdp import nearest_to_cad
@@ -27,8 +25,7 @@ from ident.model.identified_model import BaseParameter, Model
 from ident.recordings.dataset import Dataset
 from ident.regression.progress import Tell, silent
 from ident.regression.triangles import condition_number
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 @dataclass(frozen=True)

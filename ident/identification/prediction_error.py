@@ -3,15 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.estimation.feasible_set import smallest_eigenvalue
 from ident.estimation.problem import Estimate, with_beta
 from ident.estimation.regression_data import RegressionData
 from ident.identification.feasibility_test import positive_fraction, verdict
 from ident.regression.squared_errors import Errors, sums
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.regression.reduction import BLOCKS, Reduction
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _GRID = 5040
 """Instants at which motions are compared; all numbers of periods tried divide it."""

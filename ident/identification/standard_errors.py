@@ -16,8 +16,7 @@ from scipy.special import stdtrit
 from ident.estimation.regression_data import RegressionData
 from ident.estimation.reversal_shapes import least_squares_with, other_solutions
 from ident.identification.repeated_motion import repeated_stretches
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 QUANTILE_90 = 1.645
 """Half width of a 90 % interval in standard errors, which allow for the number of stretches."""

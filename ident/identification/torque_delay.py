@@ -8,13 +8,10 @@ believed.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.estimation.problem import solved
 from ident.estimation.regression_data import Log
 from ident.regression.reduction import BLOCKS, block_of
-
-Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

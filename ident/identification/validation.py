@@ -16,10 +16,9 @@ from ident.model.named_effects import NoEffects
 from ident.recordings.dataset import Dataset
 from ident.regression.filters import Processing
 from ident.regression.squared_errors import Errors, Sums, sums
+from ident.signals.arrays import Array
 from wamctl.arm.config import IdentificationSection
 from wamctl.arm.errors import DataError
-
-Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

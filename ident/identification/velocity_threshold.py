@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.regression.subsample import Subsample
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 THRESHOLDS = (0.0, 0.002, 0.005, 0.01, 0.015, 0.02, 0.03, 0.04, 0.05, 0.06, 0.08, 0.1)
 """Velocities below which samples are left out [rad/s]."""

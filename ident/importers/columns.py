@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 
 from ident.importers.mapping import Mapping, SeriesSection
 from ident.importers.tables import Name, Table, read_table
+from ident.signals.arrays import Array
 from wamctl.arm.errors import ConfigurationError, DataError
-
-Array = NDArray[np.floating]
 
 _NS = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0}
 _LATEST_S = 2**31

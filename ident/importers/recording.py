@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.importers.columns import files, read_columns
 from ident.importers.mapping import (
@@ -15,13 +14,12 @@ from ident.importers.mapping import (
     SeriesSection,
     load_mapping,
 )
+from ident.signals.arrays import Array
 from wamctl.arm.config import beside, find_file, load_robot_file
 from wamctl.arm.errors import ConfigurationError
 from wamctl.arm.recorder import write_recording
 from wamctl.arm.recording import Command, Recording
 from wamctl.arm.robot import load_robot
-
-Array = NDArray[np.floating]
 
 _UNITS = {
     "rad": 1.0,

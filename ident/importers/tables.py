@@ -12,13 +12,12 @@ from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 import scipy.io
-from numpy.typing import NDArray
 from scipy.io.matlab import MatReadError
 
+from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.ros2.bounds import Allowance
 
-Array = NDArray[np.floating]
 Name = str | int
 
 _UNREADABLE = (

@@ -3,13 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.dynamics.regressor import Motion
+from ident.signals.arrays import Array
 from ident.signals.zero_phase import Lowpass, extended, fast_length, spectrum
 from wamctl.arm.errors import DataError
-
-Array = NDArray[np.floating]
 
 _EDGE_S = 0.5  # by which both ends are continued
 _HIGHEST = 0.4  # of the sampling rate

@@ -12,12 +12,10 @@ from ident.dynamics.regressor import SHARP, Motion, sharp_columns, smooth_column
 from ident.model.fit_filter import Filter, smooth_motion
 from ident.model.model_writing import write_model
 from ident.model.named_effects import ModelEffects, NoEffects
+from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import Recording
 from wamctl.arm.robot import Robot
-
-Array = NDArray[np.floating]
-
 
 PER_JOINT = ("m", *(k for k in get_args(Kind) if k != "inertial"))
 """What `Model.parameter` knows."""

@@ -3,16 +3,14 @@
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from ident.dynamics.regressor import Motion
+from ident.signals.arrays import Array
 from wamctl.arm.config import Section
 
 if TYPE_CHECKING:
     from ident.model.identified_model import Model
-
-Array = NDArray[np.floating]
 
 
 class EffectRecord(Section):

@@ -5,14 +5,12 @@ by the stiffness this is linear, and gravity, which the links' masses tell, give
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from ident.dynamics.compiled_chain import torques
 from ident.output_error.fit import Setup
 from ident.output_error.parameters import QUANTITIES, ROW
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _SMOOTHED_S = 0.14
 _SURE = 5.0  # standard errors of the load's coefficient from which it tells the stiffness

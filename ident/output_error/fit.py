@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from ident.dynamics.compiled_chain import Chain
 from ident.output_error.parameters import QUANTITIES
 from ident.output_error.plant import Motion, simulate
+from ident.signals.arrays import Array
 
-Array = NDArray[np.floating]
 Heard = Callable[[int, float], None]
 
 _REACHING = ("zero",)  # felt by other joints

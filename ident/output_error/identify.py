@@ -16,11 +16,10 @@ from ident.output_error.selection import PARTS, Chosen, Part, chosen
 from ident.output_error.servo_model import STEP_S, ServoModel
 from ident.output_error.uncertainty import Knowledge, knowledge
 from ident.regression.progress import Tell
+from ident.signals.arrays import Array
 from wamctl.arm.config import ServoSection
 from wamctl.arm.errors import ConfigurationError, DataError
 from wamctl.arm.robot import cad_parameters
-
-Array = NDArray[np.floating]
 
 _PIECE_S = 8.0
 _SEARCHED_S = 150.0  # more than this tells the search nothing new

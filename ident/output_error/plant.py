@@ -11,12 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import inverse_dynamics, mass_matrix, workspace
 from ident.dynamics.compiled_inverse import invert
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _SWEEPS = 40
 _NO_PROFILE = 1e5  # rad/s^2

@@ -11,10 +11,9 @@ from ident.output_error.fit import Stretch
 from ident.output_error.plant import Motion
 from ident.recordings.errors import JointMismatchError
 from ident.recordings.log_summary import GAP_PERIODS
+from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import Recording
-
-Array = NDArray[np.floating]
 
 _SHORTEST = 20
 """A stretch has so many samples at least."""

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from ident.output_error.fit import Fit, Prior, Setup, fit
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.regression.progress import Tell
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 BASE = ("stiffness", "armature", "damping", "coulomb", "delay")
 """What every joint has."""

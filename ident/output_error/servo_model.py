@@ -12,11 +12,10 @@ from pydantic import Field
 from ident.dynamics.compiled_chain import chain_of
 from ident.output_error.fit import Setup, Stretch
 from ident.output_error.parameters import LATER, QUANTITIES, ROW
+from ident.signals.arrays import Array
 from wamctl.arm.config import Section, Vector, read_yaml, validate
 from wamctl.arm.errors import DataError
 from wamctl.arm.robot import Robot, cad_parameters, load_robot
-
-Array = NDArray[np.floating]
 
 FORMAT = "wam-ident servo model"
 VERSION = 1

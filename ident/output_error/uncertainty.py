@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from ident.output_error.fit import Fit, Prior, Setup, columns
 from ident.output_error.parameters import QUANTITIES, ROW
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _BLOCK_S = 2.0
 _TORQUES = (

@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.excitation.design import Design, DesignTask, problem_of
 from ident.excitation.effect_motions import Sketch
@@ -17,10 +16,9 @@ from ident.excitation.settings import DesignSettings
 from ident.excitation.target_effect import drawn, frame_of
 from ident.model.identified_model import Model
 from ident.planning.hypotheses import Hypothesis
+from ident.signals.arrays import Array
 from ident.signals.zero_phase import Lowpass, spectrum
 from wamctl.arm.trajectory import FourierSeries, sample
-
-Array = NDArray[np.floating]
 
 SLOWER = 4
 """A motion runs at a quarter of its speed first."""

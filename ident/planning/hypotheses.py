@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.checks.examine import examine
 from ident.effects.bound_effects import load_model, members_of
@@ -27,9 +26,9 @@ from ident.gap.selection.estimates import final_estimates
 from ident.gap.selection.refinement import refine_nonlinear_parameters
 from ident.gap.selection.scoring import Score
 from ident.model.identified_model import Model
+from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 
-Array = NDArray[np.floating]
 Tell = Callable[[str], None]
 
 NONE, UNKNOWN = "none", "unknown"

@@ -4,15 +4,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.identification.validation import arm_of, predict
 from ident.model.identified_model import Model
 from ident.planning.choice import BLOCK_S
 from ident.recordings.dataset import Dataset
 from ident.regression.squared_errors import sums
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 from ident.recordings.errors import JointMismatchError
 from ident.recordings.log_summary import GAP_PERIODS, LogSummary, survey
 from ident.recordings.samples import Instants, TorqueSource, chosen_torque, instants
+from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import Recording
-
-Array = NDArray[np.floating]
 
 _EARLY = 0.02
 """A span's last sample may come this part of a period early and still be counted."""

@@ -6,13 +6,11 @@ from functools import partial
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import Piece
 from wamctl.arm.ros2.joint_series import Stamps
-
-Array = NDArray[np.floating]
 
 GAP_PERIODS = 10
 """A hole of more periods than this is never bridged."""

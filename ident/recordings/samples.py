@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.recordings.log_summary import LogSummary
+from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import Piece
 from wamctl.arm.ros2.joint_series import Stamps
 
-Array = NDArray[np.floating]
 TorqueSource = Literal["commanded", "measured"]
 
 

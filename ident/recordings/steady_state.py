@@ -13,8 +13,6 @@ from ident.model.attachments import HasAttachments, attached_trajectory
 from ident.recordings.dataset import Dataset, Segment, Span
 from wamctl.arm.trajectory import FourierSeries, sample
 
-Array = NDArray[np.floating]
-
 _TOLERANCE = 1e-6
 _PROBES = 9
 

@@ -3,15 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.effects.reversal_friction import BASIS, SmoothedSign
 from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset
+from ident.signals.arrays import Array
 from ident.signals.zero_phase import Lowpass
 from wamctl.arm.errors import DataError
-
-Array = NDArray[np.floating]
 
 _OVER_HARMONIC = 10
 _BODY_OVERSAMPLING = 10

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from ident.dynamics.regressor import Motion
 from ident.recordings.dataset import Dataset
+from ident.signals.arrays import Array
 from ident.signals.zero_phase import Lowpass, Spectrum, extended, fast_length, spectrum
-
-Array = NDArray[np.floating]
 
 _CHUNK = 1 << 16
 """Samples that are filtered together."""

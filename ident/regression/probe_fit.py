@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 from ident.dynamics.parameters import Terms, standard_parameters
 from ident.dynamics.regressor import smooth_columns
 from ident.regression.probe import Probe
+from ident.signals.arrays import Array
 from wamctl.arm.robot import Robot
-
-Array = NDArray[np.floating]
 
 FOLDS = 3
 _STRETCHES = 12

@@ -15,8 +15,8 @@ from ident.regression.reversal_columns import REGIONS
 from ident.regression.rows import Rows
 from ident.regression.subsample import Subsample, joined, subsample, thinned
 from ident.regression.triangles import triangle
+from ident.signals.arrays import Array
 
-Array = NDArray[np.floating]
 K = TypeVar("K", int, tuple[int, int, int])
 
 BLOCKS = 36

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from ident.effects.smoothed_segment import DIRECTION_HZ, MOTION_HZ
 from ident.regression.filters import Processing
+from ident.signals.arrays import Array
 from ident.signals.zero_phase import Lowpass, Spectrum
-
-Array = NDArray[np.floating]
 
 _EDGES = (1.0, 2.0, 3.5, 5.5)
 """Ends of the regions about a reversal, in time constants of the rows' low-pass."""

@@ -17,10 +17,9 @@ from ident.recordings.dataset import Dataset, Segment, Span
 from ident.recordings.errors import TooShortError
 from ident.regression.filters import Processing
 from ident.regression.reversal_columns import curve_columns, regions_of
+from ident.signals.arrays import Array
 from ident.signals.zero_phase import Lowpass, Spectrum, delayed, extended, fast_length, spectrum
 from wamctl.arm.robot import Robot
-
-Array = NDArray[np.floating]
 
 _WINDOW_SAMPLES = 16_000
 

@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.regression.triangles import squared_error, squared_torque
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.regression.rows import Rows
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,9 @@ residuals, and their condition. Triangles of parts merge into the triangle of th
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
-
-Array = NDArray[np.floating]
 
 
 def triangle(rows: Array) -> Array:

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from ident.report.style import Sign
 from ident.report.words import number
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 BUCKETS = 220
 """Each curve keeps its lowest and highest value in every one of so many stretches of time."""

@@ -5,17 +5,15 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.report.charts import Curve, Panel, kept_samples, line_chart, row_chart
 from ident.report.page import Block, Column, Figure, Page, Section, Step, Table, Verdict
 from ident.report.provenance_section import provenance_section
 from ident.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, Sign
 from ident.report.words import number, percent, setting, unit_text, whole
+from ident.signals.arrays import Array
 from wamctl.arm.trajectory import Trajectory
 from wamctl.arm.trajectory_check import Quantity
-
-Array = NDArray[np.floating]
 
 _SIGNS = (
     Sign(BLUE, "circle"),

@@ -6,13 +6,11 @@ from itertools import combinations
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from ident.excitation.design import Design
+from ident.signals.arrays import Array
 from wamctl.arm.collision import collision_shapes
 from wamctl.arm.robot import Robot
-
-Array = NDArray[np.floating]
 
 _STEP_S = 0.05
 _DIGITS = 4

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.export.replay import Replay, rms_of
 from ident.report.charts import Chart, Curve, Panel, kept_samples, line_chart, row_chart
@@ -24,9 +23,8 @@ from ident.report.page import (
 from ident.report.style import BLUE, MEASURED, ORANGE, WITH, Sign
 from ident.report.torque import MOST_RECORDINGS
 from ident.report.words import number, whole
+from ident.signals.arrays import Array
 from wamctl.arm.joint_labels import joint_labels
-
-Array = NDArray[np.floating]
 
 _NAMES = {"mujoco": "MuJoCo", "own": "ident simulate"}
 _MUJOCO = Sign(ORANGE, width=2.6)  # below our own, seen beside it where both are alike

@@ -3,12 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.identification.identify import Identification
 from ident.identification.standard_errors import QUANTILE_90
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _BINS = 14  # of measured points, in each direction
 _LEAST_ROWS = 40  # in each direction: fewer make no curve

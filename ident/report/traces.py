@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from ident.estimation.regression_data import Log
 from ident.identification.identify import Identification
 from ident.identification.validation import Prediction
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 @dataclass(frozen=True)

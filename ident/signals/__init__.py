@@ -1,1 +1,1 @@
-"""Zero-phase filtering."""
+"""Arrays, and zero-phase filtering."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len
 
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _DECAY = 1e-11
 

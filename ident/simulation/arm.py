@@ -8,8 +8,7 @@ from numba import njit, types
 from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import Chain
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _VECTOR = types.Array(types.float64, 1, "C")
 TERM = types.void(types.float64, _VECTOR, _VECTOR, _VECTOR, types.int64, _VECTOR, _VECTOR, _VECTOR)

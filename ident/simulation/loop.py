@@ -6,13 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import NumbaExperimentalFeatureWarning, njit
-from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import Chain, inverse_dynamics, workspace
+from ident.signals.arrays import Array
 from ident.simulation.arm import SETTINGS, SimulatedArm, no_term
 from ident.simulation.step import Plant, State, advance, copy, scratch
-
-Array = NDArray[np.floating]
 
 _STEPS_PER_CYCLE = 4
 

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import Chain, inverse_dynamics, mass_matrix
 from ident.dynamics.compiled_inverse import invert
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _SWEEPS = 12  # of Gauss-Seidel, from the last step's solution
 _SWEEPS_WITH_TIES = 60  # a light motor between friction and a heavy link is slow to settle

@@ -4,13 +4,11 @@ from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ident.signals.arrays import Array
 from ident.urdf_check.finding import Finding, Grade
 from ident.urdf_check.tensor import density, nearest_possible, spreads
 from ident.urdf_check.xml_values import Element, number, set_tensor, tensor, triple
-
-Array = NDArray[np.floating]
 
 _DENSEST = 22_600.0
 """Osmium, the densest metal [kg/m^3]."""

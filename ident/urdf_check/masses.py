@@ -15,10 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.identification.identify import Identification
+from ident.signals.arrays import Array
 from wamctl.arm.inertial import PINOCCHIO_INDEX, change_of_frame
 from wamctl.arm.robot import Robot
-
-Array = NDArray[np.floating]
 
 SIGNIFICANT = 4.0
 """Standard errors: with as many links as an arm has, chance reaches it once in 1,000 recordings."""

@@ -1,10 +1,9 @@
 """What inertia tensors bodies can have, and how dense such a body would be."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 ROOM = 1e-6
 """A repaired tensor keeps this share of its size from the border of what is possible."""

@@ -3,9 +3,9 @@
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
+
 Element = ElementTree.Element
 
 _ENTRIES = {

@@ -12,10 +12,9 @@ from ident.dynamics.compiled_chain import chain_of
 from ident.dynamics.compiled_regressor import regressor
 from ident.fleet.normal import Information, nothing
 from ident.model.identified_model import Model
+from ident.signals.arrays import Array
 from ident.watch.samples import Samples
 from ident.watch.settings import WatchSettings
-
-Array = NDArray[np.floating]
 
 PAYLOAD, FORCE = 10, 3
 """Columns of a load at the tool (mass, first moments, inertia), and of a push."""

@@ -8,12 +8,11 @@ from numpy.typing import NDArray
 
 from ident.recordings.errors import JointMismatchError
 from ident.recordings.samples import TorqueSource
+from ident.signals.arrays import Array
 from ident.watch.sources import Messages
 from wamctl.arm.errors import DataError
 from wamctl.arm.ros2.joint_messages import joint_series
 from wamctl.arm.ros2.joint_series import JointSeries
-
-Array = NDArray[np.floating]
 
 _LEARN = 100  # samples from which the period is learned
 _HOLE = 10  # periods that are not bridged

@@ -3,17 +3,15 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 from ident.fleet.candidates import Candidate
 from ident.fleet.changes import Detector, Odds
 from ident.fleet.normal import Information, nothing, posterior
 from ident.model.identified_model import Model
+from ident.signals.arrays import Array
 from ident.watch.residual import FORCE, PAYLOAD, Residual, Window
 from ident.watch.settings import WatchSettings
-
-Array = NDArray[np.floating]
 
 _HOUR_S = 3600.0
 

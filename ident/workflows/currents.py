@@ -4,12 +4,10 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.identification.drive_gains import DriveGains
 from ident.identification.identify import Identification
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 def with_uncertain_gains(found: Identification, gains: DriveGains) -> Identification:

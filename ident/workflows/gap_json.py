@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.checks.remark import RefusedError, Remark, verdict_content
 from ident.effects.candidate import Value
@@ -23,9 +22,9 @@ from ident.gap.selection.scoring import Score
 from ident.gap.selection.state import AcceptedEffect
 from ident.gap.transients.detect import Transient
 from ident.model.arm import Arm
+from ident.signals.arrays import Array
 from ident.workflows.run_json import numbers
 
-Array = NDArray[np.floating]
 Content = dict[str, Any]
 
 _NEAREST = 2

@@ -10,9 +10,6 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ident.dynamics.parameters import turns
 from ident.estimation.regression_data import Log
 from ident.identification.cross_validation import HeldOut
@@ -21,10 +18,9 @@ from ident.identification.prediction_error import Assessment
 from ident.identification.velocity_threshold import Sweep
 from ident.model.arm import TERM_NAMES
 from ident.regression.squared_errors import Errors
+from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.robot import Robot
-
-Array = NDArray[np.floating]
 
 
 @contextmanager

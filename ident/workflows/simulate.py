@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.effects.bound_effects import load_model
 from ident.effects.simulated_model import simulation_of
@@ -26,8 +25,6 @@ from wamctl.arm.trajectory import (
     reference,
     trajectory_yaml,
 )
-
-Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from ident.excitation.optimisation.deadline import Deadline
@@ -17,8 +16,7 @@ from ident.excitation.problem.design_problem import (
     multipliers,
     smoothed_problem,
 )
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _SCALE = 0.5
 """Typical size of a coefficient [rad/s or rad], in which L-BFGS sees them."""

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.excitation.optimisation.deadline import Deadline
 from ident.excitation.optimisation.scale_into_limits import fit
@@ -12,9 +11,8 @@ from ident.excitation.problem.closed_loop_trial import ClosedLoopTrial
 from ident.excitation.problem.criterion import sharp_condition, sharp_errors
 from ident.excitation.problem.design_problem import Problem
 from ident.excitation.problem.regressor_columns import exact_rows
+from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
-
-Array = NDArray[np.floating]
 
 POOL = 6
 """So many motions are worth keeping."""

@@ -11,16 +11,15 @@ from multiprocessing.queues import Queue
 from multiprocessing.synchronize import Event
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.excitation.optimisation.augmented_lagrangian import COARSE_STAGES
 from ident.excitation.optimisation.evaluate import Candidate
 from ident.excitation.optimisation.search import Effort, random_start, search
 from ident.excitation.problem.design_problem import Penalty, Problem, lagrangian
 from ident.excitation.problem.trajectory_grid import Grid
+from ident.signals.arrays import Array
 from wamctl.arm.compilation import compilation_announced
 
-Array = NDArray[np.floating]
 Report = Callable[[Candidate | None], None]
 
 _GLANCE_S = 0.2

@@ -1,12 +1,10 @@
 """Bringing a motion within its limits by making it smaller, never by hoping."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.excitation.problem.design_problem import Problem, constraint_values
 from ident.excitation.problem.trajectory_grid import Grid
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _SHARP_RAD_S = 1e-12
 """Friction counts in full, however slow the motion."""

@@ -4,7 +4,6 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.excitation.optimisation.augmented_lagrangian import (
     COARSE_STAGES,
@@ -17,8 +16,7 @@ from ident.excitation.optimisation.evaluate import POOL, Candidate, Judge
 from ident.excitation.optimisation.scale_into_limits import scale_joints_into_limits
 from ident.excitation.problem.design_problem import Problem
 from ident.excitation.problem.trajectory_grid import Grid
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _STARTS = 8
 _START_SHARE = 0.25

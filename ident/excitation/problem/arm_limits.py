@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ident.signals.arrays import Array
 from wamctl.arm.collision import CollisionShapes, collision_shapes
 from wamctl.arm.config import ArmFile, LimitsSection
 from wamctl.arm.errors import ConfigurationError
@@ -14,8 +14,6 @@ from wamctl.arm.robot import Robot
 from wamctl.arm.trajectory import Reference
 from wamctl.arm.trajectory_check import Quantity, quantities, violations
 from wamctl.arm.transmission import transmission
-
-Array = NDArray[np.floating]
 
 JOINT_MOTION = frozenset({"position", "velocity", "acceleration", "jerk"})
 """Names of the quantities whose limits `joint_motion` keeps."""

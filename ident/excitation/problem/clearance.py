@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import place, workspace
 from ident.dynamics.vectors import add, cross, dot, row, scale, sub, turned, turned_back
+from ident.signals.arrays import Array
 from wamctl.arm.collision import CollisionShapes
 from wamctl.arm.robot import Robot
-
-Array = NDArray[np.floating]
 
 _STEPS = 20
 _LEVEL = 1e-7

@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.estimation.regression_data import gather
 from ident.excitation.problem.trajectory_grid import series_of
@@ -16,14 +15,12 @@ from ident.identification.standard_errors import standard_errors
 from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset, dataset
 from ident.recordings.steady_state import only_steady_state
+from ident.signals.arrays import Array
 from ident.simulation.arm import SimulatedArm
 from ident.simulation.loop import Controller, Wire, run
 from ident.simulation.recording import recorded
 from wamctl.arm.errors import DataError
 from wamctl.arm.trajectory import Trajectory, reference, trajectory_yaml
-
-Array = NDArray[np.floating]
-
 
 _ARMS = 3
 """Of one arm alone, a search finds motions that are good there by luck."""

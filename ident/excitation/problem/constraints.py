@@ -3,20 +3,18 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import Chain, chain_of
 from ident.dynamics.regressor import Motion
 from ident.excitation.problem import clearance as geometry
 from ident.excitation.problem.clearance import Points, Shapes, points_of, shapes_of
 from ident.excitation.problem.regressor_columns import Columns
+from ident.signals.arrays import Array
 from wamctl.arm.collision import collision_shapes
 from wamctl.arm.config import ArmFile, LimitsSection
 from wamctl.arm.robot import Robot
 from wamctl.arm.trajectory_check import expected_friction
 from wamctl.arm.transmission import transmission
-
-Array = NDArray[np.floating]
 
 _SIGHT_M = 0.1
 """Shapes further apart than this beyond the clearance do not matter."""

@@ -4,11 +4,9 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.excitation.problem.regressor_columns import Columns
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _FLOOR = 1e-14
 _RIDGE = 1e-12

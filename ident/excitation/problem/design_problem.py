@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.dynamics.regressor import Motion
 from ident.dynamics.regressor_adjoint import regressor_vjp
@@ -22,8 +21,7 @@ from ident.excitation.problem.criterion import (
 from ident.excitation.problem.noise_model import Noise
 from ident.excitation.problem.regressor_columns import Columns, exact_rows, smooth_rows
 from ident.excitation.problem.trajectory_grid import Grid
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -4,11 +4,9 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.dynamics.regressor import Motion
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _SLOW_RAD_S = 0.1
 """Below it dry friction depends on more than the sign of velocity (Armstrong-Helouvry et al. 1994,

@@ -9,9 +9,8 @@ from ident.dynamics.base_parameters import BaseMap, base_map, whole_range
 from ident.dynamics.parameters import Parameter, Terms
 from ident.dynamics.regressor import Motion, sharp_columns, smooth_columns
 from ident.dynamics.regressor_adjoint import Frames, fill_rows, frames_of
+from ident.signals.arrays import Array
 from wamctl.arm.robot import Robot, cad_parameters
-
-Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

@@ -3,12 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.dynamics.regressor import Motion
+from ident.signals.arrays import Array
 from wamctl.arm.trajectory import FourierSeries
-
-Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

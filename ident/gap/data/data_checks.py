@@ -3,16 +3,14 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import chain_of, torques
 from ident.effects.catalogue import torque_scale_effect
 from ident.effects.events import DROPPED_SAMPLES
 from ident.gap.data.experiment import Experiment
 from ident.gap.settings import DataChecks
+from ident.signals.arrays import Array
 from wamctl.arm.robot import cad_parameters
-
-Array = NDArray[np.floating]
 
 _FEWEST = 8  # steps of a stretch that is judged
 _ROUNDING = 1e-9  # rad: two motors' counts that cancel leave no more

@@ -20,14 +20,13 @@ from ident.model.attachments import attached_config
 from ident.model.identified_model import Model
 from ident.recordings.dataset import Dataset, TorqueSource, dataset
 from ident.recordings.loading import Reading, arm_of, joints_to_read
+from ident.signals.arrays import Array
 from ident.simulation.configuration import controller_for, wire_for
 from ident.simulation.loop import Controller, Wire
 from wamctl.arm.config import ArmFile, RobotFile, load_robot_file
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import LogFile, Recording
 from wamctl.arm.robot import cad_parameters
-
-Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.gap.data.windows import Windows
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 class Region(IntEnum):

@@ -3,14 +3,13 @@
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import Chain, chain_of, torques
 from ident.effects.smoothed_segment import SmoothedSegment
 from ident.gap.data.experiment import Experiment
 from ident.model.identified_model import Model
+from ident.signals.arrays import Array
 
-Array = NDArray[np.floating]
 PredictedTorque = Callable[[SmoothedSegment], Array]
 
 

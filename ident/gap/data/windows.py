@@ -8,9 +8,8 @@ in its window.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,7 @@ from ident.effects.observation import Observed
 from ident.effects.observing import CurrentModel, observed
 from ident.gap.data.windows import body_step
 from ident.gap.regression.rows import WindowedRows
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _KNOTS = 12
 _WAVES = 59

@@ -24,8 +24,7 @@ from ident.gap.regression.residuals import Residual, autocorrelation_length, res
 from ident.gap.regression.rows import WindowedRows
 from ident.gap.regression.weighted_fit import Fit, noise_floor
 from ident.gap.settings import LackOfFit
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _RANK = 1e-4  # of the largest direction of all free curves: smaller ones are left to the noise
 _MIN_FREEDOM = 0.1  # share of the rows that always counts as free when noise is estimated

@@ -15,8 +15,7 @@ from ident.gap.regression.residuals import Residual, residuals
 from ident.gap.regression.rows import WindowedRows
 from ident.gap.settings import LackOfFit, Repeats
 from ident.model.attachments import attached_trajectory
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 def pure_error(

@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.effects.candidate import Candidate, Value
 from ident.gap.data.segments import EXCLUDED
@@ -20,8 +19,7 @@ from ident.gap.regression.weighted_fit import Fit, fit, mean_log_ratio, predicte
 from ident.gap.selection.cross_validation import effect_energy
 from ident.gap.selection.estimates import FinalEstimates
 from ident.gap.settings import CrossValidation
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.effects.candidate import Candidate, Value
 from ident.gap.data.experiment import Experiment
@@ -22,8 +21,7 @@ from ident.gap.regression.weighted_fit import Fit, fit, mean_squares
 from ident.gap.selection.estimates import final_estimates
 from ident.gap.selection.state import AcceptedEffect, Place, SelectionState
 from ident.gap.settings import GapSettings, Naming
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,6 @@ that one of them is not there must know what the other would be.
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ident.effects.candidate import Candidate, Value
 from ident.effects.catalogue import catalogue
 from ident.gap.data.segments import FOLDS
@@ -18,8 +15,7 @@ from ident.gap.regression.rows import WindowedRows
 from ident.gap.regression.weighted_fit import fit
 from ident.gap.selection.estimates import FinalEstimates
 from ident.gap.settings import Naming
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 @dataclass(frozen=True)

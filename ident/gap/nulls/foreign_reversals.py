@@ -15,15 +15,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from ident.effects.smoothed_segment import SmoothedSegment
 from ident.gap.nulls.null_arms import phase_randomised
 from ident.gap.regression.current_model import CurrentFit
 from ident.gap.regression.residuals import residuals
 from ident.gap.regression.rows import WindowedRows
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _WIDTHS = np.geomspace(5e-4, 0.04, 10)  # rad/s
 _DISTANCES = np.geomspace(5e-5, 3e-3, 8)  # rad

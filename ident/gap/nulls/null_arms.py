@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import chain_of
 from ident.effects.candidate import Candidate
@@ -20,12 +19,12 @@ from ident.gap.regression.feasible_fit import FeasibleModel
 from ident.gap.regression.residuals import Residual
 from ident.recordings.dataset import Dataset, Segment, in_memory
 from ident.recordings.samples import held_mean
+from ident.signals.arrays import Array
 from ident.simulation.arm import SimulatedArm, simulated_arm
 from ident.simulation.loop import Controller, Wire, run
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import Recording
 
-Array = NDArray[np.floating]
 Motion = tuple[Array, Array, Array]
 
 _DISTANCES = (0.0, 0.0, 2e-4, 5e-4)

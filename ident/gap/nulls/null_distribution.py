@@ -41,11 +41,11 @@ from ident.gap.settings import GapSettings
 from ident.gap.transients.detect import find_transient
 from ident.recordings.dataset import Dataset
 from ident.regression.processes import in_processes
+from ident.signals.arrays import Array
 from ident.simulation.arm import SimulatedArm
 from ident.simulation.loop import Controller, Wire
 from wamctl.arm.errors import DataError
 
-Array = NDArray[np.floating]
 Tell = Callable[[str], None]
 
 _CHANCE_DRAWS = 100

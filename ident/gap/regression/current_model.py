@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.effects.candidate import Candidate
 from ident.effects.observation import ArmFacts
@@ -15,8 +14,7 @@ from ident.gap.regression.design_matrix import DesignMatrix, build_design_matrix
 from ident.gap.regression.reversal_curves import fit_reversal_curves
 from ident.gap.regression.rows import WindowedRows
 from ident.gap.regression.weighted_fit import Fit, ModelStructure
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _ROUNDS = 6
 

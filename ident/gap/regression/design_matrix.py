@@ -17,8 +17,7 @@ from ident.gap.data.windows import Windows, body_step
 from ident.gap.regression.normal_equations import Layout, NormalEquations, joint_products
 from ident.gap.regression.rows import WindowedRows
 from ident.gap.regression.weighted_fit import ColumnIndex, ModelStructure
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _ABSENT = 1e-12  # a base column this small is rounding: the joint does not feel the parameter
 

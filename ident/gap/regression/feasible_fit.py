@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.dynamics.base_parameters import BaseMap, base_map
 from ident.dynamics.parameters import Terms
@@ -17,9 +16,8 @@ from ident.gap.regression.projection import project_off_with_torque
 from ident.gap.regression.weighted_fit import Fit, solve
 from ident.model.arm import Arm
 from ident.model.identified_model import Model
+from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
-
-Array = NDArray[np.floating]
 
 _TIE = 1e-13  # of the largest entry: keeps the triangle of a rounding-tight fit real
 

@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from ident.gap.regression.design_matrix import DesignMatrix
 from ident.gap.regression.weighted_fit import Fit, joint_columns, solve
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _RIDGE = 1e-6
 _SEEN = 1e-5  # of the columns' own squares: smaller directions are in the model already

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from ident.gap.data.segments import EXCLUDED
 from ident.gap.regression.design_matrix import DesignMatrix
 from ident.gap.regression.weighted_fit import Fit, joint_columns
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _NEGLIGIBLE = 0.05  # autocorrelation at which the sum over lags ends
 

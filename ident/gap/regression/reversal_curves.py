@@ -1,14 +1,12 @@
 """Reversal curves of dry friction, chosen joint by joint to leave the smallest residual."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.effects.reversal_friction import best_mixture, parts_of
 from ident.gap.regression.normal_equations import NormalEquations
 from ident.gap.regression.projection import project_off_with_torque
 from ident.gap.regression.weighted_fit import Fit, ModelStructure, fit, joint_columns
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _ROUNDS = 4
 _CONVERGED = 0.01  # change of a share

@@ -12,8 +12,7 @@ from ident.effects.reversal_friction import BASIS
 from ident.effects.smoothed_segment import SmoothedSegment
 from ident.gap.data.reference_model import PredictedTorque
 from ident.gap.data.windows import Windows, body_step
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 class ColumnCache:

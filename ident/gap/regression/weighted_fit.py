@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from ident.gap.data.noise_regions import Region
 from ident.gap.regression.normal_equations import NormalEquations
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _ROUNDS = 6
 _CONVERGED = 1e-4  # change of log sigma

@@ -11,9 +11,8 @@ from ident.gap.data.experiment import Experiment, controller_of, wire_of
 from ident.gap.nulls.null_arms import can_simulate, null_arm, reference_motion
 from ident.gap.regression.feasible_fit import FeasibleModel
 from ident.recordings.steady_state import only_steady_state
+from ident.signals.arrays import Array
 from ident.simulation.loop import run
-
-Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.effects.bound_effects import BoundEffects
 from ident.effects.candidate import Candidate
@@ -16,8 +15,7 @@ from ident.gap.regression.weighted_fit import Fit
 from ident.identification.validation import fit_filter
 from ident.model.identified_model import BaseParameter, Model
 from ident.regression.filters import processing
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 def model_with(

@@ -14,8 +14,7 @@ from ident.gap.regression.design_matrix import DesignMatrix
 from ident.gap.regression.residuals import Residual, residuals
 from ident.gap.regression.weighted_fit import fit
 from ident.gap.results.outcome import SearchResult
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _NEGLIGIBLE = 0.02  # of the gap: smaller shares are not listed
 

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
 from ident.gap.data.segments import SEARCHED
@@ -12,8 +11,7 @@ from ident.gap.regression.projection import project_off
 from ident.gap.regression.weighted_fit import Fit, fit, joint_columns
 from ident.gap.results.outcome import SearchResult
 from ident.gap.selection.candidates import all_candidates
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _ABSORBED = 1e-5  # of a column's squares: with less left of it, other parameters stand for it
 _MOST_GAIN = 300.0  # nats: more overflows

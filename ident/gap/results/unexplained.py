@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.gap.data.noise_regions import Region
 from ident.gap.lack_of_fit.remaining_structure import (
@@ -19,8 +18,7 @@ from ident.gap.selection.scoring import main_joints
 from ident.gap.selection.state import AcceptedEffect, SelectionState
 from ident.gap.settings import GapSettings, Repeats, Transients
 from ident.gap.transients.detect import Transient, at_end_stop
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 @dataclass(frozen=True)

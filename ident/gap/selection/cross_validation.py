@@ -1,15 +1,13 @@
 """Cross-validation: gain of an effect on folds that it was not fitted to."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.gap.data.segments import FOLDS
 from ident.gap.regression.design_matrix import DesignMatrix
 from ident.gap.regression.weighted_fit import Fit, fit, mean_log_ratio, predicted_rms
 from ident.gap.selection.scoring import Score
 from ident.gap.settings import CrossValidation
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 def excites(

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.effects.candidate import Candidate, Value
 from ident.effects.catalogue import catalogue
@@ -15,8 +14,7 @@ from ident.gap.selection.gauss_newton import Linearised, linearised, refit, solu
 from ident.gap.selection.scoring import Score
 from ident.gap.selection.state import AcceptedEffect
 from ident.gap.settings import Significance
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _RECTANGLE = 3**-0.5  # standard deviation of what lies anywhere within one (JCGM 100:2008, 4.3.7)
 

@@ -18,8 +18,7 @@ from ident.gap.regression.current_model import CurrentFit
 from ident.gap.regression.design_matrix import DesignMatrix, build_design_matrix
 from ident.gap.regression.rows import WindowedRows
 from ident.gap.regression.weighted_fit import Fit, fit, joint_columns, solve
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _DIFFERENCE = 0.02  # of a parameter, for its derivative
 _LONGEST_STEP = 0.3  # of a parameter

@@ -4,7 +4,6 @@ import functools
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
@@ -20,8 +19,6 @@ from ident.gap.selection.refinement import refine_nonlinear_parameters
 from ident.gap.selection.scoring import Score, main_joints
 from ident.gap.selection.state import SelectionState
 from ident.gap.settings import GapSettings, Misspecification
-
-Array = NDArray[np.floating]
 
 
 def stands_beside_accepted(

@@ -7,7 +7,6 @@ factor between models of equal size).
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import FormUncertainty
@@ -19,8 +18,7 @@ from ident.gap.selection.refinement import refine_nonlinear_parameters
 from ident.gap.selection.scoring import Score, main_joints
 from ident.gap.selection.state import AcceptedEffect, SelectionState
 from ident.gap.settings import GapSettings, Rivals
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 def accept(

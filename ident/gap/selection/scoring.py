@@ -8,7 +8,6 @@ each effect and place are then fitted exactly.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
@@ -18,8 +17,7 @@ from ident.gap.regression.projection import project_off
 from ident.gap.regression.reversal_curves import orthogonalised
 from ident.gap.regression.weighted_fit import ColumnIndex, Fit, ModelStructure, fit, joint_columns
 from ident.gap.settings import Scoring
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 EXACT_PER_PLACE = 3
 """Candidates of each effect and place that are fitted exactly."""

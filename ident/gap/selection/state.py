@@ -3,17 +3,14 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ident.effects.candidate import Candidate
 from ident.gap.regression.current_model import CurrentFit, extend
 from ident.gap.regression.rows import WindowedRows
 from ident.gap.selection.scoring import Score
 from ident.gap.selection.thresholds import Threshold
 from ident.gap.transients.detect import Transient
+from ident.signals.arrays import Array
 
-Array = NDArray[np.floating]
 Place = tuple[str, tuple[int, ...]]
 """An effect and its joints."""
 

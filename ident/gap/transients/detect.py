@@ -18,8 +18,7 @@ from ident.gap.regression.residuals import Residual, residuals
 from ident.gap.regression.rows import WindowedRows
 from ident.gap.regression.weighted_fit import Fit, fit
 from ident.gap.settings import Transients
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _LENGTHS_S = tuple(np.geomspace(0.2, 4.0, 16))  # tried intervals: from a blow to a slow push
 _ROUNDS = 2  # of finding the interval and fitting without it

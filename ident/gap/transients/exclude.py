@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import FormUncertainty
@@ -14,8 +13,7 @@ from ident.gap.regression.residuals import residuals
 from ident.gap.regression.rows import WindowedRows
 from ident.gap.settings import GapSettings, Transients
 from ident.gap.transients.detect import Transient, find_transient
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 @dataclass(frozen=True)

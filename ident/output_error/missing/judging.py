@@ -1,11 +1,9 @@
 """How two settings of an arm compare on recordings that neither was fitted to."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.output_error.fit import Setup
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 BLOCK_S = 1.0
 """Errors of blocks of this length count as independent."""

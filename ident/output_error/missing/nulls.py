@@ -11,8 +11,7 @@ from ident.output_error.missing.judging import block_errors, rms
 from ident.output_error.missing.kinds import EffectKind
 from ident.output_error.missing.screening import promising
 from ident.output_error.missing.trial import tried
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _STEP_S = 0.001
 _ROUNDS = 3

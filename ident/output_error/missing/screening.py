@@ -6,8 +6,8 @@ from numpy.typing import NDArray
 from ident.output_error.fit import Fit, Setup, columns
 from ident.output_error.missing.kinds import EffectKind
 from ident.output_error.parameters import QUANTITIES, ROW
+from ident.signals.arrays import Array
 
-Array = NDArray[np.floating]
 Places = NDArray[np.bool_]
 
 _TINY = 1e-30

@@ -18,8 +18,8 @@ from ident.output_error.missing.trial import Trial, tried
 from ident.output_error.parameters import ROW
 from ident.output_error.selection import chosen
 from ident.regression.progress import Tell
+from ident.signals.arrays import Array
 
-Array = NDArray[np.floating]
 Places = NDArray[np.bool_]
 
 

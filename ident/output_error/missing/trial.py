@@ -12,8 +12,8 @@ from ident.output_error.missing.judging import block_errors, gain
 from ident.output_error.missing.kinds import EffectKind
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.selection import BASE, rms
+from ident.signals.arrays import Array
 
-Array = NDArray[np.floating]
 Places = NDArray[np.bool_]
 
 

@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.output_error.fit import Fit
 from ident.output_error.identify import Prepared, fit_of_all
@@ -12,8 +11,6 @@ from ident.output_error.missing.settings import GapBySimulation
 from ident.output_error.parameters import ROW
 from ident.output_error.uncertainty import Knowledge, knowledge
 from ident.regression.progress import Tell
-
-Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

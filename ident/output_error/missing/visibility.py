@@ -1,13 +1,11 @@
 """The smallest effects that recordings would have shown."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.output_error.missing.screening import at_sizes, tangents
 from ident.output_error.missing.search import Search
 from ident.output_error.missing.settings import GapBySimulation
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 
 def smallest(found: Search, resolution: Array, settings: GapBySimulation) -> dict[str, Array]:

@@ -7,7 +7,6 @@ from urllib.parse import quote
 
 import numpy as np
 from markupsafe import Markup
-from numpy.typing import NDArray
 
 from ident.fleet.series import ArmResult, Entry, Series
 from ident.report.charts import Chart, Curve, Panel, line_chart
@@ -15,9 +14,9 @@ from ident.report.fleet.words import change_text, day, rivals_text
 from ident.report.page import Block, Column, Figure, Page, Points, Section, Table, Text, Verdict
 from ident.report.style import BLUE, GREY, VERMILION, Sign
 from ident.report.words import number, plus_minus, setting, unit_text
+from ident.signals.arrays import Array
 from wamctl.arm.joint_labels import joint_labels
 
-Array = NDArray[np.floating]
 Content = Mapping[str, Any]
 
 _DAY_NS = 86_400e9

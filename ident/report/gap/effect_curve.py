@@ -9,8 +9,7 @@ from ident.gap.data.noise_regions import Region
 from ident.gap.results.held_out_error import BeforeAfter
 from ident.gap.results.outcome import SearchResult
 from ident.report.words import number, share
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _BINS = 40
 _SHOWS = 0.3  # times the residual with the effect: less while sliding, and reversals are drawn too

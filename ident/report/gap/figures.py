@@ -16,8 +16,7 @@ from ident.report.gap.effect_curve import OWN_TORQUE, EffectCurve, effect_curve,
 from ident.report.page import Block, Column, Figure, Table
 from ident.report.style import BLUE, MEASURED, ORANGE, WITH, WITHOUT, Sign
 from ident.report.words import number
-
-Array = NDArray[np.floating]
+from ident.signals.arrays import Array
 
 _CELLS = (24, 16)
 _MOST_JOINTS = 4

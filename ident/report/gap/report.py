@@ -4,14 +4,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ident.report.page import Block, Figure
 from ident.report.words import known
+from ident.signals.arrays import Array
 from wamctl.arm.joint_labels import joint_labels, joints_text
 
-Array = NDArray[np.floating]
 Content = Mapping[str, Any]
 
 

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.output_error.fit import Stretch
 from ident.report.charts import Chart, Curve, Panel, kept_samples, line_chart
@@ -26,9 +25,9 @@ from ident.report.provenance_section import provenance_section
 from ident.report.style import MEASURED, PREDICTED, RESIDUAL, Sign
 from ident.report.torque import MOST_RECORDINGS
 from ident.report.words import number, plus_minus, whole
+from ident.signals.arrays import Array
 from wamctl.arm.joint_labels import joint_labels
 
-Array = NDArray[np.floating]
 Content = Mapping[str, Any]
 
 _COMMANDED = Sign("#b0b0b0", "line")

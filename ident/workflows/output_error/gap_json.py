@@ -14,8 +14,8 @@ from ident.output_error.missing.settings import GapBySimulation
 from ident.output_error.missing.verdict import Outcome
 from ident.output_error.missing.visibility import smallest
 from ident.output_error.parameters import QUANTITIES, ROW
+from ident.signals.arrays import Array
 
-Array = NDArray[np.floating]
 Content = dict[str, Any]
 
 _SLOW = 0.1  # rad/s

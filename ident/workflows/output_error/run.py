@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.checks.remark import Grade, Remark, verdict_content
 from ident.model.arm import Arm
@@ -21,11 +20,10 @@ from ident.recordings.loading import Reading
 from ident.regression.progress import Tell, silent
 from ident.report.page import render
 from ident.report.servos.run_page import ServoTrace, servo_page
+from ident.signals.arrays import Array
 from ident.workflows.output_error.logs import read_commanded
 from ident.workflows.provenance import provenance
 from ident.workflows.run_json import numbers, write_results
-
-Array = NDArray[np.floating]
 
 _BAD = 0.5  # of the error that following the command at once would have
 _COUNTS = 3  # errors of so many steps of the encoder are none
