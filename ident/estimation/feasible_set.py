@@ -162,10 +162,3 @@ def smallest_eigenvalue(delta: Array, parameters: Sequence[Parameter]) -> float:
     places = [link_places(parameters, link) for link in links_of(parameters)]
     matrices = [pseudo_inertia(delta[place]) for place in places]
     return float(min(np.linalg.eigvalsh(m)[0] for m in matrices))
-
-
-def signs_hold(delta: Array, parameters: Sequence[Parameter]) -> bool:
-    """Whether friction and rotor inertia are not negative."""
-    return all(
-        value >= 0 for value, p in zip(delta, parameters, strict=True) if p.kind in NON_NEGATIVE
-    )

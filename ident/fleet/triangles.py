@@ -71,10 +71,3 @@ def unpacked(blob: bytes) -> tuple[list[JointTriangle], int]:
         at += 8 * (c * (c + 1) // 2)
         found.append(JointTriangle(joint, used, R))
     return found, columns
-
-
-def product(t: JointTriangle, columns: int) -> Array:
-    """Inner products of [X | tau] over the joint's rows, shape (columns, columns)."""
-    result = np.zeros((columns, columns))
-    result[np.ix_(t.used, t.used)] = t.R.T @ t.R
-    return result

@@ -14,20 +14,6 @@ _TAKES_PART = 0.3
 
 
 @dataclass(frozen=True)
-class Confusion:
-    """Base parameters that this motion hardly tells apart.
-
-    Attributes:
-        names: of those that take part.
-        strength: singular value of their worst combination, columns at length one, beside the
-            largest.
-    """
-
-    names: tuple[str, ...]
-    strength: float
-
-
-@dataclass(frozen=True)
 class Identifiability:
     """The limits of an identification.
 
@@ -35,13 +21,13 @@ class Identifiability:
         without_effect: standard parameters that no torque of the moving joints depends on.
         only_combined: standard parameters that show up only inside combinations.
         invisible: base parameters whose 90 % interval holds zero.
-        confused: base parameters that this motion hardly tells apart.
+        confused: groups of base parameters that this motion hardly tells apart.
     """
 
     without_effect: tuple[str, ...]
     only_combined: tuple[str, ...]
     invisible: tuple[str, ...]
-    confused: tuple[Confusion, ...]
+    confused: tuple[tuple[str, ...], ...]
 
 
 def identifiability(base: BaseMap, R: Array, beta: Array, sd: Array) -> Identifiability:
@@ -67,8 +53,8 @@ def identifiability(base: BaseMap, R: Array, beta: Array, sd: Array) -> Identifi
     )
 
 
-def confusions(R: Array, names: Sequence[str]) -> tuple[Confusion, ...]:
-    """Nearly dependent columns, the worst first.
+def confusions(R: Array, names: Sequence[str]) -> tuple[tuple[str, ...], ...]:
+    """Names of nearly dependent columns, the worst group first.
 
     Args:
         R: triangle of [W | tau], shape (b + 1, b + 1).
@@ -81,5 +67,5 @@ def confusions(R: Array, names: Sequence[str]) -> tuple[Confusion, ...]:
         if value > _WEAK * singular[0]:
             break
         part = np.flatnonzero(np.abs(direction) > _TAKES_PART)
-        found.append(Confusion(tuple(names[int(i)] for i in part), float(value / singular[0])))
+        found.append(tuple(names[int(i)] for i in part))
     return tuple(found)

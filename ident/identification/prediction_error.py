@@ -22,7 +22,6 @@ class Assessment:
         feasible: whether a possible arm has these parameters.
         smallest_eigenvalue: of the pseudo-inertias of the best such arm.
         negative: names of negative friction parameters.
-        culprits: base parameters that weigh most in the proof of impossibility.
         positive_fraction: share of random postures with a positive mass matrix.
     """
 
@@ -31,7 +30,6 @@ class Assessment:
     feasible: bool
     smallest_eigenvalue: float
     negative: tuple[str, ...]
-    culprits: tuple[str, ...]
     positive_fraction: float
 
 
@@ -42,7 +40,6 @@ def assess(evidence: RegressionData, estimate: Estimate) -> Assessment:
     counts = evidence.counts.sum(axis=1)
     found = verdict(base, estimate.beta, evidence.prior, evidence.sizes)
     delta = with_beta(base, _with_masses(evidence), estimate.beta)
-    order = np.argsort(-np.abs(found.certificate))[:3]
     witnesses = [found.smallest_eigenvalue]
     if estimate.delta is not None:
         witnesses.append(smallest_eigenvalue(estimate.delta, base.parameters))
@@ -52,7 +49,6 @@ def assess(evidence: RegressionData, estimate: Estimate) -> Assessment:
         feasible=found.feasible,
         smallest_eigenvalue=max(witnesses),
         negative=found.negative,
-        culprits=tuple(base.names[i] for i in order if found.certificate[i] != 0),
         positive_fraction=positive_fraction(arm.robot, arm.terms, base, delta, evidence.moving),
     )
 

@@ -55,9 +55,3 @@ def set_tensor(inertial: Element, values: Array) -> None:
         element = ElementTree.SubElement(inertial, "inertia")
     for name, place in _ENTRIES.items():
         element.set(name, f"{values[place]:.9g}")
-
-
-def element_of(parent: Element, tag: str) -> Element:
-    """The child of that tag; a new one where there is none."""
-    found = parent.find(tag)
-    return ElementTree.SubElement(parent, tag) if found is None else found

@@ -106,7 +106,7 @@ def run_content(found: Identification) -> dict[str, Any]:
             "without_effect": list(found.limits.without_effect),
             "only_combined": list(found.limits.only_combined),
             "invisible": list(found.limits.invisible),
-            "hardly_told_apart": [list(c.names) for c in found.limits.confused],
+            "hardly_told_apart": [list(names) for names in found.limits.confused],
         },
         "settings": evidence.arm.settings.model_dump(mode="json"),
         "terms": [name for name in TERM_NAMES if getattr(evidence.arm.terms, name)],

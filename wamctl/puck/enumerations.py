@@ -73,16 +73,3 @@ class RoleOption(IntFlag):
     TACTILE = 0x1000
     IMU = 0x2000
     JOINT_ENCODER = 0x4000
-
-
-class Command(IntEnum):
-    """CMD (BarrettHand manual)."""
-
-    HOME = 7
-    HI = 13
-    IC = 14
-    IO = 15
-    C = 18
-    M = 19
-    O = 20  # noqa: E741 - Barrett's name
-    T = 21

@@ -12,7 +12,6 @@ from wamctl.puck.errors import FrameError
 GROUP_BIT = 0x400
 SET_BIT = 0x80
 NODE_MAX = 31
-POSITION_MAX = 2**21 - 1
 TORQUE_MAX = 8191
 
 
@@ -106,19 +105,6 @@ def decode_reply(property_id: int, data: bytes) -> int:
     return int.from_bytes(data[2:], "little", signed=True)
 
 
-def encode_position(counts: int) -> bytes:
-    """Three bytes of a packed position: 22 bits, two's complement, big-endian.
-
-    Raises:
-        FrameError: counts beyond 22 bits.
-    """
-    if not -POSITION_MAX - 1 <= counts <= POSITION_MAX:
-        raise FrameError(
-            f"The position {counts} counts is outside {-POSITION_MAX - 1} to {POSITION_MAX}."
-        )
-    return (counts & 0x3FFFFF).to_bytes(3, "big")
-
-
 def decode_positions(data: bytes) -> tuple[int, ...]:
     """Counts of the motor [counts], and of the joint encoder where the Puck has one.
 
@@ -160,18 +146,6 @@ def encode_torques(property_id: int, torques: Sequence[int]) -> bytes:
     for torque in (*torques, 0, 0, 0, 0)[:4]:
         word = word << 14 | max(-TORQUE_MAX, min(TORQUE_MAX, torque)) & 0x3FFF
     return word.to_bytes(8, "big")
-
-
-def decode_torques(data: bytes) -> tuple[int, ...]:
-    """The four values of a packed torque frame, in Puck units.
-
-    Raises:
-        FrameError: a length that is not 8, or a first byte without the SET bit.
-    """
-    if len(data) != 8 or not data[0] & SET_BIT:
-        raise FrameError(f"The frame {data.hex(' ')} holds no packed torques.")
-    word = int.from_bytes(data[1:], "big")
-    return tuple(_signed(word >> shift & 0x3FFF, 14) for shift in (42, 28, 14, 0))
 
 
 def _signed(value: int, bits: int) -> int:

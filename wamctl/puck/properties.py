@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from wamctl.puck.errors import PropertyError
-from wamctl.puck.property_tables import FORCE_TORQUE, MOTOR, SAFETY
+from wamctl.puck.property_tables import COMMON, MOTOR, SAFETY
 
 OLDEST_VERSION = 32
 PARTED_FROM = 61  # up to version 60 the safety Puck shares the motor Pucks' list
@@ -110,15 +110,6 @@ def safety_properties(version: int) -> Properties:
     return Properties("safety Puck", version, _tables()[own])
 
 
-def force_torque_properties(version: int) -> Properties:
-    """Properties of the force/torque Puck, for which no dependence on the version is known.
-
-    Raises:
-        PropertyError: a version that was never released.
-    """
-    return Properties("force/torque Puck", _released(version), _tables()["force/torque"])
-
-
 def _released(version: int) -> int:
     if version < OLDEST_VERSION:
         raise PropertyError(
@@ -130,11 +121,5 @@ def _released(version: int) -> int:
 
 @cache
 def _tables() -> dict[str, Table]:
-    return {
-        "motor": parse(MOTOR),
-        "safety": parse(SAFETY),
-        "force/torque": {
-            name: (Span(OLDEST_VERSION, None, number),)
-            for number, name in enumerate(FORCE_TORQUE.split())
-        },
-    }
+    common = parse(COMMON)
+    return {"motor": common | parse(MOTOR), "safety": common | parse(SAFETY)}

@@ -4,7 +4,7 @@ One line a property: its name, then `FIRST-LAST:id` or `FIRST+:id` for the firmw
 which it has that id. A version without an entry does not know the property.
 """
 
-MOTOR = """
+COMMON = """
 VERS     32+:0
 ROLE     32+:1
 SN       32+:2
@@ -47,6 +47,10 @@ X4       61+:38
 X5       61+:39
 X6       61+:40
 X7       61+:41
+"""
+"""What all Pucks have, from version 61 on under the same ids."""
+
+MOTOR = """
 T        32-49:10 50-60:9 61+:42
 MT       32-60:16 61+:43
 V        32-49:12 50-60:10 61-113:44 114-118:106 119+:44
@@ -148,7 +152,7 @@ VOLTL1   32:94 33-35:96 36-60:94
 VOLTL2   32:95 33-35:97 36-60:95
 ZERO     32:55 33-35:56 36-60:55
 """
-"""Motor Pucks (nodes 1 to 7)."""
+"""Motor Pucks (nodes 1 to 7), beside what is common."""
 
 SAFETY = """
 ZERO    32:55 33-35:56 36-60:55 61+:42
@@ -166,54 +170,5 @@ PWR     32:99 33-35:101 36-60:99 61+:53
 MAXPWR  32:98 33-35:100 36-60:98 61+:54
 IFAULT  32:100 33-35:102 36-60:100 61+:55
 VNOM    32:104 33-35:106 36-60:104 61+:56
-MODE    32+:8
-STAT    32+:5
-GRPA    32-60:51 61+:26
-GRPB    32-60:52 61+:27
-GRPC    32-60:53 61+:28
-VBUS    32-60:47 61+:21
-TEMP    32-60:39 61+:9
-THERM   32-60:46 61+:20
-CMD     61+:29
-SAVE    32:87 33-35:89 36-60:87 61+:30
-LOAD    32:88 33-35:90 36-60:88 61+:31
-DEF     32:89 33-35:91 36-60:89 61+:32
-FIND    45-60:117 61+:33
-VERS    32+:0
-ROLE    32+:1
-SN      32+:2
-ID      32+:3
-ERROR   32+:4
-ADDR    32+:6
-VALUE   32+:7
-LOCK    32-60:41 61+:13
-PTEMP   32-60:22 61+:10
-OTEMP   32-60:40 61+:11
-BAUD    61+:12
-DIG0    61+:14
-DIG1    61+:15
-FET0    61+:16
-FET1    61+:17
-ANA0    61+:18
-ANA1    61+:19
-IMOTOR  61+:22
-VLOGIC  61+:23
-ILOGIC  61+:24
-SG      61+:25
-X0      61+:34
-X1      61+:35
-X2      61+:36
-X3      61+:37
-X4      61+:38
-X5      61+:39
-X6      61+:40
-X7      61+:41
 """
-"""Safety Puck (node 10); up to version 60 the motor Pucks' table, of which this repeats a part."""
-
-FORCE_TORQUE = """
-VERS ROLE SN ID ERROR STAT ADDR VALUE MODE TEMP PTEMP OTEMP BAUD LOCK DIG0 DIG1 FET0 FET1 ANA0
-ANA1 THERM VBUS IMOTOR VLOGIC ILOGIC SG GRPA GRPB GRPC CMD SAVE LOAD DEF FIND X0 X1 X2 X3 X4 X5 X6
-X7 SG1 SG2 SG3 SG4 SG5 SG6 FX FY FZ TX TY TZ FT AX AY AZ GM OV LED T1 T2 T3 A
-"""
-"""Force/torque Puck (node 8): names in the order of their ids, which count from 0."""
+"""Safety Puck (node 10), beside what is common; up to version 60 it has the motor Pucks' table."""

@@ -40,7 +40,6 @@ class RemainingStructure:
         gain: [nats per sample]: the smaller of the searched folds' gain, less what chance would
             give, and the held-out fold's.
         share: share of the squared residual that it explains.
-        detail: which wave of a periodic group.
         held_out_only: only the held-out data show it.
     """
 
@@ -48,7 +47,6 @@ class RemainingStructure:
     group: str
     gain: float
     share: float
-    detail: int = 0
     held_out_only: bool = False
 
 
@@ -168,20 +166,20 @@ def _joint_structures(
         there = unseen.scaled(columns) - unseen.model @ curves.absorbed
         beyond = unseen.error - there @ fitted.values
         freedom = np.log(choices) + 1 if group.single else len(fitted.values) / 2
-        tried.append((group, fitted, e - explained, beyond, freedom))
+        tried.append((group, e - explained, beyond, freedom))
     if not tried:
         return []
     square = float(e @ e)
     most = max(square, len(e) * allowed)
-    least = min((rest for _, _, rest, _, _ in tried), key=lambda r: float(r @ r))
+    least = min((rest for _, rest, _, _ in tried), key=lambda r: float(r @ r))
     effective = len(e) / autocorrelation_length(least, design.segment[searched.chosen])
     found = []
-    for group, fitted, rest, beyond, freedom in tried:
+    for group, rest, beyond, freedom in tried:
         share = float(np.clip((square - float(rest @ rest)) / most, 0.0, 1 - 1e-9))
         nats = -0.5 * np.log(1 - share) - freedom / effective
         held = _log_ratio(unseen.error, beyond)
         name = group.name.format(j=joint + 1)
-        found.append(RemainingStructure(joint, name, float(min(nats, held)), share, fitted.place))
+        found.append(RemainingStructure(joint, name, float(min(nats, held)), share))
     return found
 
 

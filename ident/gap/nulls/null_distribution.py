@@ -90,7 +90,7 @@ def calibrated(
     draws = []
     for draw in range(options.null_runs):
         rng = np.random.default_rng(options.seed + 100 * state.calibrations + draw)
-        noises = [_disturbance(rows, left, log, d, rng) for log, d in enumerate(source.datasets)]
+        noises = [_disturbance(rows, left, d, rng) for d in source.datasets]
         draws.append((noises, rng))
     tell(f"simulating {options.null_runs} effect-free runs")
     found = []
@@ -199,7 +199,7 @@ def _above_reversals(
 
 
 def _disturbance(
-    rows: WindowedRows, left: Sequence[Residual], log: int, data: Dataset, rng: np.random.Generator
+    rows: WindowedRows, left: Sequence[Residual], data: Dataset, rng: np.random.Generator
 ) -> Array:
     """Torque noise of the sliding residual's size and spectrum, at the log's rate, shape (S, n)."""
     samples = max(len(s.q) for s in data.segments)

@@ -86,11 +86,10 @@ def joint_rows(
 
 @dataclass(frozen=True)
 class Fitted:
-    """Coefficients of columns, half the drop of the squares, and the number of the best pair."""
+    """Coefficients of columns, and half the drop of the squares."""
 
     values: Array
     gain: float
-    place: int = 0
 
 
 @dataclass(frozen=True)
@@ -129,7 +128,7 @@ class Projected:
         best = int(gains.argmax())
         chosen = np.zeros(len(scale))
         chosen[2 * best : 2 * best + 2] = values[best]
-        return Fitted(chosen / scale, float(gains[best]), best)
+        return Fitted(chosen / scale, float(gains[best]))
 
 
 def projected(now: Fit, rows: JointRows, columns: Array) -> Projected:

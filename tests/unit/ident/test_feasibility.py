@@ -18,7 +18,6 @@ from ident.estimation.feasible_set import (
     links_of,
     packed,
     paper_matrix,
-    signs_hold,
     smallest_eigenvalue,
     unpacked,
 )
@@ -35,6 +34,11 @@ from wamctl.arm.inertial import pseudo_inertia
 @pytest.fixture(scope="module")
 def evidence(wam, noisy) -> RegressionData:
     return gather([dataset(noisy, wam.arm.robot.joint_names, "log")], wam.arm)
+
+
+def dissipative(evidence):
+    """Places of friction and rotor inertia."""
+    return [i for i, p in enumerate(evidence.base.parameters) if p.kind in ("fv", "fc", "ia")]
 
 
 @given(st.lists(st.floats(-5, 5), min_size=20, max_size=20), st.sampled_from([3, 4, 6]))
@@ -103,7 +107,7 @@ def test_feasible_fit_is_possible_and_hardly_worse(evidence):
     problem = evidence.problem()
     found = feasible(problem)
     assert smallest_eigenvalue(found.delta, evidence.base.parameters) > 0
-    assert signs_hold(found.delta, evidence.base.parameters)
+    assert found.delta[dissipative(evidence)].min() >= 0
     least = squared_error(problem.R, ordinary(problem))
     assert least < squared_error(problem.R, found.beta) < 1.1 * least
     assert found.active
@@ -195,7 +199,7 @@ def test_entropic_prior_leads_from_cad_to_the_data(wam, evidence):
     assert errors[-1] < 1.05 * squared_error(problem.R, ordinary(problem))
     for estimate in path:
         assert smallest_eigenvalue(estimate.delta, evidence.base.parameters) > 0
-        assert signs_hold(estimate.delta, evidence.base.parameters)
+        assert estimate.delta[dissipative(evidence)].min() >= 0
 
 
 def test_bounds_on_mass_and_its_centre_hold(wam, noisy):

@@ -5,12 +5,11 @@ import pytest
 from wamctl.puck.errors import PropertyError
 from wamctl.puck.properties import (
     SAFE_ON_EVERY_VERSION,
-    force_torque_properties,
     motor_properties,
     parse,
     safety_properties,
 )
-from wamctl.puck.property_tables import MOTOR, SAFETY
+from wamctl.puck.property_tables import COMMON, MOTOR, SAFETY
 
 MOTOR_BREAKS = [32, 33, 36, 44, 45, 47, 50, 51, 61, 63, 64, 65, 68]
 MOTOR_BREAKS += [114, 119, 125, 132, 142, 145, 168, 175]
@@ -76,12 +75,11 @@ def test_a_table_changes_at_its_breaks_only(of, breaks):
 
 
 def test_every_row_is_there():
-    assert len(parse(MOTOR)) == 142
-    assert len(parse(SAFETY)) == 38 + 19
-    assert len(force_torque_properties(61).ids()) == 65
+    assert len(parse(COMMON) | parse(MOTOR)) == 142
+    assert len(parse(COMMON) | parse(SAFETY)) == 42 + 15
 
 
-@pytest.mark.parametrize("of", [motor_properties, safety_properties, force_torque_properties])
+@pytest.mark.parametrize("of", [motor_properties, safety_properties])
 @pytest.mark.parametrize("version", MOTOR_BREAKS)
 def test_no_two_properties_share_an_id(of, version):
     numbers = list(of(version).ids().values())
@@ -89,7 +87,7 @@ def test_no_two_properties_share_an_id(of, version):
     assert all(0 <= n < 128 for n in numbers)
 
 
-@pytest.mark.parametrize("of", [motor_properties, safety_properties, force_torque_properties])
+@pytest.mark.parametrize("of", [motor_properties, safety_properties])
 @pytest.mark.parametrize("version", MOTOR_BREAKS)
 def test_what_may_be_asked_before_the_version_is_known(of, version):
     assert of(version).ids().items() >= SAFE_ON_EVERY_VERSION.items()
@@ -101,7 +99,6 @@ def test_the_common_part_is_the_same_on_both(version):
         return {n: i for n, i in properties.ids().items() if i < 42}
 
     assert common(motor_properties(version)) == common(safety_properties(version))
-    assert common(motor_properties(version)) == common(force_torque_properties(version))
 
 
 @pytest.mark.parametrize("version", [v for v in MOTOR_BREAKS if v < 61])
@@ -122,13 +119,6 @@ def test_synonyms():
     motor = motor_properties(200)
     for name, synonym in [("P", "AP"), ("T", "TORQ"), ("FET0", "B"), ("FET1", "TENSION")]:
         assert motor[name] == motor[synonym]
-
-
-def test_the_force_sensor_counts_its_properties_through():
-    ids = force_torque_properties(61).ids()
-    assert [ids[n] for n in ("VERS", "SG1", "FX", "TX", "FT", "AX", "GM", "T1", "A")] == [
-        0, 42, 48, 51, 54, 55, 58, 61, 64,
-    ]  # fmt: skip
 
 
 REFUSED = [

@@ -62,7 +62,7 @@ class Bus:
         out = self.module.tick(self.now_ns)
         counts = np.rint(MATRIX @ q / tau * 4096).astype(int)
         for node, count in enumerate(counts, 1):
-            out += self.say(0x403 | node << 5, frames.encode_position(int(count)))
+            out += self.say(0x403 | node << 5, int(count & 0x3FFFFF).to_bytes(3, "big"))
         return out + self.say(0x401, frames.encode_torques(42, torques))
 
     def press(self, button):
