@@ -1,7 +1,9 @@
 """The identified arm as MJCF: inertials, friction, rotors, springs, offsets, coupled motors."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 import pinocchio as pin
@@ -14,6 +16,7 @@ from ident.export.urdf import comment, numbers
 from ident.model.identified_model import Model
 from ident.signals.arrays import Array
 
+_TIMESTEP_S = 0.0005
 _RADIUS_M = 0.03
 _HELD = (
     *("chain", "delta", "armature", "viscous", "friction_rows", "coulomb"),
@@ -62,27 +65,15 @@ def to_mjcf(model: Model) -> str:
     """
     exported = exported_arm(model)
     links, joints = identified_links(model, exported.arm), _joints(model)
-    root = ElementTree.Element("mujoco", model=comment(model.arm))
-    words = "; ".join([f"{model.arm}, {model.estimator} model", *left_out_of_mjcf(model)])
-    root.append(ElementTree.Comment(f" Identified: {comment(words)} "))
-    ElementTree.SubElement(root, "compiler", angle="radian", autolimits="true")
-    gravity = numbers(exported.arm.chain.gravity)
-    ElementTree.SubElement(
-        root, "option", gravity=gravity, timestep="0.0005", integrator="implicitfast"
+    words = "; ".join(
+        [f"Identified: {model.arm}, {model.estimator} model", *left_out_of_mjcf(model)]
     )
-    parents = [ElementTree.SubElement(root, "worldbody")]
-    for k, link in enumerate(links):
-        above = parents[0 if link.parent is None else link.parent + 1]
-        below = [other for other in links if other.parent == k]
-        body = add_body(above, link)
-        _add_joint(body, link, joints, k)
-        for other in below:
-            add_shape(body, other.placement[:3, 3])
-        parents.append(body)
+    root = new_mjcf(model.arm, words, exported.arm.chain.gravity, _TIMESTEP_S)
+    for k, body in enumerate(each_body(root, links)):
+        _add_joint(body, links[k], joints, k)
     _add_tendons(root, model, joints)
     _add_actuators(root, links, joints)
-    ElementTree.indent(root)
-    return ElementTree.tostring(root, encoding="unicode") + "\n"
+    return written(root)
 
 
 def left_out_of_mjcf(model: Model) -> list[str]:
@@ -158,10 +149,75 @@ def _armature(model: Model) -> Array:
     return (inertia[:, None] * matrix**2)[single].sum(axis=0)
 
 
-def add_body(above: ElementTree.Element, link: Link) -> ElementTree.Element:
+def new_mjcf(arm: str, words: str, gravity: Array, step_s: float) -> Element:
+    """A model without bodies: gravity [m/s^2], time step [s], and words for a comment."""
+    root = Element("mujoco", model=comment(arm))
+    root.append(ElementTree.Comment(f" {comment(words)} "))
+    SubElement(root, "compiler", angle="radian", autolimits="true")
+    SubElement(
+        root,
+        "option",
+        gravity=numbers(gravity),
+        timestep=repr(step_s),
+        integrator="implicitfast",
+    )
+    return root
+
+
+def written(root: Element) -> str:
+    """The model as text."""
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def each_body(root: Element, links: Sequence[Link]) -> Iterator[Element]:
+    """Add the links' bodies, parents before children; each is given out to get its joints."""
+    bodies = [SubElement(root, "worldbody")]
+    for link in links:
+        body = _add_body(bodies[0 if link.parent is None else link.parent + 1], link)
+        yield body
+        for other in (o for o in links if o.parent == len(bodies) - 1):
+            _add_shape(body, other.placement[:3, 3])
+        bodies.append(body)
+
+
+def add_joint(
+    body: Element,
+    link: Link,
+    *,
+    damping: float,
+    armature: float,
+    zero: float,
+    stiffness: float,
+    offset: float,
+) -> Element:
+    """A link's joint: damping [N m s/rad], armature [kg m^2], zero of the encoder [rad].
+
+    The drive must overcome offset + stiffness q [N m]; without stiffness the offset is left out.
+    """
+    joint = SubElement(
+        body,
+        "joint",
+        STIFF_FRICTION,
+        name=link.joint,
+        type="slide" if link.slides else "hinge",
+        axis=numbers(link.axis),
+        damping=repr(damping),
+        frictionloss=repr(link.coulomb),
+        armature=repr(armature),
+    )
+    if zero:
+        joint.set("ref", repr(-zero))
+    if stiffness > 0.0:
+        joint.set("stiffness", repr(stiffness))
+        joint.set("springref", repr(-offset / stiffness - zero))
+    return joint
+
+
+def _add_body(above: Element, link: Link) -> Element:
     """A link's body below its parent's, without its joint."""
     turn = pin.Quaternion(link.placement[:3, :3].copy())
-    body = ElementTree.SubElement(
+    body = SubElement(
         above,
         "body",
         name=link.body,
@@ -169,7 +225,7 @@ def add_body(above: ElementTree.Element, link: Link) -> ElementTree.Element:
         quat=numbers([turn.w, turn.x, turn.y, turn.z]),
     )
     i = link.inertia
-    ElementTree.SubElement(
+    SubElement(
         body,
         "inertial",
         pos=numbers(link.center),
@@ -179,42 +235,27 @@ def add_body(above: ElementTree.Element, link: Link) -> ElementTree.Element:
     return body
 
 
-def _add_joint(body: ElementTree.Element, link: Link, joints: _Joints, k: int) -> None:
-    joint = ElementTree.SubElement(
-        body,
-        "joint",
-        STIFF_FRICTION,
-        name=link.joint,
-        type="slide" if link.slides else "hinge",
-        axis=numbers(link.axis),
-        damping=repr(float(joints.damping[k])),
-        frictionloss=repr(link.coulomb),
-        armature=repr(float(joints.armature[k])),
-    )
-    zero, stiffness = float(joints.zero[k]), float(joints.stiffness[k])
-    if zero:
-        joint.set("ref", repr(-zero))
-    if stiffness > 0.0:
-        joint.set("stiffness", repr(stiffness))
-        joint.set("springref", repr(-float(joints.offset[k]) / stiffness - zero))
-    if np.isfinite([link.lower, link.upper]).all() and link.lower < link.upper:
-        joint.set("range", numbers([link.lower, link.upper]))
-
-
-def add_shape(body: ElementTree.Element, end: np.ndarray) -> None:
+def _add_shape(body: Element, end: Array) -> None:
     """Something to see: without mass and without contact."""
     shape = {"contype": "0", "conaffinity": "0", "density": "0", "rgba": "0.5 0.6 0.7 1"}
     if np.linalg.norm(end) > _RADIUS_M:
         shape |= {"type": "capsule", "fromto": numbers([0, 0, 0, *end]), "size": str(_RADIUS_M)}
     else:
         shape |= {"type": "sphere", "size": str(1.5 * _RADIUS_M)}
-    ElementTree.SubElement(body, "geom", shape)
+    SubElement(body, "geom", shape)
 
 
-def _add_tendons(root: ElementTree.Element, model: Model, joints: _Joints) -> None:
-    tendons = ElementTree.Element("tendon")
+def _add_joint(body: Element, link: Link, joints: _Joints, k: int) -> None:
+    names = ("damping", "armature", "zero", "stiffness", "offset")
+    joint = add_joint(body, link, **{name: float(getattr(joints, name)[k]) for name in names})
+    if np.isfinite([link.lower, link.upper]).all() and link.lower < link.upper:
+        joint.set("range", numbers([link.lower, link.upper]))
+
+
+def _add_tendons(root: Element, model: Model, joints: _Joints) -> None:
+    tendons = Element("tendon")
     for number, (row, inertia, viscous, coulomb) in enumerate(joints.tendons, 1):
-        tendon = ElementTree.SubElement(
+        tendon = SubElement(
             tendons,
             "fixed",
             STIFF_FRICTION,
@@ -225,16 +266,16 @@ def _add_tendons(root: ElementTree.Element, model: Model, joints: _Joints) -> No
         )
         for joint, coefficient in zip(model.robot.joint_names, row, strict=True):
             if coefficient:
-                ElementTree.SubElement(tendon, "joint", joint=joint, coef=repr(float(coefficient)))
+                SubElement(tendon, "joint", joint=joint, coef=repr(float(coefficient)))
     if len(tendons):
         root.append(tendons)
 
 
-def _add_actuators(root: ElementTree.Element, links: list[Link], joints: _Joints) -> None:
+def _add_actuators(root: Element, links: list[Link], joints: _Joints) -> None:
     """A motor a joint; then, without a command, what an offset without a spring is."""
-    actuators = ElementTree.SubElement(root, "actuator")
+    actuators = SubElement(root, "actuator")
     for k, link in enumerate(links):
-        motor = ElementTree.SubElement(actuators, "motor", name=link.joint, joint=link.joint)
+        motor = SubElement(actuators, "motor", name=link.joint, joint=link.joint)
         most = min(link.effort if link.effort > 0 else np.inf, float(joints.limit[k]))
         if most < np.inf:
             motor.set("ctrlrange", numbers([-most, most]))
@@ -242,7 +283,7 @@ def _add_actuators(root: ElementTree.Element, links: list[Link], joints: _Joints
             motor.set("gear", repr(float(joints.gain[k])))
     for k, link in enumerate(links):
         if joints.offset[k] and not joints.stiffness[k]:
-            ElementTree.SubElement(
+            SubElement(
                 actuators,
                 "general",
                 name=f"{link.joint} offset",

@@ -1,13 +1,13 @@
 """An arm with position servos for MuJoCo and Isaac Lab, and its replay in MuJoCo."""
 
 from collections.abc import Sequence
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 import yaml
 
 from ident.export.links import Link, links_of
-from ident.export.mjcf import STIFF_FRICTION, add_body, add_shape
+from ident.export.mjcf import add_joint, each_body, new_mjcf, written
 from ident.export.replay import Replay, loaded_mujoco
 from ident.export.urdf import comment, numbers
 from ident.output_error.fit import Stretch
@@ -31,27 +31,13 @@ def servo_mjcf(model: ServoModel) -> str:
     joint behind the driven one, free within its range.
     """
     links = links_of(model.robot, model.value("damping"), model.value("coulomb"))
-    root = ElementTree.Element("mujoco", model=comment(model.arm))
     words = "; ".join([f"{model.arm}, identified by simulation", *not_in_mjcf(model)])
-    root.append(ElementTree.Comment(f" {comment(words)} "))
-    ElementTree.SubElement(root, "compiler", angle="radian", autolimits="true")
-    ElementTree.SubElement(
-        root,
-        "option",
-        gravity=numbers(model.robot.model.gravity.linear),
-        timestep=repr(_TIMESTEP_S),
-        integrator="implicitfast",
-    )
-    parents = [ElementTree.SubElement(root, "worldbody")]
+    root = new_mjcf(model.arm, words, model.robot.model.gravity.linear, _TIMESTEP_S)
+    for k, body in enumerate(each_body(root, links)):
+        _add_joints(body, links[k], model, k)
+    actuators = SubElement(root, "actuator")
     for k, link in enumerate(links):
-        body = add_body(parents[0 if link.parent is None else link.parent + 1], link)
-        _add_joints(body, link, model, k)
-        for other in (o for o in links if o.parent == k):
-            add_shape(body, other.placement[:3, 3])
-        parents.append(body)
-    actuators = ElementTree.SubElement(root, "actuator")
-    for k, link in enumerate(links):
-        servo = ElementTree.SubElement(
+        servo = SubElement(
             actuators,
             "position",
             name=link.joint,
@@ -61,8 +47,7 @@ def servo_mjcf(model: ServoModel) -> str:
         limit = float(model.value("torque_limit")[k])
         if limit < _UNLIMITED_NM:
             servo.set("forcerange", numbers([-limit, limit]))
-    ElementTree.indent(root)
-    return ElementTree.tostring(root, encoding="unicode") + "\n"
+    return written(root)
 
 
 def not_in_mjcf(model: ServoModel) -> list[str]:
@@ -152,26 +137,21 @@ def servo_replay(mjcf: str, model: ServoModel, stretches: Sequence[Stretch]) -> 
     return found
 
 
-def _add_joints(body: ElementTree.Element, link: Link, model: ServoModel, k: int) -> None:
-    joint = ElementTree.SubElement(
+def _add_joints(body: Element, link: Link, model: ServoModel, k: int) -> None:
+    def value(name: str) -> float:
+        return float(model.value(name)[k])
+
+    joint = add_joint(
         body,
-        "joint",
-        STIFF_FRICTION,
-        name=link.joint,
-        type="slide" if link.slides else "hinge",
-        axis=numbers(link.axis),
-        damping=repr(link.viscous),
-        frictionloss=repr(link.coulomb),
-        armature=repr(float(model.value("armature")[k])),
+        link,
+        damping=link.viscous,
+        armature=value("armature"),
+        zero=value("zero"),
+        stiffness=value("spring"),
+        offset=value("offset"),
     )
-    zero, play = float(model.value("zero")[k]), float(model.value("half_play")[k])
-    if zero:
-        joint.set("ref", repr(-zero))
-    if spring := float(model.value("spring")[k]):
-        joint.set("stiffness", repr(spring))
-        joint.set("springref", repr(-zero - float(model.value("offset")[k]) / spring))
-    if play:
-        ElementTree.SubElement(
+    if play := value("half_play"):
+        SubElement(
             body,
             "joint",
             name=f"{link.joint} play",
