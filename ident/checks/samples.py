@@ -20,6 +20,7 @@ _BESIDE = 2
 """Steps on both sides of one from which its expected move follows."""
 
 _ROUNDING = 1e-9
+_SHIFTED = 9  # samples beside a lost one that the stamps do not show: their instants are wrong
 
 
 @dataclass(frozen=True)
@@ -124,9 +125,10 @@ def _missing(data: Dataset, repeated: int, skipped: int, bounds: CheckSettings) 
         told.append(f"samples were lost {skipped} times although the stamps are evenly spaced")
     if not told:
         return []
-    share = (source.lost + source.repeated + repeated + 10 * skipped) / total
-    grade = Grade.TRUSTWORTHY if share < bounds.lost_share else Grade.DOUBTFUL
-    grade = Grade.REFUSED if share > bounds.lost_refused else grade
+    share = (source.lost + source.repeated + repeated + skipped) / total
+    harm = share + _SHIFTED * skipped / total
+    grade = Grade.TRUSTWORTHY if harm < bounds.lost_share else Grade.DOUBTFUL
+    grade = Grade.REFUSED if harm > bounds.lost_refused else grade
     done = "were left out or interpolated" if grade < Grade.REFUSED else "leave too little to fit"
     text = f"{data.name}: {'; '.join(told)}. They {done} ({100 * share:.3g} % of the recording)."
     advice = "Check the recorder and the bus for overload, and record again if you can."

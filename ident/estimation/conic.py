@@ -15,6 +15,7 @@ from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 
 _TOLERANCE = 1e-8
+_SOLVED = ("Solved", "AlmostSolved")
 
 
 @dataclass(frozen=True)
@@ -102,6 +103,20 @@ def _sparse(matrix: Array) -> sparse.csc_matrix:
     return sparse.csc_matrix((matrix[rows, columns], rows, ends), shape=matrix.shape)
 
 
+def _attempt(task: Program, refined: bool, scaled: bool) -> clarabel.DefaultSolution:
+    """One run of the solver, with or without its own scaling of the rows and columns.
+
+    That scaling helps where units differ, and stops the solver where an entry of P is so small that
+    it only breaks ties: the scaling makes it as large as the others.
+    """
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.iterative_refinement_enable = refined
+    settings.equilibrate_enable = scaled
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = _TOLERANCE
+    return clarabel.DefaultSolver(task.P, task.c, task.A, task.b, task.cones, settings).solve()
+
+
 def solve(P: Array, c: Array, inside: Inside, what: str, refined: bool = True) -> Solution:
     """The program's solution.
 
@@ -118,13 +133,11 @@ def solve(P: Array, c: Array, inside: Inside, what: str, refined: bool = True) -
     """
     start = time.perf_counter()
     task = program(P, c, inside)
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    settings.iterative_refinement_enable = refined
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = _TOLERANCE
-    found = clarabel.DefaultSolver(task.P, task.c, task.A, task.b, task.cones, settings).solve()
+    found = _attempt(task, refined, scaled=True)
+    if str(found.status) not in _SOLVED:
+        found = _attempt(task, refined, scaled=False)
     status = str(found.status)
-    if status not in ("Solved", "AlmostSolved"):
+    if status not in _SOLVED:
         raise DataError(f"{what} has no solution: the solver stopped with {status}.")
     z, place = np.array(found.z), 0
     multipliers = []

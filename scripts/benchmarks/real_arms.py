@@ -45,8 +45,21 @@ class Case:
             return path
         log = self._work / f"{recording}.mcap"
         if not log.exists():
-            ident("import", path, "--map", self.arm["map"], "--out", log)
+            ident("import", path, "--map", self._mapping(), "--out", log)
         return log
+
+    def _mapping(self) -> Path | str:
+        """The shipped mapping file, or the manifest's own, written out beside its arm."""
+        mapping = self.arm["map"]
+        if isinstance(mapping, str):
+            return mapping
+        arm = {"arm": self.name, **self.arm["robot"]}
+        urdf = (self._folder / arm["robot"]["urdf"]).resolve()
+        arm["robot"] = arm["robot"] | {"urdf": str(urdf)}
+        robot, path = self._work / "arm.yaml", self._work / "map.yaml"
+        robot.write_text(yaml.safe_dump(arm))
+        path.write_text(yaml.safe_dump({"robot": robot.name, **mapping}))
+        return path
 
     @property
     def robot(self) -> list[str]:

@@ -13,6 +13,12 @@ def thinned(every: int, **settings) -> Log:
     return log.with_(t=log.t[::every], q=log.q[::every], tau=log.tau[::every])
 
 
+def rounded_clock(**settings) -> Log:
+    """Samples every 10.6 ms, whose stamps come from a clock with ticks of 2 ms."""
+    log = recorded(rate_hz=94.0, **settings)
+    return log.with_(t=np.round(log.t / 0.002) * 0.002)
+
+
 def heavier(factor: float, **settings) -> Log:
     """An arm that is not quite its URDF's: every link but the last by a factor."""
     log = recorded(**settings)
@@ -47,6 +53,7 @@ RIGHT: list[Right] = [
         (f"{s:g} s of 6 joints", lambda s=s: recorded(joints=6, seconds=s), set())
         for s in (12.0, 15.0, 40.0)
     ),
+    ("stamps of 10 and 12 ms", lambda: rounded_clock(joints=4), set()),
     *((f"seed {s}", lambda s=s: recorded(joints=4, seed=s), set()) for s in range(1, 7)),
     *((f"size {s:g}", lambda s=s: recorded(joints=4, size=s), set()) for s in (0.3, 3.0)),
     *(

@@ -151,6 +151,17 @@ def test_cad_is_feasible_and_ols_comes_with_a_proof_that_it_is_not(wam, evidence
         assert found.certificate @ (base.K @ delta) > 0
 
 
+def test_an_arm_far_from_possible_gets_a_verdict(evidence):
+    """The solver's own scaling called this one without solution: margins can always be had."""
+    base, prior, sizes = evidence.base, evidence.prior, evidence.sizes
+    rng, beta = np.random.default_rng(293), base.K @ prior
+    beta *= 1 + 10 ** rng.uniform(-2, 1.5) * rng.normal(size=beta.shape)
+    beta += 10 ** rng.uniform(-4, 0.5) * rng.normal(size=beta.shape)
+    found = verdict(base, beta, prior, sizes)
+    assert not found.feasible
+    assert found.certificate @ beta < 0
+
+
 def random_link(rng, mass, radius):
     root = rng.normal(size=(4, 4)) * np.sqrt(mass) * np.array([radius] * 3 + [1.0])[:, None]
     p = root @ root.T
