@@ -10,6 +10,7 @@ from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import JOINT_STATES, Command, read_recording
 from wamctl.arm.recording import Recording as Log
+from wamctl.arm.ros2.magnitudes import POSITION, TORQUE, excess
 
 _NS = 1e9
 
@@ -122,6 +123,11 @@ def _check(r: Recording) -> None:
                 f"{r.name}: {key} is not a finite number in sample {int(bad.argmax())}"
                 f" ({int(bad.sum())} such samples); leave them out."
             )
+    for key, values in arrays.items():
+        most = TORQUE if key == "tau" else POSITION
+        wrong = excess(values, most, r.joints, lambda s: f"in sample {s}")
+        if wrong:
+            raise DataError(f"{r.name}: {key} {wrong}")
     back = np.diff(r.t) < 0.0
     if back.any():
         row = int(back.argmax())

@@ -11,12 +11,12 @@ from ident.checks.base_motion import base_remarks
 from ident.checks.case import Case
 from ident.checks.conditioning import conditioning_remarks
 from ident.checks.currents import current_remarks, drive_gains
-from ident.checks.delay import delay_remarks
 from ident.checks.description import description_remarks
 from ident.checks.friction import friction_power
 from ident.checks.gains import gains
 from ident.checks.hypotheses import (
     by_weight,
+    least_error,
     nearest,
     position_sign,
     scanned,
@@ -30,6 +30,8 @@ from ident.checks.motion import (
     little_motion,
     rate_remarks,
 )
+from ident.checks.recorder_faults.delay import lag
+from ident.checks.recorder_faults.glitches import glitch_remarks
 from ident.checks.remark import Grade, Remark, joints, numbers, verdict_of
 from ident.checks.samples import name_remarks, reference_remarks, sample_remarks
 from ident.checks.settings import DEFAULT, CheckSettings
@@ -109,6 +111,8 @@ def _samples(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
             remarks.append(degrees_remark(one, arm.robot))
         else:
             remarks += limit_remarks(arm.robot, one, bounds)
+        one, more = glitch_remarks(one, arm.robot.joint_names, bounds)
+        remarks += more
         remarks += name_remarks(one)
         remarks += reference_remarks(one, arm.robot.joint_names, bounds)
         one, more = sample_remarks(one, bounds)
@@ -162,6 +166,8 @@ def _currents(
 def _physics(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stage:
     """What only the arm's dynamics tell: of each recording, and of all together."""
     chunks, moving = chunks_of(data), _moving(data)
+    if arm.settings.delay_s:
+        chunks = [c.with_torque_later(arm.settings.delay_s) for c in chunks]
     still = constant_joints(chunks, moving, bounds)
     judged = moving & ~still
     together = Case(arm.robot, arm.terms, _probe(chunks, judged))
@@ -230,12 +236,13 @@ def _signed(
 ) -> tuple[Case, Array, list[Remark]]:
     """The case without wrong signs and swapped columns, and the factors that mend the torque."""
     signs = np.ones(case.robot.dof)
+    late = lag(case, chunks, bounds)
     case, reversed_, remarks = _all_reversed(case, bounds)
     signs *= -1.0 if reversed_ else 1.0
-    if case.total > bounds.scan_from or (case.by_joint > bounds.scan_joint).any():
-        late = delay_remarks(case, chunks, bounds)
-        if late:
-            return case, signs, [*remarks, *late]
+    wrong = case.total > bounds.scan_from or (case.by_joint > bounds.scan_joint).any()
+    if late and not (wrong and least_error(case) < late.error_ratio * case.error):
+        return case, signs, [*remarks, late.remark(case.robot.joint_names)]
+    if wrong:
         case, found, more = scanned(case, bounds)
         remarks += more
         for h in found:

@@ -70,6 +70,11 @@ def scanned(case: Case, bounds: CheckSettings) -> tuple[Case, list[Hypothesis], 
     return case, found, remarks
 
 
+def least_error(case: Case) -> float:
+    """The least error that the case has without one of the faults."""
+    return min(h.without(case).error for h in _hypotheses(case))
+
+
 def _preference(pair: tuple[Hypothesis, Case]) -> float:
     """The error; of two that fit alike, a torque's sign comes before a position's."""
     hypothesis, without = pair

@@ -76,6 +76,21 @@ class CheckSettings(BaseModel):
         default=1.75, description="of the expected move: more is a lost sample"
     )
 
+    glitch_noise: float = Field(
+        default=5.0,
+        description="times the 0.99 quantile of the distances by which positions lie beyond both"
+        " neighbours, which is noise: farther out is none",
+    )
+    glitch_ranges: float = Field(
+        default=4.0,
+        description="times the range of 99 % of a joint's torque by which a single sample lies"
+        " beyond both neighbours: real recordings reach 2.2",
+    )
+    glitch_share: float = Field(
+        default=0.01,
+        description="of the samples that are replaced at most: more are no accidents, but jumps",
+    )
+
     # torque
     constant_share: float = Field(
         default=1e-3,
@@ -109,6 +124,24 @@ class CheckSettings(BaseModel):
         default=0.65,
         description="a hypothesis must lower the held-out error to this part; on 11 real"
         " recordings no wrong one came below 0.81",
+    )
+    late_s: float = Field(
+        default=0.03,
+        description="[s] between torque and motion: filters and current loops of drives take up to"
+        " 0.02, and what a model lacks looked like up to 0.05 on one real arm",
+    )
+    late_deviations: float = Field(
+        default=5.0, description="standard errors by which torque must be late or early"
+    )
+    late_ratio: float = Field(
+        default=0.8,
+        description="a delay must lower the joints' mean error to this part; on 14 real recordings"
+        " none came below 0.88",
+    )
+    late_alone: float = Field(
+        default=0.65,
+        description="the same of one joint whose torque alone is late: none of the 95 joints of"
+        " these recordings came below 0.73",
     )
     friction_power: float = Field(
         default=0.02,

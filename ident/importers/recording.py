@@ -16,10 +16,11 @@ from ident.importers.mapping import (
 )
 from ident.signals.arrays import Array
 from wamctl.arm.config import beside, find_file, load_robot_file
-from wamctl.arm.errors import ConfigurationError
+from wamctl.arm.errors import ConfigurationError, DataError
 from wamctl.arm.recorder import write_recording
 from wamctl.arm.recording import Command, Recording
 from wamctl.arm.robot import load_robot
+from wamctl.arm.ros2.magnitudes import POSITION, TORQUE, excess
 
 _UNITS = {
     "rad": 1.0,
@@ -58,7 +59,8 @@ def import_recording(source: Path, mapping: Path | str, out: Path) -> Recording:
 
     Raises:
         ConfigurationError: all faults of the mapping, or of mapping and table together, at once.
-        DataError: a table that cannot be read, or that holds something else than finite numbers.
+        DataError: a table that cannot be read, or that holds something else than finite numbers
+            of a joint's size.
     """
     recording = mapped_recording(source, mapping)
     write_recording(out, recording)
@@ -80,6 +82,8 @@ def mapped_recording(source: Path, mapping: Path | str) -> Recording:
             ("command", plan.command),
         )
     )
+    _bounded(source, plan, arm, {"position": q, "command_position": wanted})
+    _bounded(source, plan, arm, {"effort": effort, "command": command})
     return Recording(
         arm.joints,
         columns.stamp_ns,
@@ -92,6 +96,20 @@ def mapped_recording(source: Path, mapping: Path | str) -> Recording:
         metadata={path.name: _digest(path) for path in files(source, plan)},
         attachments=arm.attachments | {"mapping.yaml": where.read_bytes()},
     )
+
+
+def _bounded(source: Path, plan: Mapping, arm: _Arm, parts: dict[str, Array | None]) -> None:
+    """Refuse what no joint can have.
+
+    Raises:
+        DataError: a table with such numbers.
+    """
+    for place, values in parts.items():
+        most = POSITION if "position" in place else TORQUE
+        if values is not None:
+            wrong = excess(values, most, arm.joints, lambda s: f"in row {s + plan.rows.first}")
+            if wrong:
+                raise DataError(f"{source}: {place} {wrong}")
 
 
 def _arm(plan: Mapping, where: Path) -> _Arm:

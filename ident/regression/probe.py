@@ -48,6 +48,11 @@ class Chunk:
     q: Array
     tau: Array
 
+    def with_torque_later(self, seconds: float) -> "Chunk":
+        """The same with torque that acts so much later than its stamps, to the nearest sample."""
+        places = np.arange(len(self.tau)) - round(seconds * self.rate_hz)
+        return replace(self, tau=self.tau[np.clip(places, 0, len(self.tau) - 1)])
+
 
 @dataclass(frozen=True)
 class Probe:
@@ -61,6 +66,7 @@ class Probe:
         tau: torque, filtered [N m], shape (S, n).
         raw: torque as recorded [N m], shape (S, n).
         moving: which joints move, shape (n,).
+        cutoff_hz: of the filter.
     """
 
     log: NDArray[np.intp]
@@ -70,6 +76,7 @@ class Probe:
     tau: Array
     raw: Array
     moving: NDArray[np.bool_]
+    cutoff_hz: float
 
     def scaled(self, factor: float) -> "Probe":
         """The same motion with all positions multiplied."""
@@ -135,29 +142,63 @@ def probe_of(
     seconds = sum(len(c.q) / c.rate_hz for c in chunks)
     parts = [_filtered(c, cutoff_hz, seconds / instants) for c in chunks]
     log, t, q, qd, qdd, sign, tau, raw = (np.concatenate(x) for x in zip(*parts, strict=True))
-    return Probe(log, t, Motion(q, qd * moving, qdd * moving), sign * moving, tau, raw, moving)
+    motion = Motion(q, qd * moving, qdd * moving)
+    return Probe(log, t, motion, sign * moving, tau, raw, moving, cutoff_hz)
 
 
-def _filtered(chunk: Chunk, cutoff_hz: float, step_s: float) -> tuple[Array, ...]:
-    """Recording, time, position and its derivatives, sign, and torque at some of its instants."""
+@dataclass(frozen=True)
+class _Grid:
+    """Where a chunk is filtered: continued at both ends, and thinned.
+
+    Attributes:
+        lowpass: the filter.
+        every: one sample of so many is kept.
+        before, after: samples by which the chunk is continued.
+        length: of the transform.
+    """
+
+    lowpass: Lowpass
+    every: int
+    before: int
+    after: int
+    length: int
+
+    def spectra(self, signals: Array) -> Spectrum:
+        """The spectra of the continued signals."""
+        padded = extended(signals, self.before, self.after)
+        fill = np.repeat(padded[-1:], self.length - len(padded), axis=0)
+        return spectrum(np.concatenate([padded, fill]), self.lowpass.rate_hz)
+
+
+def _grid(chunk: Chunk, cutoff_hz: float) -> _Grid:
     rate, count = chunk.rate_hz, len(chunk.q)
     lowpass = Lowpass(min(cutoff_hz, _HIGHEST_SHARE * rate), 3, rate)
     every = max(1, int(rate / (_OVERSAMPLING * lowpass.cutoff_hz)))
     margin = min(count - 1, int(np.ceil(lowpass.memory_s * rate / 2)))
     before = margin - margin % every
     length = fast_length(count + before, every)
-    after = min(length - count - before, count - 1)
+    return _Grid(lowpass, every, before, min(length - count - before, count - 1), length)
+
+
+def filtered_torque(chunk: Chunk, cutoff_hz: float) -> tuple[Array, Array]:
+    """Instants since the recording's first [s], shape (G,), and the torque there, shape (G, n)."""
+    grid, rate = _grid(chunk, cutoff_hz), chunk.rate_hz
+    tau = grid.spectra(chunk.tau).signal(grid.lowpass, every=grid.every)
+    first, count = grid.before // grid.every, -(-len(chunk.q) // grid.every)
+    t = chunk.start_s + np.arange(count) * grid.every / rate
+    return t, tau[first : first + count]
+
+
+def _filtered(chunk: Chunk, cutoff_hz: float, step_s: float) -> tuple[Array, ...]:
+    """Recording, time, position and its derivatives, sign, and torque at some of its instants."""
+    rate, count = chunk.rate_hz, len(chunk.q)
+    grid = _grid(chunk, cutoff_hz)
+    lowpass, every, before = grid.lowpass, grid.every, grid.before
     coarse = replace(lowpass, rate_hz=rate / every)
-
-    def spectra(signals: Array) -> Spectrum:
-        padded = extended(signals, before, after)
-        fill = np.repeat(padded[-1:], length - len(padded), axis=0)
-        return spectrum(np.concatenate([padded, fill]), rate)
-
-    positions = spectra(chunk.q)
+    positions = grid.spectra(chunk.q)
     q, qd, qdd = (positions.signal(lowpass, k, every) for k in range(3))
     sign = spectrum(np.sign(qd), rate / every).signal(coarse)
-    tau = spectra(chunk.tau).signal(lowpass, every=every)
+    tau = grid.spectra(chunk.tau).signal(lowpass, every=every)
     raw = np.zeros_like(tau)
     places = np.arange(before // every, before // every + -(-count // every))
     raw[places] = chunk.tau[::every]

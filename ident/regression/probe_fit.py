@@ -112,6 +112,34 @@ def held_out_residual(columns: Columns, weights: Array | None = None) -> Array:
     return result
 
 
+def held_out_squares(columns: Columns, taus: Array, inside: NDArray[np.bool_]) -> Array:
+    """What remains of several torques along one motion where they were not fitted, squared.
+
+    Args:
+        columns: the regression; its torque gives the weights.
+        taus: the torques [N m], shape (D, S, n).
+        inside: instants to use, shape (S,).
+
+    Returns:
+        Squares of the residuals [N^2 m^2], shape (D, S, n); zero at instants that are not used.
+    """
+    w, joints = weights_of(columns.tau), taus.shape[2]
+    parts = [inside & (columns.fold == k) for k in range(FOLDS)]
+    grams = []
+    for part in parts:
+        rows = (columns.W[part] * w[:, None]).reshape(-1, columns.W.shape[-1])
+        goals = (taus[:, part] * w).reshape(len(taus), -1)
+        grams.append((rows.T @ rows, rows.T @ goals.T))
+    result = np.zeros_like(taus)
+    for k, part in enumerate(parts):
+        others = [grams[i] for i in range(FOLDS) if i != k]
+        beta = solution(*(np.sum(x, axis=0) for x in zip(*others, strict=True)))
+        rows = columns.W[part].reshape(-1, columns.W.shape[-1])
+        fitted = (rows @ beta).T.reshape(len(taus), -1, joints)
+        result[:, part] = (taus[:, part] - fitted) ** 2
+    return result
+
+
 def _gram(W: Array, tau: Array) -> tuple[Array, Array]:
     rows = W.reshape(-1, W.shape[-1])
     return rows.T @ rows, rows.T @ tau.ravel()

@@ -18,6 +18,7 @@ from wamctl.arm.ros2.joint_messages import (
 )
 from wamctl.arm.ros2.joint_series import JointSeries, ReferenceSeries, joined
 from wamctl.arm.ros2.joint_topic import JointTopic
+from wamctl.arm.ros2.magnitudes import POSITION, excess
 from wamctl.arm.ros2.part import Batch, Cut, Topic
 
 Array = NDArray[np.floating]
@@ -251,7 +252,16 @@ class _Pass:
         topic = JOINT_REFERENCE
         if topic not in batch.messages or not self._is(topic, TRAJECTORY_POINT_TYPE):
             return None
-        return reference_series(batch.messages[topic], batch.log_ns[topic])
+        found = reference_series(batch.messages[topic], batch.log_ns[topic])
+        if found is not None:
+            q, where = found.q, f"{self._log.path}: {topic}"
+            columns = [f"joint {k + 1}" for k in range(q.shape[1])]
+            wrong = excess(q, POSITION, columns, lambda s: f"at {found.stamp_ns[s]} ns")
+            if wrong:
+                raise DataError(f"{where}: position {wrong}")
+            if not np.isfinite(q).all():
+                raise DataError(f"{where}: wanted positions are not finite.")
+        return found
 
     def _is(self, topic: str, kind: str) -> bool:
         return self._topics[topic].type == kind and self._topics[topic].encoding == "cdr"

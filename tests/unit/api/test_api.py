@@ -137,6 +137,19 @@ def test_a_number_that_is_none_is_refused(arrays) -> None:
         ident.Recording(**{**arrays, "q": q})
 
 
+@pytest.mark.parametrize("value", [1e6, -1e154, 1e300])
+@pytest.mark.parametrize(("key", "most"), [("q", "100000 rad or m"), ("tau", "1e+09 N m or N")])
+def test_a_number_beyond_all_measure_is_refused(arrays, value, key, most) -> None:
+    wrong = arrays[key].copy()
+    wrong[17, 2] = value * (1e9 if key == "tau" and abs(value) < 1e9 else 1.0)
+    with pytest.raises(DataError) as caught:
+        ident.Recording(**{**arrays, key: wrong})
+    assert f"recording: {key} of {arrays['joints'][2]} is {wrong[17, 2]:.3g} in sample 17" in str(
+        caught.value
+    )
+    assert f"beyond {most}" in str(caught.value)
+
+
 def test_time_that_runs_backwards_is_refused(arrays) -> None:
     t = arrays["t"].copy()
     t[10] = 0.0

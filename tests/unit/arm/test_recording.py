@@ -297,6 +297,20 @@ def test_a_number_that_is_none(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("column", "value", "sentence"),
+    [
+        (3, 1e6, "position of b is 1e+06 at {} ns, beyond 100000 rad or m"),
+        (5, -1e154, "effort of b is -1e+154 at {} ns, beyond 1e+09 N m or N"),
+    ],
+)
+def test_a_number_beyond_all_measure(tmp_path: Path, column, value, sentence) -> None:
+    messages = motion()
+    messages[7][column][1] = value
+    path = bag(tmp_path / "bag.mcap", messages)
+    assert refused(path).startswith(f"{path}: /joint_states: {sentence.format(messages[7][1])}")
+
+
 def test_joints_that_are_not_there(tmp_path: Path) -> None:
     path = bag(tmp_path / "bag.mcap", motion())
     assert refused(path, joints=("a", "x", "y")) == (

@@ -5,9 +5,10 @@ import re
 import numpy as np
 import pytest
 from right_inputs import RIGHT
-from wrong_inputs import right
+from wrong_inputs import flipped, late, right
 from wrong_table import WRONG
 
+from ident.checks.examine import examine
 from ident.checks.remark import Grade, RefusedError, Remark, verdict_content
 from ident.workflows.run import run_data
 from wamctl.arm.errors import UserError
@@ -88,3 +89,24 @@ def test_positions_in_degrees_give_the_model_in_rad():
         arm = one.arm()
         found.append(run_data(arm, [one.dataset(arm)]).model.parameter("fv"))
     np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
+
+
+@pytest.mark.parametrize("seed", [3, 4, 15, 22])
+def test_flipped_bits_leave_the_model_of_the_right_recording(seed):
+    """Single torques within four times their range stay, and cost up to 3 %."""
+    found = []
+    for log in (right(), flipped(seed)):
+        arm = log.arm()
+        found.append(run_data(arm, [log.dataset(arm)]).model)
+    for kind in ("fc", "fv"):
+        np.testing.assert_allclose(found[1].parameter(kind), found[0].parameter(kind), rtol=0.05)
+
+
+def test_a_delay_that_is_set_is_no_fault():
+    log = late(12)
+    arm = log.arm()
+    codes = []
+    for delay_s in (0.0, -0.12):
+        known = arm.with_settings(delay_s=delay_s)
+        codes.append({r.code for r in examine(known, [log.dataset(known)]).remarks})
+    assert codes == [{"late_torque"}, set()]

@@ -139,6 +139,26 @@ def glitches(joint: int, count: int) -> Log:
     return log.with_(q=q)
 
 
+def flipped(seed: int, count: int = 10) -> Log:
+    """Flipped bits among the numbers, as a log without checksums may have them."""
+    log, rng = right(), np.random.default_rng(seed)
+    arrays = [log.q.copy(), log.tau.copy()]
+    for _ in range(count):
+        bits = arrays[rng.integers(2)].reshape(-1).view(np.uint64)
+        bits[rng.integers(len(bits))] ^= np.uint64(1) << np.uint64(rng.integers(64))
+    return log.with_(q=arrays[0], tau=arrays[1])
+
+
+def late(samples: int, *joints: int, **settings) -> Log:
+    """Torque that was recorded later than the motion, of some joints or of all."""
+    log = right(**settings)
+    places = list(joints) or list(range(len(log.names)))
+    tau = log.tau.copy()
+    rows = np.clip(np.arange(len(tau)) - samples, 0, len(tau) - 1)
+    tau[:, places] = tau[np.ix_(rows, places)]
+    return log.with_(tau=tau)
+
+
 def in_turn(joints: int) -> Log:
     """One frequency for all joints, in phase: nothing is told apart."""
     log = recorded(joints=joints)

@@ -8,11 +8,13 @@ from chain_arm import Log, recorded, urdf_of
 from wrong_inputs import (
     at_joint,
     cut,
+    flipped,
     glitches,
     holed,
     in_turn,
     inertia,
     interleaved,
+    late,
     mass,
     no_inertials,
     reordered,
@@ -34,6 +36,9 @@ Wrong = tuple[str, Callable[[], Log], set[str]]
 
 AXIS_3 = re.search(r'name="joint_3".*?<axis xyz="0 1 0"', urdf_of(3), re.S).group()
 ANY = {"large_error"}
+FLIPPED = (1, 3, 4, 10, 15, 22)
+"""Seeds by which bits flip that matter; where none does, nothing has to be said."""
+
 WRONG: list[Wrong] = [
     ("degrees", lambda: right().with_(q=np.rad2deg(right().q)), {"degrees"}),
     (
@@ -157,6 +162,14 @@ WRONG: list[Wrong] = [
         lambda: torque(lambda g, r: np.roll(g.tau, 50, axis=0)),
         {"late_torque"},
     ),
+    ("torque 0.12 s late", lambda: late(12), {"late_torque"}),
+    ("torque 0.06 s early", lambda: late(-6, joints=5, seconds=20.0), {"late_torque"}),
+    ("torque 2 0.12 s late", lambda: late(12, 1), {"late_torque"}),
+    *(
+        (f"flipped bits, seed {k}", lambda k=k: flipped(k), {"glitches", "beyond_limits"})
+        for k in FLIPPED
+    ),
+    ("a position wraps twice", lambda: glitches(1, 2), {"glitches"}),
     (
         "torque rectified",
         lambda: torque(lambda g, r: np.abs(g.tau)),

@@ -243,6 +243,10 @@ def test_a_cell_that_is_no_number(tmp_path: Path) -> None:
         f"{path}: effort is not finite in 2 cells, the first in row 2, joint 1;"
         " choose other rows in the mapping."
     )
+    path.write_text("t,q1,q2,u1,u2\n0,1,2,3,4\n1,1,1e154,3,4\n")
+    assert refused(path, BASIC, DataError).startswith(f"{path}: position of b is 1e+154 in row 2")
+    path.write_text("t,q1,q2,u1,u2\n0,1,2,3,4\n1,1,2,-2e9,4\n")
+    assert refused(path, BASIC, DataError).startswith(f"{path}: effort of a is -2e+09 in row 2")
 
 
 def test_tables_that_cannot_be_read(tmp_path: Path) -> None:

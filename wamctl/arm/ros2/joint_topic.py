@@ -7,8 +7,10 @@ import numpy as np
 
 from wamctl.arm.errors import DataError
 from wamctl.arm.ros2.joint_series import JointSeries, columns_of, joined
+from wamctl.arm.ros2.magnitudes import POSITION, TORQUE, excess
 
 _COLUMNS = {"q": "positions", "qd": "velocities", "effort": "efforts"}
+_BOUNDED = (("q", "position", POSITION), ("effort", "effort", TORQUE))
 
 
 class JointTopic:
@@ -32,7 +34,8 @@ class JointTopic:
         """The next blocks as one series; None where no message has the joints.
 
         Raises:
-            DataError: other joints or other columns than before, or numbers that are not finite.
+            DataError: other joints or other columns than before, or numbers that are not finite or
+                beyond all measure.
         """
         found = [self._cleaned(columns_of(b, self.joints)) for b in blocks if self._fits(b)]
         return joined(found) if found else None
@@ -68,6 +71,7 @@ class JointTopic:
                 )
             nothing[name] = None
         block = replace(block, **nothing)
+        self._bounded(block)
         carries = frozenset(w for name, w in _COLUMNS.items() if getattr(block, name) is not None)
         if self.seen and carries != self.carries:
             raise DataError(
@@ -76,6 +80,15 @@ class JointTopic:
             )
         self.seen, self.carries = True, carries
         return block
+
+    def _bounded(self, block: JointSeries) -> None:
+        for name, what, most in _BOUNDED:
+            column = getattr(block, name)
+            if column is None:
+                continue
+            wrong = excess(column, most, block.joint_names, lambda s: f"at {block.stamp_ns[s]} ns")
+            if wrong:
+                raise DataError(f"{self._where}: {what} {wrong}")
 
     def _words(self, columns: frozenset[str]) -> str:
         return ", ".join(w for w in _COLUMNS.values() if w in columns) or "nothing"

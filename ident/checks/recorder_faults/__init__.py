@@ -1,0 +1,1 @@
+"""Faults of a recorder: single samples that are wrong, and torque of another instant."""

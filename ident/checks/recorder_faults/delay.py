@@ -1,0 +1,144 @@
+"""Torque that comes later or earlier than the motion that it belongs to.
+
+Torque and motion of one instant obey one law; of two instants they obey it the worse, the farther
+apart these are. So the torque is moved along, and the arm fitted anew: where the least is left lies
+the delay. It is believed if stretches of the recording agree on it, and if much less is left than
+without it: what a model lacks (rotors, elasticity) may look like a small delay, but moving the
+torque then mends little. Delays of drives and filters are no fault of a recording, and are left
+to `ident gap`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.checks.case import Case
+from ident.checks.remark import Grade, Remark, joints, numbers
+from ident.checks.settings import CheckSettings
+from ident.regression.probe import Chunk
+from ident.regression.probe_fit import held_out_squares
+from ident.regression.shifted_torque import shifted_torque
+from ident.signals.arrays import Array
+
+_DELAYS_S = (0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0)
+_LONGEST = 0.1
+"""Of the shortest chunk: so much is lost at each end to what a shift leaves without torque."""
+
+_STRETCHES = 12
+
+
+@dataclass(frozen=True)
+class Lag:
+    """Where torque and motion agree best.
+
+    Attributes:
+        joint: whose torque alone was moved, from 0; None: that of all joints.
+        seconds: the torque was recorded so much later than the motion.
+        sd: its standard error, by leaving out stretches [s].
+        ratio: what it leaves of the error that is there without it, the joints' geometric mean.
+        error_ratio: the same of the error over all joints, as `Case.error` has it.
+    """
+
+    joint: int | None
+    seconds: float
+    sd: float
+    ratio: float
+    error_ratio: float
+
+    def believed(self, bounds: CheckSettings) -> bool:
+        """Whether it is a fault of the recording."""
+        most = bounds.late_ratio if self.joint is None else bounds.late_alone
+        sure = abs(self.seconds) > bounds.late_deviations * self.sd
+        return sure and abs(self.seconds) > bounds.late_s and self.ratio < most
+
+    def remark(self, names: Sequence[str]) -> Remark:
+        """What is said of it."""
+        whose = "" if self.joint is None else f" of {joints([self.joint], names)}"
+        way = "lags" if self.seconds > 0 else "leads"
+        error = "the joints' error" if self.joint is None else "its error"
+        text = (
+            f"The torque{whose} {way} the motion by about {abs(self.seconds):.2g} s (±"
+            f" {self.sd:.1g} s; without that, {error} falls to {100 * self.ratio:.0f} % of what it"
+            " is)."
+        )
+        advice = "Stamp position and torque when they are sampled"
+        if self.joint is None:
+            value = f"{-self.seconds:.2g}"
+            advice += f", or set delay_s: {value} in the identification section of the arm's file"
+        places = () if self.joint is None else numbers([self.joint])
+        return Remark("late_torque", places, text, Grade.DOUBTFUL, f"{advice}.")
+
+
+def lag(case: Case, chunks: Sequence[Chunk], bounds: CheckSettings) -> Lag | None:
+    """Torque of another instant that fits the motion far better: of all joints, or of one."""
+    longest = _LONGEST * min(len(c.q) / c.rate_hz for c in chunks)
+    later = [d for d in _DELAYS_S if d < longest]
+    if not later:
+        return None
+    delays = np.array([*(-d for d in reversed(later)), 0.0, *later])
+    taus, inside = shifted_torque(chunks, case.probe, delays.tolist())
+    if inside.sum() < _STRETCHES:
+        return None
+    taus = np.where(case.probe.moving, taus, 0.0)
+    together = _lag(case, delays, taus, inside)
+    moving = np.flatnonzero(case.probe.moving).tolist()
+    if together.believed(bounds) or len(moving) == 1:
+        return together if together.believed(bounds) else None
+    alone = [_lag(case, delays, taus, inside, k) for k in moving]
+    believed = [one for one in alone if one.believed(bounds)]
+    return min(believed, key=lambda one: one.ratio, default=None)
+
+
+def _lag(
+    case: Case,
+    delays: Array,
+    taus: Array,
+    inside: NDArray[np.bool_],
+    joint: int | None = None,
+) -> Lag:
+    """The delay that leaves least.
+
+    Args:
+        case: the recording.
+        delays: that are tried, D of them [s].
+        taus: torque recorded so much later [N m], shape (D, S, n).
+        inside: instants of which all of it was recorded, shape (S,).
+        joint: whose torque is moved; None: that of all.
+    """
+    now = taus[delays == 0.0]
+    if joint is not None:
+        moved = np.tile(now, (len(delays), 1, 1))
+        moved[:, :, joint] = taus[:, :, joint]
+        taus = moved
+    left = held_out_squares(case.columns, taus, inside)[:, inside]
+    size = np.sum(now[0, inside] ** 2, axis=0)
+    used = case.probe.moving & (size > 0)
+    shares = left.sum(axis=1)[:, used] / size[used]
+    left = left[:, :, used if joint is None else [joint]]
+    stretch = np.arange(left.shape[1]) * _STRETCHES // left.shape[1]
+    parts = np.array([left[:, stretch == s].sum(axis=1) for s in range(_STRETCHES)])
+    total = parts.sum(axis=0)
+    without = np.array([_lowest(delays, total - part) for part in parts])
+    spread = (_STRETCHES - 1) / _STRETCHES * np.sum((without - without.mean()) ** 2)
+    error, k, still = _mean_log(total), int(np.argmin(_mean_log(total))), delays == 0.0
+    ratio = float(np.exp(error[k] - error[still][0]))
+    overall = float(np.sqrt(shares[k].mean() / max(shares[still][0].mean(), 1e-300)))
+    return Lag(joint, _lowest(delays, total), float(np.sqrt(spread)), ratio, overall)
+
+
+def _mean_log(squares: Array) -> Array:
+    """Logarithm of the joints' geometric mean error, shape (D,)."""
+    return 0.5 * np.log(np.maximum(squares, 1e-300)).mean(axis=1)
+
+
+def _lowest(delays: Array, squares: Array) -> float:
+    """Where the error is least, between the delays by the parabola through three of them."""
+    left = _mean_log(squares)
+    k = int(np.argmin(left))
+    if k in (0, len(delays) - 1):
+        return float(delays[k])
+    near = slice(k - 1, k + 2)
+    curve, slope, _ = np.polyfit(delays[near] - delays[k], left[near], 2)
+    return float(delays[k] - slope / (2 * curve)) if curve > 0 else float(delays[k])
