@@ -47,4 +47,5 @@ def import_table(
         return
     typer.echo(f"{out}: {len(recording.q)} samples of {len(recording.joint_names)} joints")
     typer.echo(f"over {seconds:.3f} s")
-    next_step("ident run", out, "--robot ARM.urdf")
+    knows_arm = "robot.urdf" in recording.attachments
+    next_step("ident run", out, *([] if knows_arm else ["--robot ARM.urdf"]))

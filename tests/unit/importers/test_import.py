@@ -301,6 +301,7 @@ def test_the_command(tmp_path: Path) -> None:
     result = CliRunner().invoke(app, arguments)
     assert result.exit_code == 0
     assert result.stdout == (f"{out}: 50 samples of 2 joints\nover 0.196 s\n")
+    assert result.stderr.endswith(f"Next: ident run {out} --robot ARM.urdf\n")
     result = CliRunner().invoke(app, [*arguments, "--json"])
     assert json.loads(result.stdout) == {
         "log": str(out),
