@@ -28,6 +28,7 @@ from ident.workflows.run_json import numbers
 Content = dict[str, Any]
 
 _NEAREST = 2
+_LEAST_SHARE = 0.25  # of a structure's gain, from which an effect is called near to it
 
 
 def trust_content(remarks: Sequence[Remark]) -> Content:
@@ -218,7 +219,7 @@ def _unexplained(found: SearchResult, item: UnexplainedStructure) -> Content:
     left = item.structure
     nearest: dict[str, float] = {}
     for score in (*found.last_scores, *found.first_scores):
-        if left.joint in score.candidate.rows:
+        if left.joint in score.candidate.rows and score.gain > _LEAST_SHARE * left.gain:
             nearest.setdefault(score.candidate.effect, score.gain)
     return {
         "joint": left.joint + 1,

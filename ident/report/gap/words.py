@@ -34,7 +34,7 @@ def verdict_sentences(report: GapReport) -> list[str]:
         "named": f"The model misses {_counted(effects)}.",
         "ambiguous": f"The model misses something that looks like {_counted(effects)},"
         " but these data cannot tell it from other effects.",
-        "unknown": "The model misses something that no effect of the catalogue explains.",
+        "unknown": f"The model misses something {_why_unknown(content)}.",
         "data_fault": "These recordings cannot be trusted, so no effect is named"
         + (f": {listed(effects)}." if effects else "."),
     }[content["verdict"]]
@@ -49,6 +49,14 @@ def verdict_sentences(report: GapReport) -> list[str]:
     if content["verdict"] == "ambiguous":
         more += [_experiment(report, e) for e in content["effects"] if e["separating_experiment"]]
     return [sentence, *(m for m in more if m)]
+
+
+def _why_unknown(content: Content) -> str:
+    """Structure that is left, or effects that explain it and are not sure."""
+    unsure = any(not s["in_model"] for s in content.get("suspected", []))
+    if unsure and not content.get("unexplained"):
+        return "that these data are not enough to name"
+    return "that no effect of the catalogue explains"
 
 
 def _as_validated(errors: Sequence[Mapping[str, Any]]) -> str:

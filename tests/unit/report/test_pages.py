@@ -310,6 +310,23 @@ def test_gap_without_a_named_effect(
     assert page.verdict.more == []
 
 
+def test_what_is_there_and_not_sure_is_not_outside_the_catalogue(
+    gap_report: GapReport, gap_content: dict[str, Any]
+) -> None:
+    unsure = {
+        "name": "stribeck",
+        "joints": [1],
+        "in_model": False,
+        "doubt": "its size is 1.1 standard deviations from zero, and 3 are asked for",
+        "evidence": {"standard_deviations": 1.1},
+    }
+    content = gap_content | {"verdict": "unknown", "effects": [], "suspected": [unsure]}
+    page = gap_page(replace(gap_report, content=content | {"unexplained": []}))
+    assert page.verdict.sentence == (
+        "The model misses something that these data are not enough to name."
+    )
+
+
 def test_without_an_effect_there_is_no_before_and_after(
     gap_report: GapReport, gap_content: dict[str, Any]
 ) -> None:
