@@ -135,12 +135,12 @@ class CheckSettings(BaseModel):
     )
     late_ratio: float = Field(
         default=0.8,
-        description="a delay must lower the joints' mean error to this part; on 14 real recordings"
-        " none came below 0.88",
+        description="a delay must lower the joints' mean error to this part; on 13 real recordings"
+        " none came below 0.90",
     )
     late_alone: float = Field(
         default=0.65,
-        description="the same of one joint whose torque alone is late: none of the 95 joints of"
+        description="the same of one joint whose torque alone is late: none of the 81 joints of"
         " these recordings came below 0.73",
     )
     friction_power: float = Field(

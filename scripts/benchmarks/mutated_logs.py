@@ -1,12 +1,13 @@
 """Mutated logs through `ident run` or `ident gap`: bugs, hangs, memory, and what is believed.
 
 Usage: OMP_NUM_THREADS=1 python scripts/benchmarks/mutated_logs.py LOG.mcap --command run|gap
-       [--count 300] [--seed 0] [--seconds 20]
+       [--count 300] [--first 0] [--seed 0] [--seconds 20]
 
 A stretch of LOG.mcap is mutated `count` times: bytes of the file, stamps, positions, torque, joints
 and topics, one or two mutations each. Every case is a process of its own that may have 2 GB and
-60 s of a core. A line for each that ends otherwise than with 0 or 6, and a table at the end: exit
-codes, verdicts by mutation, peak memory. Ctrl-C ends it with the table so far.
+60 s of a core; it is forked from this one, which has run the command once. A line for each that
+ends otherwise than with 0 or 6, and a table at the end: exit codes, verdicts by mutation, peak
+memory. Ctrl-C ends it with the table so far.
 """
 
 import argparse
@@ -14,17 +15,17 @@ import json
 import os
 import resource
 import struct
-import subprocess
 import sys
 from collections import Counter
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import redirect_stderr, redirect_stdout, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, TemporaryFile
 
 import numpy as np
 
+from ident.cli import main as ident
 from wamctl.arm.recorder import Recorder
 from wamctl.arm.recording import Recording, read_recording
 
@@ -147,20 +148,37 @@ def bend(path: Path, rng: Rng) -> str:
     return f"file: {kind}"
 
 
-def _bounded() -> None:
-    resource.setrlimit(resource.RLIMIT_CPU, (MOST_S, MOST_S))
+def _child(command: str, path: Path, out: Path, said: int) -> None:
+    """The command, in a process that has just been forked; does not return."""
+    code = 1
+    try:
+        resource.setrlimit(resource.RLIMIT_CPU, (MOST_S, MOST_S))
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        os.dup2(said, 2)
+        code = called(command, path, out)
+    finally:
+        os._exit(code)
+
+
+def called(command: str, path: Path, out: Path) -> int:
+    """The exit code of a command in this process."""
+    sys.argv[:] = ["ident", command, str(path), "--out", str(out)]
+    try:
+        ident()
+    except SystemExit as done:
+        return int(done.code or 0)
+    return 0
 
 
 def ended(command: str, path: Path, out: Path) -> tuple[int, float, str, str]:
     """Exit code, peak memory [MB], verdict and the last line of a command."""
-    program = Path(sys.executable).parent / "ident"
-    process = subprocess.Popen(
-        [program, command, path, "--out", out],
-        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, preexec_fn=_bounded,
-    )  # fmt: skip
-    said = process.stderr.read() if process.stderr else ""
-    _, status, usage = os.wait4(process.pid, 0)
-    process.returncode = os.waitstatus_to_exitcode(status)
+    with TemporaryFile() as stream:
+        pid = os.fork()
+        if pid == 0:
+            _child(command, path, out, stream.fileno())
+        _, status, usage = os.wait4(pid, 0)
+        stream.seek(0)
+        said = stream.read().decode(errors="replace")
     result, verdict = out / f"{command}.json", ""
     if result.exists():
         content = json.loads(result.read_text())
@@ -169,7 +187,8 @@ def ended(command: str, path: Path, out: Path) -> tuple[int, float, str, str]:
             effects = "+".join(f"{e['name']}{e['joints']}" for e in content.get("effects", []))
             verdict = f"{content.get('trust', '')} {verdict} {effects}".strip()
         result.unlink()
-    return process.returncode, usage.ru_maxrss / 1024, verdict, said.strip().split("\n")[-1]
+    code = os.waitstatus_to_exitcode(status)
+    return code, usage.ru_maxrss / 1024, verdict, said.strip().split("\n")[-1]
 
 
 def main() -> None:
@@ -178,6 +197,7 @@ def main() -> None:
     parser.add_argument("log", type=Path)
     parser.add_argument("--command", choices=["run", "gap"], default="run")
     parser.add_argument("--count", type=int, default=300)
+    parser.add_argument("--first", type=int, default=0, help="number of the first case")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--seconds", type=float, default=20.0)
     given = parser.parse_args()
@@ -189,8 +209,11 @@ def main() -> None:
     codes, verdicts, most = Counter(), Counter(), 0.0
     with TemporaryDirectory() as name:
         path, out = Path(name) / "log.mcap", Path(name) / "out"
+        write(path, log, whole)
+        with open(os.devnull, "w") as nothing, redirect_stdout(nothing), redirect_stderr(nothing):
+            called(given.command, path, out)  # loads and compiles what all cases need
         with suppress(KeyboardInterrupt):
-            for k in range(given.count):
+            for k in range(given.first, given.first + given.count):
                 rng = np.random.default_rng([given.seed, k])
                 chosen = [str(x) for x in rng.choice(list(MUTATIONS), rng.integers(1, 3), False)]
                 case = whole
@@ -201,6 +224,8 @@ def main() -> None:
                 if rng.random() < 0.25:
                     chosen.append(bend(path, rng))
                 code, memory, verdict, said = ended(given.command, path, out)
+                if k % 10 == 0:
+                    print(f"case {k}", file=sys.stderr, flush=True)
                 codes[code] += 1
                 verdicts[(" + ".join(chosen), verdict)] += 1
                 most = max(most, memory)

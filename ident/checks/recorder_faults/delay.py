@@ -79,9 +79,9 @@ def lag(case: Case, chunks: Sequence[Chunk], bounds: CheckSettings) -> Lag | Non
         return None
     delays = np.array([*(-d for d in reversed(later)), 0.0, *later])
     taus, inside = shifted_torque(chunks, case.probe, delays.tolist())
-    if inside.sum() < _STRETCHES:
-        return None
     taus = np.where(case.probe.moving, taus, 0.0)
+    if inside.sum() < _STRETCHES or not taus[delays == 0.0][:, inside].any():
+        return None
     together = _lag(case, delays, taus, inside)
     moving = np.flatnonzero(case.probe.moving).tolist()
     if together.believed(bounds) or len(moving) == 1:
