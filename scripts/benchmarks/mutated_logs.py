@@ -22,6 +22,7 @@ from contextlib import redirect_stderr, redirect_stdout, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory, TemporaryFile
+from typing import Any
 
 import numpy as np
 
@@ -52,7 +53,7 @@ def _some(rng: Rng, case: Case) -> slice:
     return slice(int(a), int(b) + 1)
 
 
-def _changed(array: np.ndarray, place: object, value: object) -> np.ndarray:
+def _changed(array: np.ndarray, place: Any, value: Any) -> np.ndarray:
     result = array.copy()
     result[place] = value
     return result
