@@ -1,12 +1,10 @@
 """Viscous friction that differs between the two directions."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from ident.effects.candidate import Candidate, Coefficient
 from ident.effects.effect import Array, Effect, ExperimentMotion, FormUncertainty
-from ident.effects.observation import ArmFacts, Observed
+from ident.effects.observation import Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
 
@@ -30,10 +28,6 @@ class AsymmetricViscous(Effect):
     band_limited = True
     linear = (Coefficient("half_difference", "N m s/rad"),)
 
-    def candidates(self, arm: ArmFacts) -> list[Candidate]:
-        """One for each joint."""
-        return [self.at((j,)) for j in arm.moving_joints]
-
     def columns(self, seen: Observed, candidate: Candidate) -> Array:
         """The size of the speed."""
         return np.abs(seen.qd[:, candidate.joints[0]])[:, None, None]
@@ -41,8 +35,7 @@ class AsymmetricViscous(Effect):
     def simulated(self, arm: SimulatedArm, candidate: Candidate, values: Array) -> SimulatedArm:
         """A torque that grows with the size of the speed."""
         j, half = candidate.joints[0], float(values[0])
-        item = Term(_asymmetry, j, (half,), ((j, f"{half!r} * fabs(qd[{j}])"),))
-        return replace(arm, terms=(*arm.terms, item))
+        return arm.with_terms(Term(_asymmetry, j, (half,), ((j, f"{half!r} * fabs(qd[{j}])"),)))
 
 
 EFFECT = AsymmetricViscous()

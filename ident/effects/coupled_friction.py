@@ -111,7 +111,7 @@ class CoupledFriction(Effect[_Motors]):
                 torque = f"{drag!r} * ({here!r} * qd[{a}] + {there!r} * qd[{b}])"
                 text = (a, f"{here!r} * {torque}"), (b, f"{there!r} * {torque}")
                 item = Term(_drag, a, (drag, float(b), here, there), text)
-                arm = replace(arm, terms=(*arm.terms, item))
+                arm = arm.with_terms(item)
         return arm
 
 

@@ -108,9 +108,9 @@ class Effect(ABC, Generic[P]):
     same_number: ClassVar[tuple[str, str] | None] = None
     taken_for_granted: ClassVar[str] = ""
 
-    @abstractmethod
     def candidates(self, arm: ArmFacts) -> list[Candidate[P]]:
-        """All places and grid points where the effect may be looked for."""
+        """All places and grid points where the effect may be looked for: each moving joint."""
+        return [self.at((j,)) for j in arm.moving_joints]
 
     @abstractmethod
     def columns(self, seen: Observed, candidate: Candidate[P]) -> Array:

@@ -107,7 +107,7 @@ class GravityTilt(Effect[_Tilt]):
             parts = float(cosine), float(sine)
             text = f"{parts[0]!r} * cos(q[0]) + {parts[1]!r} * sin(q[0])"
             item = Term(_first_link, 0, parts, ((0, text),))
-            arm = replace(arm, terms=(*arm.terms, item))
+            arm = arm.with_terms(item)
         return arm
 
 

@@ -1,13 +1,12 @@
 """Cable harness or return spring."""
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from ident.effects.candidate import Candidate, Coefficient
 from ident.effects.effect import Array, Effect, ExperimentMotion, FormUncertainty
-from ident.effects.observation import ArmFacts, Observed
+from ident.effects.observation import Observed
 from ident.simulation.arm import SimulatedArm, Term, term
 
 _SOFT = 1e-9  # N m/rad
@@ -46,10 +45,6 @@ class JointSpring(Effect[_Shape]):
     )
     Parameters = _Shape
 
-    def candidates(self, arm: ArmFacts) -> list[Candidate[_Shape]]:
-        """One for each joint."""
-        return [self.at((j,)) for j in arm.moving_joints]
-
     def coefficients(self, parameters: _Shape, variant: str) -> tuple[Coefficient, ...]:
         """Stiffness and torque at zero; hardening where it is asked for."""
         return self.linear if parameters.rest is None else (*self.linear, _HARDENING)
@@ -73,8 +68,7 @@ class JointSpring(Effect[_Shape]):
         """A spring."""
         j, (stiffness, torque) = candidate.joints[0], (float(values[0]), float(values[1]))
         text = f"{stiffness!r} * q[{j}] + {torque!r}"
-        item = Term(_spring, j, (stiffness, torque), ((j, text),))
-        return replace(arm, terms=(*arm.terms, item))
+        return arm.with_terms(Term(_spring, j, (stiffness, torque), ((j, text),)))
 
 
 EFFECT = JointSpring()

@@ -1,7 +1,5 @@
 """Coulomb friction that grows with the torque that the transmission carries."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from ident.effects.candidate import Candidate, Coefficient
@@ -62,7 +60,7 @@ class LoadDependentFriction(Effect):
         j, coefficient = candidate.joints[0], float(values[0])
         settings = (coefficient, float(_FORMS.index(candidate.variant)))
         text = f"{coefficient!r} * {_TEXTS[candidate.variant].format(j=j)} * sgn(qd[{j}])"
-        return replace(arm, terms=(*arm.terms, Term(_load, j, settings, ((j, text),))))
+        return arm.with_terms(Term(_load, j, settings, ((j, text),)))
 
 
 EFFECT = LoadDependentFriction()

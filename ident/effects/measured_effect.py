@@ -1,6 +1,5 @@
 """An effect outside the catalogue: the curve of its torque as it was measured."""
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -99,7 +98,7 @@ class MeasuredEffect(Effect[_Curve]):
             centre = low + k * step
             settings = (float(value), centre, low, high, *kinds, step)
             items.append(Term(_hat, j, settings, _text(variant, j, settings)))
-        return replace(arm, terms=(*arm.terms, *items))
+        return arm.with_terms(*items)
 
 
 def curve_over(variant: str, joint: int, ends: dict[str, tuple[float, float]]) -> Candidate[_Curve]:

@@ -1,6 +1,5 @@
 """Drag that is not proportional to speed."""
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -80,7 +79,7 @@ class NonlinearViscous(Effect[_Power]):
         """A drag; sub-linear ones act on the Coulomb level: their slope at rest is infinite."""
         j, drag, power = candidate.joints[0], float(values[0]), candidate.parameters.power
         text = f"{drag!r} * pow(fabs(qd[{j}]), {power!r}) * sgn(qd[{j}])"
-        return replace(arm, terms=(*arm.terms, Term(_drag, j, (drag, power), ((j, text),))))
+        return arm.with_terms(Term(_drag, j, (drag, power), ((j, text),)))
 
 
 EFFECT = NonlinearViscous()

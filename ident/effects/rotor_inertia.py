@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from ident.effects.candidate import Candidate, Coefficient
 from ident.effects.effect import Array, Effect, ExperimentMotion, FormUncertainty
-from ident.effects.observation import ArmFacts, Observed
+from ident.effects.observation import Observed
 from ident.simulation.arm import SimulatedArm
 
 
@@ -23,10 +23,6 @@ class RotorInertia(Effect):
     band_limited = True
     usual_term = True
     linear = (Coefficient("inertia", "kg m^2", lower=0.0),)
-
-    def candidates(self, arm: ArmFacts) -> list[Candidate]:
-        """One for each joint."""
-        return [self.at((j,)) for j in arm.moving_joints]
 
     def columns(self, seen: Observed, candidate: Candidate) -> Array:
         """The joint's acceleration."""

@@ -8,13 +8,8 @@ from ident.dynamics.compiled_chain import chain_of
 from ident.effects.bound_effects import members_of
 from ident.effects.catalogue import catalogue
 from ident.model.identified_model import Model
-from ident.simulation.arm import SETTINGS, SimulatedArm, Term, simulated_arm, term
+from ident.simulation.arm import SETTINGS, SimulatedArm, Term, constant_torque, simulated_arm, term
 from wamctl.arm.errors import DataError
-
-
-@term
-def _offset(t, q, qd, load, joint, settings, resistance, level):
-    resistance[joint] += settings[0]
 
 
 @term
@@ -48,7 +43,9 @@ def without_effects(model: Model) -> SimulatedArm:
         chain_of(model.robot), model.inertial, model.parameter("fv"), model.parameter("fc")
     )
     arm = replace(arm, armature=friction.T @ np.diag(model.parameter("ia")) @ friction)
-    terms = [Term(_offset, j, (float(c),)) for j, c in enumerate(model.parameter("fo")) if c]
+    terms = [
+        Term(constant_torque, j, (float(c),)) for j, c in enumerate(model.parameter("fo")) if c
+    ]
     for m in np.flatnonzero(model.parameter("fcm")):
         arm = replace(
             arm,

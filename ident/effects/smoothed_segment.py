@@ -1,6 +1,6 @@
 """Unbroken segments of a recording, smoothed and differentiated."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -51,17 +51,8 @@ class SmoothedSegment:
 
     def part(self, samples: slice, fold: int) -> "SmoothedSegment":
         """Some of the samples, as another segment."""
-        return SmoothedSegment(
-            self.log,
-            fold,
-            self.rate_hz,
-            self.t[samples],
-            self.q[samples],
-            self.qd[samples],
-            self.qdd[samples],
-            self.tau[samples],
-            self.speeds[:, samples],
-        )
+        parts = {name: getattr(self, name)[samples] for name in ("t", "q", "qd", "qdd", "tau")}
+        return replace(self, fold=fold, speeds=self.speeds[:, samples], **parts)
 
 
 def smoothed(segment: Segment, rate_hz: float, log: int) -> SmoothedSegment | None:

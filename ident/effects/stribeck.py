@@ -1,6 +1,5 @@
 """Friction that is higher at low speed."""
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -79,7 +78,7 @@ class Stribeck(Effect[_Curve]):
         power = f"pow(fabs(qd[{j}]) / {shape.speed!r}, {shape.exponent!r})"
         fade = f"1.0 / (1.0 + {power})" if shape.slow_decay else f"exp(-{power})"
         text = f"{extra!r} * ({fade}) * sgn(qd[{j}])"
-        return replace(arm, terms=(*arm.terms, Term(_stribeck, j, settings, ((j, text),))))
+        return arm.with_terms(Term(_stribeck, j, settings, ((j, text),)))
 
 
 def _fade(candidate: Candidate[_Curve], speed: Array) -> Array:

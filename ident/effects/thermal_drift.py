@@ -1,6 +1,5 @@
 """Friction that changes while the arm warms up."""
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -109,7 +108,7 @@ class ThermalDrift(Effect[_Warming]):
             Term(f, candidate.joints[0], (v, constant, over))
             for f, v in zip(functions[candidate.variant], values, strict=True)
         ]
-        return replace(arm, terms=(*arm.terms, *items))
+        return arm.with_terms(*items)
 
 
 EFFECT = ThermalDrift()

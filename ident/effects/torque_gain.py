@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from ident.effects.candidate import Candidate, Coefficient, Value
 from ident.effects.effect import Array, Effect, ExperimentMotion, FormUncertainty
-from ident.effects.observation import ArmFacts, Observed
+from ident.effects.observation import Observed
 from ident.simulation.arm import SimulatedArm
 
 
@@ -24,10 +24,6 @@ class TorqueGain(Effect):
     scales_torque = True
     linear = (Coefficient("error", "1", lower=-0.4, upper=0.4),)
     depends_on = ("model",)
-
-    def candidates(self, arm: ArmFacts) -> list[Candidate]:
-        """One for each joint."""
-        return [self.at((j,)) for j in arm.moving_joints]
 
     def columns(self, seen: Observed, candidate: Candidate) -> Array:
         """The joint's rigid-body torque; friction's own parameters absorb friction's share."""

@@ -1,18 +1,11 @@
 """Constant torque offset; moving data cannot tell it from direction-dependent Coulomb friction."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from ident.effects.candidate import Candidate, Coefficient
 from ident.effects.effect import Array, Effect, ExperimentMotion, FormUncertainty
-from ident.effects.observation import ArmFacts, Observed
-from ident.simulation.arm import SimulatedArm, Term, term
-
-
-@term
-def _offset(t, q, qd, load, joint, settings, resistance, level):
-    resistance[joint] += settings[0]
+from ident.effects.observation import Observed
+from ident.simulation.arm import SimulatedArm, Term, constant_torque
 
 
 class TorqueOffset(Effect):
@@ -31,10 +24,6 @@ class TorqueOffset(Effect):
     usual_term = True
     linear = (Coefficient("offset", "N m"),)
 
-    def candidates(self, arm: ArmFacts) -> list[Candidate]:
-        """One for each joint."""
-        return [self.at((j,)) for j in arm.moving_joints]
-
     def columns(self, seen: Observed, candidate: Candidate) -> Array:
         """Ones."""
         return np.ones((len(seen.t), 1, 1))
@@ -42,8 +31,7 @@ class TorqueOffset(Effect):
     def simulated(self, arm: SimulatedArm, candidate: Candidate, values: Array) -> SimulatedArm:
         """A constant torque."""
         j, offset = candidate.joints[0], float(values[0])
-        item = Term(_offset, j, (offset,), ((j, f"{offset!r}"),))
-        return replace(arm, terms=(*arm.terms, item))
+        return arm.with_terms(Term(constant_torque, j, (offset,), ((j, f"{offset!r}"),)))
 
 
 EFFECT = TorqueOffset()

@@ -115,13 +115,13 @@ class TorqueRipple(Effect[_Period]):
         if candidate.variant == "share":
             text = ((first, f"{wave} * load[{first}]"),)
             item = Term(_share, first, (sine, cosine, order * turns[0]), text)
-            return replace(arm, terms=(*arm.terms, item))
+            return arm.with_terms(item)
         other, there, lever = first, 0.0, 0.0
         if len(joints) == 2:
             other, there, lever = joints[1], order * turns[1], levers[1]
         numbers = (sine, cosine, order * turns[0], float(other), there, levers[0], lever)
         text = tuple((j, f"{x!r} * {wave}") for j, x in zip(joints, levers, strict=True))
-        return replace(arm, terms=(*arm.terms, Term(_ripple, first, numbers, text)))
+        return arm.with_terms(Term(_ripple, first, numbers, text))
 
 
 def _wave(seen: Observed, joints: list[int], turns: Array, order: int) -> Array:

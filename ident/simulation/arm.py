@@ -1,7 +1,7 @@
 """An arm to be simulated: the identified model, actuators, sensors, and effects added to it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numba import njit, types
@@ -98,6 +98,10 @@ class SimulatedArm:
         """The joints with a motor that moves beside them, from 0."""
         return np.flatnonzero(self.motor > 0.0)
 
+    def with_terms(self, *terms: Term) -> "SimulatedArm":
+        """The arm with further torques."""
+        return replace(self, terms=(*self.terms, *terms))
+
     @property
     def seats(self) -> NDArray[np.int64]:
         """The coordinate of each joint's motor: a loose one's comes after the joints'."""
@@ -167,3 +171,9 @@ def simulated_arm(chain: Chain, delta: Array, viscous: Array, coulomb: Array) ->
 @term
 def no_term(t, q, qd, load, joint, settings, resistance, level):
     """Nothing: stands where an arm has no further torques."""
+
+
+@term
+def constant_torque(t, q, qd, load, joint, settings, resistance, level):
+    """One setting: the torque."""
+    resistance[joint] += settings[0]

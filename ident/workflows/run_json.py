@@ -83,7 +83,7 @@ def run_content(found: Identification) -> dict[str, Any]:
         "joints": list(evidence.arm.robot.joint_names),
         "torque_units": torque_units(evidence.arm.robot),
         "moving": [bool(m) for m in evidence.moving],
-        "logs": [_log_content(log) for log in evidence.logs],
+        "logs": [log_content(log) for log in evidence.logs],
         "sample_rate_hz": evidence.logs[0].data.rate_hz,
         "cutoff_hz": process.cutoff_hz,
         "cutoff_from": process.reason,
@@ -129,7 +129,8 @@ def _sweep_content(sweep: Sweep) -> dict[str, Any]:
     }
 
 
-def _log_content(log: Log) -> dict[str, Any]:
+def log_content(log: Log) -> dict[str, Any]:
+    """A recording as it stands in `run.json` and `validate.json`."""
     return {
         "name": log.data.name,
         "samples": log.data.samples,

@@ -19,7 +19,7 @@ from ident.report.traces import validation_trace
 from ident.report.validate_page import ValidationReport, validate_page
 from ident.workflows.provenance import provenance
 from ident.workflows.refusal import write_refusal
-from ident.workflows.run_json import errors_content, torque_units, write_results
+from ident.workflows.run_json import errors_content, log_content, torque_units, write_results
 
 _ANOTHER_ARM = (
     "Check that the model belongs to this arm in its present state (tool, mounting, joint zeros,"
@@ -119,13 +119,4 @@ def prediction_content(prediction: Prediction, chosen: str) -> dict[str, Any]:
         }
         for name in prediction.betas
     }
-    return {
-        "name": log.data.name,
-        "samples": log.data.samples,
-        "sample_rate_hz": log.data.rate_hz,
-        "torque": log.data.torque,
-        "cutoff_hz": log.process.cutoff_hz,
-        "remarks": list(log.data.facts),
-        **errors[chosen],
-        "estimators": errors,
-    }
+    return log_content(log) | errors[chosen] | {"estimators": errors}

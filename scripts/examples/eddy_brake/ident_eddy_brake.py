@@ -1,6 +1,5 @@
 """An effect of one's own: the drag of an eddy-current brake, which is strongest at one speed."""
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -53,8 +52,9 @@ class EddyBrake(Effect[Brake]):
         self, arm: SimulatedArm, candidate: Candidate[Brake], values: Array
     ) -> SimulatedArm:
         """The same in the simulation's inner loop."""
-        item = Term(_brake, candidate.joints[0], (values[0], candidate.parameters.speed))
-        return replace(arm, terms=(*arm.terms, item))
+        return arm.with_terms(
+            Term(_brake, candidate.joints[0], (values[0], candidate.parameters.speed))
+        )
 
 
 EFFECT = EddyBrake()
