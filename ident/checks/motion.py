@@ -16,13 +16,6 @@ _DEGREE = np.pi / 180
 _UNLIMITED = 1e6
 """Velocity limits beyond this [rad/s] are none."""
 
-_MOST_JUMPS = 0.05
-_ENOUGH = 64
-"""Samples that tell whether every other one is smooth."""
-
-_SMOOTHER = 4.0
-"""Times the error of neighbours of one kind: motion is smoother at the closer spacing."""
-
 
 def in_degrees(robot: Robot, data: Dataset, bounds: CheckSettings) -> bool:
     """Whether positions lie beyond the URDF's limits, and taken for degrees do not."""
@@ -95,7 +88,7 @@ def jump_remarks(
                 " publish on one topic, or samples were lost without a gap in the stamps, or an"
                 " encoder wraps around."
             )
-            grade = Grade.REFUSED if share > _MOST_JUMPS else Grade.DOUBTFUL
+            grade = Grade.REFUSED if share > bounds.jump_share_refused else Grade.DOUBTFUL
             advice = "Record one arm only, with continuous angles."
             found.append(Remark("jumps", numbers(places), text, grade, advice))
         elif _in_turn([c.q[:, one.moving] for c in own], bounds):
@@ -110,12 +103,14 @@ def jump_remarks(
 
 def _in_turn(positions: Sequence[Array], bounds: CheckSettings) -> bool:
     """Whether every other sample is smooth, and all of them together are not."""
-    if min(len(q) for q in positions) < _ENOUGH:
+    if min(len(q) for q in positions) < bounds.alternating_samples:
         return False
     together = max(_interpolation(q) for q in positions)
     apart = max(_interpolation(part) for q in positions for part in (q[::2], q[1::2]))
     smooth = apart < bounds.interpolation_doubtful
-    return smooth and together > max(bounds.interpolation_doubtful, _SMOOTHER * apart)
+    return smooth and together > max(
+        bounds.interpolation_doubtful, bounds.alternating_ratio * apart
+    )
 
 
 def rate_remarks(

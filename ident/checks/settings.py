@@ -24,6 +24,10 @@ class CheckSettings(BaseModel):
         description="of the samples that may jump before it is remarked on: single glitches"
         " weigh little in least squares",
     )
+    jump_share_refused: float = Field(
+        default=0.05,
+        description="the same, where it is no recording of one arm: one sample in twenty",
+    )
     interpolation_doubtful: float = Field(
         default=0.02,
         description="error of every other sample, predicted from its neighbours, beside the"
@@ -31,6 +35,15 @@ class CheckSettings(BaseModel):
     )
     interpolation_refused: float = Field(
         default=0.2, description="the same, where velocities are lost: 5 samples for each period"
+    )
+    alternating_samples: int = Field(
+        default=64,
+        description="of a stretch that can show two motions in turn: 32 of each",
+    )
+    alternating_ratio: float = Field(
+        default=4.0,
+        description="error of that prediction beside the one from every other sample alone: one"
+        " motion is smoother at the closer spacing, two in turn are not",
     )
     hardly_moves_rad: float = Field(
         default=0.12,

@@ -47,6 +47,10 @@ class DataChecks(_Section):
     dissipation_z: float = _positive(
         4.0, "Standard errors by which the mean power must be negative for a wrong sign [1]."
     )
+    correlated_rows: float = _positive(
+        40.0,
+        "Rows at 20 Hz that count as one in that standard error [1]: power is correlated over 2 s.",
+    )
     min_torque_scale: float = _positive(
         0.25,
         "Smallest torque in units of the CAD model's [1]. CAD masses are no fourfold off.",
@@ -82,6 +86,10 @@ class Scoring(_Section):
         2.0,
         "A candidate that fails cross-validation is asked again if tuning multiplies its gain by"
         " this [1]: before, its settings were too far off for the folds to confirm it.",
+    )
+    refined_form_share: float = _share(
+        0.8,
+        "Share of its best form's gain with which another form of an effect is refined on [1].",
     )
     max_effects: int = _count(
         6, "Most different effects of one answer [1]; the search ends after twice as many rounds."

@@ -15,7 +15,6 @@ from wamctl.arm.robot import cad_parameters
 _FEWEST = 8  # steps of a stretch that is judged
 _ROUNDING = 1e-9  # rad: two motors' counts that cancel leave no more
 _MODEL_RATE_HZ = 20.0  # the CAD model is compared at this rate
-_INDEPENDENT = 40.0  # rows at that rate that count as one, since power is correlated
 _SMALLEST_QUANTILE = 0.02  # of the moves that are not zero: the encoder's step
 _USUAL_FACTOR = 1.5  # from the median of an absolute error to its standard deviation
 
@@ -129,7 +128,7 @@ def _signs(
         if size == 0.0:
             continue
         inner = float(model @ torque)
-        error = work.std() / np.sqrt(max(len(work) / _INDEPENDENT, 1.0))
+        error = work.std() / np.sqrt(max(len(work) / checks.correlated_rows, 1.0))
         driven = work.mean() < -checks.dissipation_z * error
         if inner / size < -checks.clear_correlation or (
             driven and inner / size < checks.weak_correlation

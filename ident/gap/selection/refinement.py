@@ -17,7 +17,6 @@ from ident.gap.settings import Scoring
 _REFINEMENTS = 3
 _LINEARISATIONS = 3
 _EXACT = 20  # points of a refinement that are fitted exactly
-_PROMISING = 0.8  # of the best form's gain: other forms are refined no further
 _CLOSER = 2.5  # times closer with each refinement
 _POINTS = 7  # of each refinement
 
@@ -40,7 +39,8 @@ def refine_nonlinear_parameters(
             if form not in best or s.penalised_gain > best[form].penalised_gain:
                 best[form] = s
         most = max(s.penalised_gain for s in best.values())
-        best = {form: s for form, s in best.items() if s.penalised_gain > _PROMISING * most}
+        least = settings.refined_form_share * most
+        best = {form: s for form, s in best.items() if s.penalised_gain > least}
     return sorted(best.values(), key=lambda s: -s.penalised_gain)
 
 
