@@ -62,7 +62,7 @@ def not_in_mjcf(model: ServoModel) -> list[str]:
     if (model.value("offset") * (model.value("spring") == 0.0)).any():
         said.append("no place for offset")
     if model.value("half_play").any() and model.at_link.any():
-        said.append("the actuators measure before the play, the real encoders behind it")
+        said.append("the actuators measure before the backlash, the real encoders behind it")
     return said
 
 

@@ -5,6 +5,7 @@
   const INK = "#1b1b1b", GREY = "#6b6b6b", RULE = "#dcdcdc", PALE = "rgba(90, 90, 90, .13)", FONT = "12px system-ui, sans-serif";
   const specs = JSON.parse(document.getElementById("charts").textContent);
   const groups = new Map(); // what zooms together
+  const ruler = document.createElement("canvas").getContext("2d"), LINE = 15;
 
   const text = v => v == null || Number.isNaN(v) ? "–" : (+v.toPrecision(4)).toString().replace("-", "−");
   const span = (low, high) => uPlot.rangeNum(low, high, 0.06, true);
@@ -42,6 +43,18 @@
     ctx.strokeText(GLYPHS[sign.shape], x, y);
     ctx.fillStyle = sign.colour;
     ctx.fillText(GLYPHS[sign.shape], x, y);
+  }
+
+  // A name in lines of at most so many pixels: cut between words only, never short.
+  function wrapped(name, most) {
+    ruler.font = FONT;
+    const lines = [""];
+    for (const word of name.split(/(?<=[ _])/)) {
+      const last = lines[lines.length - 1];
+      if (last && ruler.measureText((last + word).trimEnd()).width > most) lines.push(word);
+      else lines[lines.length - 1] = last + word;
+    }
+    return lines.map(line => line.trimEnd());
   }
 
   function legend(box, entries, plots) {
@@ -140,19 +153,33 @@
       });
     });
     const all = names.map((_, i) => i);
-    const label = v => { const name = names[v] ?? "", most = box.clientWidth < 420 ? 16 : 34; return name.length > most ? name.slice(0, most - 1) + "…" : name; };
+    const labels = width => names.map(name => wrapped(name, Math.max(0.42 * width, 110)));
+    const room = u => 14 + Math.max(...labels(u.width).flat().map(line => ruler.measureText(line).width));
+    const tall = width => names.length * Math.max(24, 9 + LINE * Math.max(...labels(width).map(lines => lines.length))) + 62;
+    const name = u => {
+      const { ctx, bbox } = u, px = bbox.width / u.over.clientWidth;
+      ctx.save();
+      ctx.font = FONT.replace("12px", `${12 * px}px`);
+      ctx.fillStyle = INK;
+      ctx.textAlign = "right";
+      ctx.textBaseline = "middle";
+      labels(u.width).forEach((lines, i) => lines.forEach((line, k) =>
+        ctx.fillText(line, bbox.left - 8 * px, u.valToPos(i, "x", true) + (k - (lines.length - 1) / 2) * LINE * px)));
+      ctx.restore();
+    };
     let shown;
     plots.push(new uPlot({
-      width: box.clientWidth, height: 24 * names.length + 62, padding: [4, 18, 0, 0], legend: { show: false },
+      width: box.clientWidth, height: tall(box.clientWidth), padding: [4, 18, 0, 0], legend: { show: false },
       scales: { x: { time: false, ori: 1, dir: -1, range: [-0.6, names.length - 0.4] }, v: { ori: 0, distr: spec.log ? 3 : 1, range } },
-      axes: [axis("x", 3, null, { splits: () => all, values: (u, s) => s.map(label), space: 10 }), axis("v", 2, spec.label, { space: 60, ...ticks })],
+      axes: [axis("x", 3, null, { splits: () => all, values: (u, s) => s.map(() => ""), space: 10, size: room }), axis("v", 2, spec.label, { space: 60, ...ticks })],
       series: [{}, ...spec.series.map(s => ({ scale: "v", stroke: s.sign.colour, paths: () => null, points: { show: false } }))],
       cursor: { x: false, drag: { setScale: false, x: false, y: false }, points: { show: false } },
-      hooks: { draw: [draw], setCursor: [u => {
+      hooks: { draw: [draw, name], setCursor: [u => {
         const i = u.cursor.idx;
         if (shown) shown.textContent = i == null ? "" : `${names[i]}: ${spec.series.map(s => `${s.name} ${text(s.y[i])}`).join(", ")}`;
       }] },
     }, [all, ...spec.series.map(s => s.y)], box));
+    plots[0].tall = tall;
     const named = spec.series.length > 1 ? spec.series : [];
     [shown] = legend(box, named.map((s, k) => ({ ...s, places: [[0, k + 1]] })), () => plots);
     return plots;
@@ -220,7 +247,7 @@
     keys(box, key);
     new ResizeObserver(() => {
       const width = box.clientWidth;
-      if (width) plots.forEach(u => u.width != width && u.setSize({ width, height: u.height }));
+      if (width) plots.forEach(u => u.width != width && u.setSize({ width, height: u.tall?.(width) ?? u.height }));
     }).observe(box);
   });
 
