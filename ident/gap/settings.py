@@ -162,6 +162,11 @@ class Significance(_Section):
         8.0,
         "The same with the settings held [1]. Standard errors are too small then.",
     )
+    min_consistent_share: float = _share(
+        0.75,
+        "Share of its gain that an effect must keep when a number that stands in its form and as its"
+        " coefficient is made one [1]. With less, the effect is another one.",
+    )
     block_s: float = _positive(
         1.5, "Blocks of time whose residuals count as independent [s]: longer than they correlate."
     )

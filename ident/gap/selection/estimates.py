@@ -9,7 +9,7 @@ from ident.effects.candidate import Candidate, Value
 from ident.effects.catalogue import catalogue
 from ident.gap.regression.current_model import CurrentFit
 from ident.gap.regression.rows import WindowedRows
-from ident.gap.regression.weighted_fit import Fit
+from ident.gap.regression.weighted_fit import Fit, mean_log_ratio
 from ident.gap.selection.gauss_newton import Linearised, linearised, refit, solution, stepped
 from ident.gap.selection.scoring import Score
 from ident.gap.selection.state import AcceptedEffect
@@ -58,9 +58,10 @@ def final_estimates(
         at = linearised(rows, end, effects, free)
     named = _named(effects, at, solution(rows, at, settings.block_s)[1])
     for i, (h, values, item) in enumerate(zip(effects, named, accepted, strict=False)):
-        parts = _form_errors(h, item, end.model.slow) | _alternative_errors(
-            rows, end, at, effects, i
-        )
+        parts = _form_errors(h, item, end.model.slow)
+        parts |= _alternative_errors(rows, end, at, effects, i)
+        for name, part in _double_number_errors(rows, end, at, effects, i, settings).items():
+            parts[name] = float(np.hypot(parts.get(name, 0.0), part))
         for name, part in parts.items():
             if name in values and values[name].sd > 0.0:
                 of_form = part * values[name].value * _RECTANGLE
@@ -88,11 +89,6 @@ def _form_errors(h: Candidate, item: AcceptedEffect, slow: Array) -> dict[str, f
     unseen = effect.unobserved_fraction(h, float(slow[h.joints[0]]))
     if unseen > 0.0:
         parts |= {c.name: float(np.hypot(parts[c.name], unseen)) for c in h.coefficients}
-    if effect.same_number is not None:
-        coefficient, parameter = effect.same_number
-        if first.get(coefficient):
-            difference = abs(h.numbers[parameter] / first[coefficient] - 1.0)
-            parts[coefficient] = float(np.hypot(parts[coefficient], difference))
     return parts
 
 
@@ -105,12 +101,48 @@ def _alternative_errors(
     if form is None:
         return {}
     others = [form if i == index else other for i, other in enumerate(effects)]
-    again = refit(rows, end, at.fit, others)[index]
+    again = refit(rows, end, at.fit, others).effects[index]
     return {
         c.name: abs(float(new / old - 1))
         for c, old, new in zip(h.coefficients, values, again, strict=False)
         if old
     }
+
+
+def _double_number_errors(
+    rows: WindowedRows,
+    end: CurrentFit,
+    at: Linearised,
+    effects: Sequence[Candidate],
+    index: int,
+    settings: Significance,
+) -> dict[str, float]:
+    """Relative error of a coefficient that stands in its effect's columns as well.
+
+    Where the effect explains the data with both made one, the coefficient's change is the error:
+    slow motion shows how far a transmission gives, not how fast it swings. Else the two differ
+    because the effect is another one, and the error is their difference.
+    """
+    h, values = effects[index], at.fit.effects[index]
+    effect = catalogue()[h.effect]
+    if effect.same_number is None:
+        return {}
+    coefficient, parameter = effect.same_number
+    place = [c.name for c in h.coefficients].index(coefficient)
+    value = float(values[place])
+    if value == 0.0:
+        return {}
+    apart = abs(h.numbers[parameter] / value - 1.0)
+    one = effect.moved(h, {parameter: abs(value)})
+    again = refit(rows, end, at.fit, [*effects[:index], one, *effects[index + 1 :]])
+    less = refit(rows, end, at.fit, [*effects[:index], *effects[index + 1 :]])
+    explained, kept = (
+        mean_log_ratio(less.sigma, model.sigma, less.counts) for model in (at.fit, again)
+    )
+    joint = int(np.argmax(explained))
+    if kept[joint] < settings.min_consistent_share * explained[joint]:
+        return {coefficient: apart}
+    return {coefficient: abs(float(again.effects[index][place]) / value - 1.0)}
 
 
 def _sizes(score: Score) -> dict[str, float]:

@@ -138,10 +138,8 @@ def stepped(
     return tuple(moved)
 
 
-def refit(
-    rows: WindowedRows, end: CurrentFit, now: Fit, effects: Sequence[Candidate]
-) -> list[Array]:
-    """Coefficients of each effect on all data, with other columns of the same effects."""
+def refit(rows: WindowedRows, end: CurrentFit, now: Fit, effects: Sequence[Candidate]) -> Fit:
+    """The fit on all data with other columns of the same effects."""
     design = build_design_matrix(rows, end.model, effects)
     structure = replace(now.structure, effects=design.index)
-    return fit(design.equations.of(range(FOLDS)), structure, now.sigma).effects
+    return fit(design.equations.of(range(FOLDS)), structure, now.sigma)
