@@ -27,16 +27,28 @@ class DataChecks(_Section):
         " prediction error [1]. Slower motion cannot show a lost sample.",
     )
     min_fault_share: float = _share(
-        2e-4, "Smallest share of faulty samples that is reported [1]. Rarer ones change no result."
+        2e-4, "Smallest share of skipped samples that is reported [1]. Rarer ones change no result."
+    )
+    min_repeated_share: float = _share(
+        2e-3,
+        "The same for repeated samples [1]: the next reading makes up for each, so that little of"
+        " it is left at the frequencies of the windows.",
     )
     min_fault_count: int = _count(
         4, "Smallest number of faulty samples that is reported [1]. A few may be chance."
     )
     repeated_step: float = _share(
-        0.25, "A step below this share of the expected one is a repeated sample [1]: near zero."
+        0.05,
+        "A step below this share of the expected one is a repeated sample [1]. The checks before"
+        " the search mend those; longer ones are a clock's jitter.",
     )
     skipped_step: float = _positive(
         1.75, "A step above this multiple of the expected one skips a sample [1]: near two."
+    )
+    min_way_gained: float = _share(
+        0.5,
+        "Steps that the jumps of skipped samples must add to the way around them [1]: 1 where a"
+        " sample is lost, 0 where the clock only jitters.",
     )
     clear_correlation: float = _share(
         0.7, "Correlation of torque and CAD model from which sign and scale are judged [1]."
@@ -164,8 +176,8 @@ class Significance(_Section):
     )
     min_consistent_share: float = _share(
         0.75,
-        "Share of its gain that an effect must keep when a number that stands in its form and as its"
-        " coefficient is made one [1]. With less, the effect is another one.",
+        "Share of its gain that an effect must keep when a number that stands in its form and as"
+        " its coefficient is made one [1]. With less, the effect is another one.",
     )
     block_s: float = _positive(
         1.5, "Blocks of time whose residuals count as independent [s]: longer than they correlate."

@@ -122,16 +122,21 @@ def place(effect: dict[str, Any]) -> str:
     return f"{effect['name']} {joints} ({max(ratios, default=0.0):.1f} sd)"
 
 
+def percent(error: float | None) -> str:
+    """An error of the table; a dash where there is none, since the log was refused."""
+    return "–" if error is None else f"{error:.2f}"
+
+
 def line(row: dict[str, Any]) -> str:
     """A row of the table."""
     if "errors" not in row:
         return f"| {row['arm']} | {row['fitted']} | no result, exit code {row['exit']} |"
     (before, raw_before), (after, raw_after) = row["errors"]
-    raw = "" if raw_before is None else f" ({raw_before:.2f} → {raw_after:.2f})"
+    raw = "" if raw_before is None else f" ({percent(raw_before)} → {percent(raw_after)})"
     cells = [
         row["arm"],
         f"{row['fitted']} → {row['judged'] or 'held-out stretches'}",
-        f"{before:.2f} → {after:.2f}{raw}",
+        f"{percent(before)} → {percent(after)}{raw}",
         row["verdict"],
         ", ".join(map(place, row["named"])) or "–",
         ", ".join(map(place, row["suspected"])) or "–",

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import chain_of, torques
 from ident.effects.catalogue import torque_scale_effect
@@ -14,6 +15,7 @@ from wamctl.arm.robot import cad_parameters
 
 _FEWEST = 8  # steps of a stretch that is judged
 _ROUNDING = 1e-9  # rad: two motors' counts that cancel leave no more
+_AROUND = 10  # steps on both sides of a jump, in which a clock that jitters makes up for it
 _MODEL_RATE_HZ = 20.0  # the CAD model is compared at this rate
 _SMALLEST_QUANTILE = 0.02  # of the moves that are not zero: the encoder's step
 _USUAL_FACTOR = 1.5  # from the median of an absolute error to its standard deviation
@@ -65,8 +67,13 @@ def _samples(q: Array, name: str, checks: DataChecks) -> list[Fault]:
     fast = np.abs(expected) > checks.fast_steps * np.maximum(least, _ROUNDING)
     ratio = here / np.where(fast, expected, np.inf)
     enough = fast.sum(axis=1) >= 2
-    repeated = int((enough & (~fast | (ratio < checks.repeated_step)).all(axis=1)).sum())
-    skipped = int((enough & (~fast | (ratio > checks.skipped_step)).all(axis=1)).sum())
+    repeated = int((enough & (~fast | (np.abs(ratio) < checks.repeated_step)).all(axis=1)).sum())
+    jumps = enough & (~fast | (ratio > checks.skipped_step)).all(axis=1)
+    skipped = int(jumps.sum())
+    if skipped and _way_gained(q, np.flatnonzero(jumps) + 2) < checks.min_way_gained:
+        skipped = 0
+    if repeated < checks.min_repeated_share * len(step):
+        repeated = 0
     if _few(repeated + skipped, len(step), checks):
         return []
     text = (
@@ -74,6 +81,27 @@ def _samples(q: Array, name: str, checks: DataChecks) -> list[Fault]:
         " on all moving joints at once, although the stamps are even."
     )
     return [Fault(DROPPED_SAMPLES.id, (), text, repeated + skipped)]
+
+
+def _way_gained(q: Array, places: NDArray[np.intp]) -> float:
+    """Way that a jump adds to the motion around it, in usual steps: mean over all jumps [1].
+
+    One where a sample is lost, since all that follows comes a step early. None where the clock
+    only jitters: the steps beside it are then shorter.
+
+    Args:
+        q: position [rad], shape (S, m).
+        places: of the sample ahead of each jump.
+    """
+    inside = places[(places >= _AROUND) & (places < len(q) - _AROUND)]
+    if len(inside) == 0:
+        return 0.0
+    steps = np.diff(q, axis=0)
+    around = steps[inside[:, None] + np.arange(-_AROUND, _AROUND)]
+    usual = np.median(around, axis=1)
+    way = around.sum(axis=1) - 2 * _AROUND * usual
+    weight = np.abs(usual)
+    return float((np.sign(usual) * way).sum() / max(float(weight.sum()), _ROUNDING))
 
 
 def _smallest(step: Array) -> float:

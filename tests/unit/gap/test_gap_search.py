@@ -187,6 +187,14 @@ def test_skipped_samples_on_even_stamps_are_a_fault_of_the_data(plain):
     assert data_faults(source_of(plain), DataChecks()) == []
 
 
+def test_a_clock_that_jitters_is_no_fault(plain):
+    """A poll that comes late reads what the arm did meanwhile; the next step is shorter."""
+    late_s = np.random.default_rng(0).uniform(0.0, 0.002, len(plain.q))
+    t = np.arange(len(plain.q)) * 0.002
+    q = np.column_stack([np.interp(t + late_s, t, joint) for joint in plain.q.T])
+    assert data_faults(source_of(replace(plain, q=q)), DataChecks()) == []
+
+
 def test_missing_stamps_are_no_fault(plain):
     missing = plain.stamp_ns.copy()
     for k in range(100, len(missing) - 100, 100):
