@@ -4,72 +4,11 @@ Grids that are searched and tolerances of pure numerics stay where they are used
 README of this folder is written from this file by `python -m ident.gap.settings`.
 """
 
+from ident.gap.data_settings import DataChecks, LongLogs
 from ident.gap.setting_fields import Section as _Section
 from ident.gap.setting_fields import count as _count
 from ident.gap.setting_fields import positive as _positive
 from ident.gap.setting_fields import share as _share
-
-
-class LongLogs(_Section):
-    """Long logs are searched by stretches, so that memory does not grow with their length."""
-
-    most_s: float = _positive(150.0, "Longest log that is searched whole [s]: 7 periods of 20 s.")
-    stretch_s: float = _positive(40.0, "Length of a longer one's stretch [s]: two such periods.")
-    count: int = _count(3, "Stretches of all logs together [1]: one for each fold.")
-
-
-class DataChecks(_Section):
-    """Faults of the data, looked for before any physics."""
-
-    fast_steps: float = _positive(
-        12.0,
-        "Position steps are judged where they are this many times the encoder's step or the usual"
-        " prediction error [1]. Slower motion cannot show a lost sample.",
-    )
-    min_fault_share: float = _share(
-        2e-4, "Smallest share of skipped samples that is reported [1]. Rarer ones change no result."
-    )
-    min_repeated_share: float = _share(
-        2e-3,
-        "The same for repeated samples [1]: the next reading makes up for each, so that little of"
-        " it is left at the frequencies of the windows.",
-    )
-    min_fault_count: int = _count(
-        4, "Smallest number of faulty samples that is reported [1]. A few may be chance."
-    )
-    repeated_step: float = _share(
-        0.05,
-        "A step below this share of the expected one is a repeated sample [1]. The checks before"
-        " the search mend those; longer ones are a clock's jitter.",
-    )
-    skipped_step: float = _positive(
-        1.75, "A step above this multiple of the expected one skips a sample [1]: near two."
-    )
-    min_way_gained: float = _share(
-        0.5,
-        "Steps that the jumps of skipped samples must add to the way around them [1]: 1 where a"
-        " sample is lost, 0 where the clock only jitters.",
-    )
-    clear_correlation: float = _share(
-        0.7, "Correlation of torque and CAD model from which sign and scale are judged [1]."
-    )
-    weak_correlation: float = _share(
-        0.3, "Correlation below which torque that drives friction has the wrong sign [1]."
-    )
-    dissipation_z: float = _positive(
-        4.0, "Standard errors by which the mean power must be negative for a wrong sign [1]."
-    )
-    correlated_rows: float = _positive(
-        40.0,
-        "Rows at 20 Hz that count as one in that standard error [1]: power is correlated over 2 s.",
-    )
-    min_torque_scale: float = _positive(
-        0.25,
-        "Smallest torque in units of the CAD model's [1]. CAD masses are no fourfold off.",
-    )
-    max_torque_scale: float = _positive(
-        4.0, "Largest torque in units of the CAD model's [1]. CAD masses are no fourfold off."
-    )
 
 
 class Scoring(_Section):

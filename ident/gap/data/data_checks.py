@@ -9,7 +9,7 @@ from ident.dynamics.compiled_chain import chain_of, torques
 from ident.effects.catalogue import torque_scale_effect
 from ident.effects.events import DROPPED_SAMPLES
 from ident.gap.data.experiment import Experiment
-from ident.gap.settings import DataChecks
+from ident.gap.data_settings import DataChecks
 from ident.signals.arrays import Array
 from wamctl.arm.robot import cad_parameters
 

@@ -11,6 +11,7 @@ from ident.gap.data.data_checks import data_faults
 from ident.gap.data.experiment import experiment
 from ident.gap.data.noise_regions import Region
 from ident.gap.data.segments import SEARCHED
+from ident.gap.data_settings import DataChecks
 from ident.gap.lack_of_fit.repeatability import repeated_rows
 from ident.gap.options import Options
 from ident.gap.regression.design_matrix import build_design_matrix
@@ -22,7 +23,7 @@ from ident.gap.results.minimum_detectable import minimum_detectable
 from ident.gap.results.verdict import Kind
 from ident.gap.search import search
 from ident.gap.selection.candidates import all_candidates
-from ident.gap.settings import DataChecks, Repeats
+from ident.gap.settings import Repeats
 from ident.simulation.arm import Term
 
 
