@@ -15,7 +15,9 @@ from wamctl.arm.command_line import is_quiet, next_step, shipped_names
 
 
 def import_table(
-    file: Annotated[Path, typer.Argument(help="Table to import: .csv or other text, .npz, .mat.")],
+    file: Annotated[
+        Path, typer.Argument(help="Table to import: .csv or other text, .parquet, .npz, .mat.")
+    ],
     mapping: Annotated[
         str,
         typer.Option(

@@ -13,6 +13,8 @@ from wamctl.arm.errors import ConfigurationError, DataError
 
 _NS = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0}
 _LATEST_S = 2**31
+_BACK_NS = 0.5e9
+"""Stamps may come in another order than their rows; a longer way back is another recording."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,11 @@ def read_columns(source: Path, plan: Mapping, where: Path, n: int) -> MappedColu
         faults.append(f"time.column: {source.name} {_lacks([time], tables[source])}")
     elif time is not None:
         series["time"] = tables[source].columns[time].reshape(-1, 1)
+    which = plan.rows.column
+    if which is not None and which not in tables[source].columns:
+        faults.append(f"rows.column: {source.name} {_lacks([which], tables[source])}")
+    elif which is not None:
+        series["rows"] = tables[source].columns[which].reshape(-1, 1)
     if len({len(values) for values in series.values()}) > 1:
         listed = ", ".join(f"{place} {len(values)}" for place, values in series.items())
         faults.append(f"the columns have different numbers of rows: {listed}")
@@ -78,6 +85,8 @@ def _tables(source: Path, plan: Mapping) -> dict[Path, Table]:
     wanted: dict[Path, list[Name]] = {path: [] for path in files(source, plan)}
     if plan.time.column is not None:
         wanted[source].append(plan.time.column)
+    if plan.rows.column is not None:
+        wanted[source].append(plan.rows.column)
     for _, part in plan.series():
         wanted[_file(source, part)].extend(_names(part))
     return {
@@ -118,6 +127,11 @@ def _lacks(names: list[Name], table: Table) -> str:
 def _chosen_rows(source: Path, plan: Mapping, series: dict[str, Array]) -> MappedColumns:
     rows = slice(plan.rows.first - 1, plan.rows.last)
     chosen = {place: values[rows] for place, values in series.items()}
+    if "rows" in chosen:
+        kept = chosen.pop("rows").ravel() == plan.rows.equal
+        if not kept.any():
+            raise DataError(f"{source} has no row with {plan.rows.column!r} = {plan.rows.equal:g}.")
+        chosen = {place: values[kept] for place, values in chosen.items()}
     samples = len(chosen["position"])
     if samples == 0:
         have = len(series["position"])
@@ -142,5 +156,13 @@ def _stamps(source: Path, plan: Mapping, column: Array) -> NDArray[np.int64]:
         raise DataError(
             f"{source}: the time column runs from {ns.min() * 1e-9:g} s to {ns.max() * 1e-9:g} s;"
             f" a log holds 0 s to {_LATEST_S} s."
+        )
+    back = np.flatnonzero(np.diff(ns) < -_BACK_NS)
+    if len(back):
+        before, after = ns[back[0] : back[0] + 2] * 1e-9
+        raise DataError(
+            f"{source}: the time column goes back from {before:g} s to {after:g} s after"
+            f" {back[0] + 1} rows; if these are several recordings, choose one with rows.column"
+            " and rows.equal, or with rows.first and rows.last."
         )
     return np.rint(ns).astype(np.int64)

@@ -17,7 +17,7 @@ Columns = Annotated[
     str | tuple[str | int, ...],
     Field(
         description="one column a joint, by name or by number from 1; or the name of one array"
-        " with a column for each joint (.npz, .mat)"
+        " with a column for each joint (.npz, .mat, .parquet)"
     ),
 ]
 Count = Annotated[int, Field(ge=1)]
@@ -88,9 +88,15 @@ class RowsSection(Section):
 
     first: Count = 1
     last: Count | None = None
+    column: str | int | None = Field(
+        default=None, description="take only rows in which this column has the value `equal`"
+    )
+    equal: float | None = Field(default=None, description="such as the number of an episode")
 
     @model_validator(mode="after")
     def _in_order(self) -> "RowsSection":
+        if (self.column is None) != (self.equal is None):
+            raise ValueError("give column and equal, or neither")
         if self.last is not None and self.last < self.first:
             raise ValueError(f"last {self.last} lies before first {self.first}")
         return self

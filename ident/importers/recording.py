@@ -50,7 +50,7 @@ def import_recording(source: Path, mapping: Path | str, out: Path) -> Recording:
     """Writes a foreign table as a log; nothing is written when anything is at fault.
 
     Args:
-        source: the table (.csv or other text, .npz, .mat).
+        source: the table (.csv or other text, .parquet, .npz, .mat).
         mapping: the mapping file, or the bare name of a shipped one.
         out: the log to write.
 

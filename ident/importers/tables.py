@@ -1,11 +1,11 @@
-"""Columns of foreign tables: text, NumPy archives, MATLAB files of both kinds."""
+"""Columns of foreign tables: text, Parquet, NumPy archives, MATLAB files of both kinds."""
 
 import csv
 import itertools
 import struct
 import zlib
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile, ZipFile
@@ -14,6 +14,8 @@ import numpy as np
 import scipy.io
 from scipy.io.matlab import MatReadError
 
+from ident.importers.parquet import read_parquet
+from ident.importers.vector_cells import is_vector, vectors
 from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.ros2.bounds import Allowance
@@ -44,7 +46,7 @@ class Table:
 
 
 def read_table(path: Path, wanted: Sequence[Name], *, header: bool, delimiter: str) -> Table:
-    """Columns of a file; its form follows from its ending (.npz, .mat, else text).
+    """Columns of a file; its form follows from its ending (.npz, .mat, .parquet, else text).
 
     Args:
         path: the file.
@@ -62,6 +64,9 @@ def read_table(path: Path, wanted: Sequence[Name], *, header: bool, delimiter: s
             return _table(_npz(path), wanted, path)
         case ".mat":
             return _table(_mat(path), wanted, path)
+        case ".parquet":
+            columns, names = read_parquet(path, wanted)
+            return replace(_table(columns, wanted, path), available=names)
         case _:
             return _text(path, wanted, header, delimiter)
 
@@ -69,7 +74,9 @@ def read_table(path: Path, wanted: Sequence[Name], *, header: bool, delimiter: s
 def _text(path: Path, wanted: Sequence[Name], header: bool, delimiter: str) -> Table:
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
-            first = next(csv.reader(stream, delimiter=delimiter), [])
+            lines = csv.reader(stream, delimiter=delimiter)
+            first = next(lines, [])
+            sample = next(lines, []) if header else first
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise DataError(f"{path} is not a readable text table ({error}).") from error
     names = tuple(name.strip() for name in first) if header else ()
@@ -80,8 +87,14 @@ def _text(path: Path, wanted: Sequence[Name], header: bool, delimiter: str) -> T
         elif column in names:
             places[column] = names.index(str(column))
     available = names or tuple(str(k + 1) for k in range(len(first)))
+    made: dict[Name, Array] = {
+        column: vectors(path, column, place, header=header, delimiter=delimiter)
+        for column, place in places.items()
+        if place < len(sample) and is_vector(sample[place])
+    }
+    places = {column: place for column, place in places.items() if column not in made}
     if not places:
-        return Table({}, available)
+        return Table(made, available)
     try:
         rows = np.loadtxt(
             path,
@@ -97,7 +110,7 @@ def _text(path: Path, wanted: Sequence[Name], header: bool, delimiter: str) -> T
         raise DataError(
             _bad_cell(path, places, header, delimiter) or f"{path}: {error}."
         ) from error
-    return Table(dict(zip(places, rows.T, strict=True)), available)
+    return Table(made | dict(zip(places, rows.T, strict=True)), available)
 
 
 def _bad_cell(path: Path, places: dict[Name, int], header: bool, delimiter: str) -> str | None:

@@ -1,10 +1,12 @@
 """Position servos, gears, and links in compiled form: commands in, positions out.
 
 Links are one coupled rigid-body system; their mass matrix and the torque of gravity and speed are
-formed once a sample, and held while servo, friction, and play take their finer steps. A joint
-without play or twist moves as one with its rotor; one with them pushes through a dead zone with a
-spring, without rebound. Friction rubs at the rotor. All joints' impulses of a step are found by
-Gauss-Seidel sweeps, each joint's own exactly.
+formed for the middle of a few steps, and held while servo, friction, and play take these. Speeds
+stand half a step before positions, a step's torque is that of its middle, and damping takes over a
+step what it would take in continuous time: a step that is too coarse would pass for inertia and
+delay. A joint without play or twist moves as one with its rotor; one with them pushes through a
+dead zone with a spring, without rebound. Friction rubs at the rotor. All joints' impulses of a step
+are found by Gauss-Seidel sweeps, each joint's own exactly.
 """
 
 from typing import NamedTuple
@@ -17,6 +19,7 @@ from ident.dynamics.compiled_inverse import invert
 from ident.signals.arrays import Array
 
 _SWEEPS = 40
+_HELD = 8.0  # steps for which mass and gravity are held at most
 _NO_PROFILE = 1e5  # rad/s^2
 _SETTLED = 1e-7  # of the largest impulse of a step
 _RINGING = 0.5  # time constant of the tie's damper, in steps
@@ -67,7 +70,8 @@ def simulate(chain, delta, settings, at_link, motion, step, out):
     a, inverse = np.zeros((n, n)), np.zeros((n, n))
     q, v, rotor, speed = np.empty(n), motion.speed.copy(), np.empty(n), motion.speed.copy()
     impulse, free, momentum, integral = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
-    torque, level = np.zeros(n), np.zeros(n)
+    torque, level, middle = np.zeros(n), np.zeros(n), np.zeros(n)
+    share = np.zeros(n)
     loose = np.empty(n, dtype=np.bool_)
     at = np.zeros(n, dtype=np.int64)
     goal, pace = np.empty(n), motion.speed.copy()
@@ -86,60 +90,78 @@ def simulate(chain, delta, settings, at_link, motion, step, out):
             else:
                 q[i] -= beyond
     for k in range(samples - 1):
-        span = motion.t[k + 1] - motion.t[k]
-        steps = max(1, int(np.ceil(span / step - 1e-6)))
-        h = span / steps
-        inverse_dynamics(chain, delta, q, v, still, w, bias)
-        mass_matrix(chain, delta, w, mass)
-        damped(p, loose, mass, a, h)
-        invert(a, inverse)
-        for s in range(steps):
-            t = motion.t[k] + s * h
+        whole = motion.t[k + 1] - motion.t[k]
+        parts = max(1, int(np.ceil(whole / (_HELD * step) - 1e-6)))
+        span = whole / parts
+        for part in range(parts):
+            steps = max(1, int(np.ceil(span / step - 1e-6)))
+            h = span / steps
             for i in range(n):
-                here = (q[i] if at_link[i] else rotor[i]) - p[ZERO, i]
-                wanted, rate = commanded(motion, at, i, t - p[DELAY, i], h)
-                if p[PROFILE_ACCELERATION, i] < _NO_PROFILE:
-                    rate = planned(p, i, wanted, goal, pace, h)
-                    wanted = goal[i]
-                torque[i] = servo(p, i, wanted - here, rate, integral, h) - p[OFFSET, i]
-                torque[i] -= speed_torque(p, i, speed[i])
-                level[i] = h * dry_friction(p, i, speed[i], bias[i])
-                momentum[i] = -h * (bias[i] + p[SPRING, i] * q[i])
-                for j in range(n):
-                    momentum[i] += mass[i, j] * v[j]
-                if not loose[i]:
-                    momentum[i] += h * torque[i]
-            for i in range(n):
-                free[i] = 0.0
-                for j in range(n):
-                    free[i] += inverse[i, j] * momentum[j]
-            solve(p, loose, inverse, free, level, torque, speed, rotor, q, impulse, h)
-            for i in range(n):
-                v[i] = free[i]
-                for j in range(n):
-                    v[i] += inverse[i, j] * impulse[j]
-                q[i] += h * v[i]
-                if loose[i]:
-                    left = p[ARMATURE, i] * speed[i] + h * torque[i] - impulse[i]
-                    inertia = p[ARMATURE, i] + h * p[DAMPING, i]
-                    speed[i] = slowed(left, level[i], p[TURNING_SPEED, i], inertia)
-                    rotor[i] += h * speed[i]
-                else:
-                    speed[i], rotor[i] = v[i], q[i]
+                middle[i] = q[i] + 0.5 * span * v[i]
+            inverse_dynamics(chain, delta, middle, v, still, w, bias)
+            mass_matrix(chain, delta, w, mass)
+            damped(p, loose, mass, a, share, h)
+            invert(a, inverse)
+            for s in range(steps):
+                t = motion.t[k] + part * span + s * h
+                for i in range(n):
+                    here = (q[i] if at_link[i] else rotor[i]) - p[ZERO, i]
+                    wanted, rate = commanded(motion, at, i, t - 0.5 * h - p[DELAY, i], h)
+                    if p[PROFILE_ACCELERATION, i] < _NO_PROFILE:
+                        aim = goal[i]
+                        rate = planned(p, i, wanted, goal, pace, h)
+                        wanted = aim
+                    torque[i] = servo(p, i, wanted - here, rate, integral, h) - p[OFFSET, i]
+                    torque[i] -= speed_torque(p, i, speed[i])
+                    torque[i] -= (1.0 - share[i]) * p[DAMPING, i] * speed[i]
+                    level[i] = h * dry_friction(p, i, speed[i], bias[i])
+                    momentum[i] = -h * (bias[i] + p[SPRING, i] * q[i])
+                    for j in range(n):
+                        momentum[i] += mass[i, j] * v[j]
+                    if not loose[i]:
+                        momentum[i] += h * torque[i]
+                for i in range(n):
+                    free[i] = 0.0
+                    for j in range(n):
+                        free[i] += inverse[i, j] * momentum[j]
+                solve(p, loose, share, inverse, free, level, torque, speed, rotor, q, impulse, h)
+                for i in range(n):
+                    v[i] = free[i]
+                    for j in range(n):
+                        v[i] += inverse[i, j] * impulse[j]
+                    q[i] += h * v[i]
+                    if loose[i]:
+                        left = p[ARMATURE, i] * speed[i] + h * torque[i] - impulse[i]
+                        inertia = p[ARMATURE, i] + h * share[i] * p[DAMPING, i]
+                        speed[i] = slowed(left, level[i], p[TURNING_SPEED, i], inertia)
+                        rotor[i] += h * speed[i]
+                    else:
+                        speed[i], rotor[i] = v[i], q[i]
         for i in range(n):
             out[k + 1, i] = (q[i] if at_link[i] else rotor[i]) - p[ZERO, i]
 
 
 @njit(cache=True)
-def damped(p, loose, mass, a, h):
-    """Mass with the rotors of joints without play, and in `a` with their damping over a step."""
+def damped(p, loose, mass, a, share, h):
+    """Mass with the rotors of joints without play, and in `a` with their damping over a step.
+
+    `share` is the part of the damping that the speed at the end of a step feels; the rest feels
+    the speed at its beginning. It is such that a free joint slows down as in continuous time.
+    """
     n = mass.shape[0]
     for i in range(n):
         for j in range(n):
             a[i, j] = mass[i, j]
+        inertia = p[ARMATURE, i]
         if not loose[i]:
-            mass[i, i] += p[ARMATURE, i]
-            a[i, i] = mass[i, i] + h * p[DAMPING, i]
+            inertia += mass[i, i]
+        slowing = h * p[DAMPING, i] / inertia
+        share[i] = 0.5 + slowing / 12.0
+        if slowing > 1e-3:
+            share[i] = 1.0 / (1.0 - np.exp(-slowing)) - 1.0 / slowing
+        if not loose[i]:
+            mass[i, i] = inertia
+            a[i, i] = inertia + h * share[i] * p[DAMPING, i]
 
 
 @njit(cache=True)
@@ -214,7 +236,7 @@ def slowed(momentum, level, turning, inertia):
 
 
 @njit(cache=True)
-def solve(p, loose, inverse, free, level, torque, speed, rotor, q, impulse, h):
+def solve(p, loose, share, inverse, free, level, torque, speed, rotor, q, impulse, h):
     """Impulse on each link of a step [N m s]: friction, or what the gears carry."""
     n = free.size
     for _ in range(_SWEEPS):
@@ -225,7 +247,7 @@ def solve(p, loose, inverse, free, level, torque, speed, rotor, q, impulse, h):
                 if j != i:
                     rest += inverse[i, j] * impulse[j]
             if loose[i]:
-                new = tie(p, i, inverse[i, i], rest, level[i], torque[i], speed[i],
+                new = tie(p, i, share[i], inverse[i, i], rest, level[i], torque[i], speed[i],
                           rotor[i] - q[i], h)  # fmt: skip
             else:
                 held = rest / (inverse[i, i] + p[TURNING_SPEED, i] / level[i])
@@ -238,9 +260,9 @@ def solve(p, loose, inverse, free, level, torque, speed, rotor, q, impulse, h):
 
 
 @njit(cache=True)
-def tie(p, i, mobility, rest, level, torque, speed, twist, h):
+def tie(p, i, share, mobility, rest, level, torque, speed, twist, h):
     """Impulse through the gears: none within the play; beyond it a spring with a damper."""
-    inertia = p[ARMATURE, i] + h * p[DAMPING, i]
+    inertia = p[ARMATURE, i] + h * share * p[DAMPING, i]
     momentum = p[ARMATURE, i] * speed + h * torque
     half, turning = p[HALF_PLAY, i], p[TURNING_SPEED, i]
     apart = twist + h * (slowed(momentum, level, turning, inertia) - rest)

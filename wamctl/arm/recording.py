@@ -18,6 +18,7 @@ from wamctl.arm.ros2.joint_messages import (
 )
 from wamctl.arm.ros2.joint_series import JointSeries, ReferenceSeries, joined
 from wamctl.arm.ros2.joint_topic import JointTopic
+from wamctl.arm.ros2.joint_trajectory import TRAJECTORY_TYPE, CommandedMotion
 from wamctl.arm.ros2.magnitudes import POSITION, excess
 from wamctl.arm.ros2.part import Batch, Cut, Topic
 
@@ -114,7 +115,8 @@ class LogFile:
     Attributes:
         path: an `.mcap` file (whole or cut off) or a rosbag2 folder.
         joint_states: topic of the measurement.
-        joint_commands: topic of the commanded torque; it may be missing.
+        joint_commands: topic of the commanded torque or position, a JointState or, for positions,
+            a JointTrajectory; it may be missing.
         joints: the joints to take, in this order; messages without them (a gripper's) are left
             out. Empty: all.
         renamed: joints as the messages name them, each with the name to give it.
@@ -206,6 +208,7 @@ class _Pass:
         self._states = JointTopic(f"{log.path}: {log.joint_states}", log.joints)
         self._commands: JointTopic | None = None
         self._early: list[JointSeries] = []
+        self._motion = CommandedMotion(f"{log.path}: {log.joint_commands}")
 
     def pieces(self) -> Iterator[Piece]:
         log = self._log
@@ -222,6 +225,8 @@ class _Pass:
                     yield Piece(complete=False)
                 case Batch():
                     yield self._piece(part)
+        if self._commands is not None:
+            yield Piece(commands=self._commands.taken(self._renamed(self._motion.rest())))
         self._check()
 
     def _piece(self, batch: Batch) -> Piece:
@@ -229,7 +234,7 @@ class _Pass:
         states = self._states.taken(self._blocks(batch, log.joint_states))
         if states is not None and states.q is None:
             raise DataError(f"{log.path}: {log.joint_states} carries no positions.")
-        self._early += self._blocks(batch, log.joint_commands)
+        self._early += self._asked(batch, log.joint_commands)
         if not self._states.joints:
             return Piece(reference=self._reference(batch))
         if self._commands is None:
@@ -240,7 +245,15 @@ class _Pass:
     def _blocks(self, batch: Batch, topic: str) -> list[JointSeries]:
         if topic not in batch.messages or not self._is(topic, JOINT_STATE_TYPE):
             return []
-        blocks = joint_series(batch.messages[topic], batch.log_ns[topic])
+        return self._renamed(joint_series(batch.messages[topic], batch.log_ns[topic]))
+
+    def _asked(self, batch: Batch, topic: str) -> list[JointSeries]:
+        """Commands, of either type."""
+        if topic not in batch.messages or not self._is(topic, TRAJECTORY_TYPE):
+            return self._blocks(batch, topic)
+        return self._renamed(self._motion.taken(batch.messages[topic], batch.log_ns[topic]))
+
+    def _renamed(self, blocks: list[JointSeries]) -> list[JointSeries]:
         if not self._log.renamed:
             return blocks
         names = dict(self._log.renamed)

@@ -27,14 +27,14 @@ def robot_parameters(robot):
     return cad_parameters(robot)
 
 
-def replay(command, seconds=2.0, at_link=True, start=0.0, **values):
+def replay(command, seconds=2.0, at_link=True, start=0.0, step=0.0005, **values):
     robot, settings, delta = pendulum(**values)
     t = np.arange(0, seconds, 0.02)
     u = np.array([[command(x)] for x in t])
     zero = np.array([start])
     motion = Motion(t, t.copy(), u, zero, np.zeros(1))
     setup = Setup(
-        chain_of(robot), delta, np.array([at_link]), (Stretch(motion, np.zeros_like(u)),), 0.0005
+        chain_of(robot), delta, np.array([at_link]), (Stretch(motion, np.zeros_like(u)),), step
     )
     (made,) = setup.replay(settings)
     return t, made[:, 0]
@@ -45,6 +45,17 @@ def test_step_response_is_that_of_the_second_order_system():
     inertia = 0.015 + 2e-3 + 0.3 * 0.1**2
     _, wanted, _ = lsim(([20.0], [inertia, 0.4, 20.0]), np.full(len(t), 0.1), t)
     assert np.abs(q - wanted).max() < 2e-3
+
+
+def test_a_coarse_step_does_not_pass_for_inertia_or_delay():
+    """The command's edge is felt inside a step, and the joint slows down much within one."""
+    values = {"stiffness": 20.0, "damping": 0.6, "delay": 0.013}
+    _, q = replay(lambda x: 0.1 if x > 0.51 else 0.0, step=0.004, **values)
+    inertia = 0.015 + 2e-3 + 0.3 * 0.1**2
+    fine = np.arange(0, 2.0, 0.0005)
+    command = np.where(fine > 0.5329, 0.1, 0.0)
+    _, wanted, _ = lsim(([20.0], [inertia, 0.6, 20.0]), command, fine)
+    assert np.abs(q - wanted[::40]).max() < 1e-3
 
 
 def test_friction_holds_what_the_servo_cannot_move():

@@ -52,7 +52,7 @@ def reference_series(messages: Sequence[bytes], log_ns: Sequence[int]) -> Refere
     if found is not None:
         q, qd, qdd = (found[1][f] for f in fields)
     else:
-        points = [_decoded(m, TRAJECTORY_POINT_TYPE) for m in messages]
+        points = [decoded(m, TRAJECTORY_POINT_TYPE) for m in messages]
         if len({len(getattr(p, f)) for p in points for f in fields}) != 1:
             return None
         q, qd, qdd = (np.array([getattr(p, f) for p in points]) for f in fields)
@@ -77,7 +77,7 @@ def _stamps(numbers: dict[str, NDArray], log_ns: Sequence[int]) -> Stamps:
 
 
 def _joint_states_one_by_one(messages: Sequence[bytes], log_ns: Sequence[int]) -> list[JointSeries]:
-    decoded = [(_decoded(m, JOINT_STATE_TYPE), t) for m, t in zip(messages, log_ns, strict=True)]
+    decoded = [(decoded(m, JOINT_STATE_TYPE), t) for m, t in zip(messages, log_ns, strict=True)]
     runs = groupby(decoded, key=lambda pair: _shape(pair[0]))
     return [_run([m for m, _ in run], [t for _, t in run]) for run in (list(r) for _, r in runs)]
 
@@ -119,7 +119,12 @@ def _typestore() -> Any:
     return get_typestore(Stores.LATEST)
 
 
-def _decoded(message: bytes, kind: str) -> Any:
+def decoded(message: bytes, kind: str) -> Any:
+    """A message of a published type.
+
+    Raises:
+        DataError: it is none.
+    """
     try:
         return _typestore().deserialize_cdr(message, kind)
     except SerdeError as error:

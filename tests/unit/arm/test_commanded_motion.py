@@ -1,0 +1,135 @@
+"""Bags whose commands are trajectories: what a controller asks the joints for from them."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from mcap.writer import Writer
+from rosbags.typesys import Stores, get_typestore
+
+from ident.output_error.recordings import stretches_of
+from wamctl.arm.errors import DataError
+from wamctl.arm.recording import read_recording
+
+STORE = get_typestore(Stores.LATEST)
+TRAJECTORY, STATE = "trajectory_msgs/msg/JointTrajectory", "sensor_msgs/msg/JointState"
+JOINTS = ["a", "b"]
+SECOND = 1_000_000_000
+
+
+def header(seconds: float) -> Any:
+    stamp = STORE.types["builtin_interfaces/msg/Time"](*divmod(round(seconds * SECOND), SECOND))
+    return STORE.types["std_msgs/msg/Header"](stamp, "")
+
+
+def state(seconds: float, names: list[str] = JOINTS) -> bytes:
+    numbers = np.full(len(names), seconds), np.zeros(0), np.zeros(0)
+    return encoded(STORE.types[STATE](header(seconds), names, *numbers), STATE)
+
+
+def trajectory(seconds: float, *points: tuple[Any, ...], names: list[str] = JOINTS) -> bytes:
+    """Points as time from start [s], positions and, where given, velocities."""
+    kind = STORE.types["trajectory_msgs/msg/JointTrajectoryPoint"]
+    duration = STORE.types["builtin_interfaces/msg/Duration"]
+    nothing = np.zeros(0)
+    made = [
+        kind(np.array(q, dtype=float), np.array(qd[0] if qd else [], dtype=float), nothing, nothing,
+             duration(*divmod(round(after * SECOND), SECOND)))
+        for after, q, *qd in points
+    ]  # fmt: skip
+    return encoded(STORE.types[TRAJECTORY](header(seconds), names, made), TRAJECTORY)
+
+
+def encoded(message: Any, kind: str) -> bytes:
+    return bytes(STORE.serialize_cdr(message, kind))
+
+
+def bag(path: Path, commands: list[tuple[float, bytes]], seconds: float = 4.0) -> Path:
+    states = [(t, STATE, state(t)) for t in np.arange(1.0, 1.0 + seconds, 0.02).tolist()]
+    asked = [(t, TRAJECTORY, data) for t, data in commands]
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start("ros2")
+        channels = {
+            kind: writer.register_channel(
+                topic, "cdr", writer.register_schema(kind, "ros2msg", b"")
+            )
+            for kind, topic in ((STATE, "/joint_states"), (TRAJECTORY, "/joint_commands"))
+        }
+        for t, kind, data in sorted(states + asked, key=lambda m: m[0]):
+            writer.add_message(channels[kind], round(t * SECOND), data, round(t * SECOND))
+        writer.finish()
+    return path
+
+
+def asked(path: Path, at: list[float]) -> np.ndarray:
+    """What the joints were asked for at instants, held from stamp to stamp."""
+    command = read_recording(path, torque=False).command
+    assert command is not None
+    assert command.q is not None
+    assert (np.diff(command.stamp_ns) > 0).all()
+    times = np.round(np.array(at) * SECOND).astype(np.int64)
+    return command.q[np.searchsorted(command.stamp_ns, times, side="right") - 1]
+
+
+def test_points_are_joined_by_lines_and_the_last_one_is_held(tmp_path: Path) -> None:
+    data = trajectory(1.0, (0.0, [0.0, 1.0]), (2.0, [1.0, 0.0]))
+    found = asked(bag(tmp_path / "a.mcap", [(1.0, data)]), [1.0, 1.5, 2.0, 3.0, 4.5])
+    wanted = [[0, 1], [0.25, 0.75], [0.5, 0.5], [1, 0], [1, 0]]
+    np.testing.assert_allclose(found, wanted, atol=1e-9)
+
+
+def test_points_with_velocities_are_joined_by_cubics(tmp_path: Path) -> None:
+    def cubic(t: float) -> list[float]:
+        return [t**3 - 2 * t, 1.0 - t**2]
+
+    def rate(t: float) -> list[float]:
+        return [3 * t**2 - 2, -2 * t]
+
+    data = trajectory(1.0, *((t, cubic(t), rate(t)) for t in (0.0, 1.0, 2.5)))
+    found = asked(bag(tmp_path / "a.mcap", [(1.0, data)]), [1.5, 2.3, 3.2])
+    np.testing.assert_allclose(found, [cubic(t) for t in (0.5, 1.3, 2.2)], atol=1e-9)
+
+
+def test_a_new_trajectory_begins_where_the_one_before_had_come(tmp_path: Path) -> None:
+    first = trajectory(1.0, (0.0, [0.0, 0.0]), (2.0, [2.0, 0.0]))
+    second = trajectory(2.0, (1.0, [0.0, 0.0]))
+    path = bag(tmp_path / "a.mcap", [(1.0, first), (2.0, second)])
+    found = asked(path, [1.99, 2.0, 2.5, 3.5])
+    np.testing.assert_allclose(found[:, 0], [0.99, 1.0, 0.5, 0.0], atol=1e-9)
+
+
+def test_a_stream_of_single_points_is_taken_as_it_came(tmp_path: Path) -> None:
+    times = np.arange(1.0, 3.0, 0.02).tolist()
+    stream = [(t, trajectory(0.0, (0.0, [t, -t]))) for t in times]  # no stamp: the log's own
+    path = bag(tmp_path / "a.mcap", stream)
+    np.testing.assert_allclose(asked(path, times), [[t, -t] for t in times], atol=1e-9)
+
+
+def test_other_joints_commands_are_passed_over_and_a_simulation_gets_its_own(
+    tmp_path: Path,
+) -> None:
+    mine = trajectory(1.0, (0.0, [0.0, 1.0]), (2.0, [1.0, 0.0]), names=["b", "a"])
+    other = trajectory(1.5, (0.0, [7.0]), names=["gripper"])
+    path = bag(tmp_path / "a.mcap", [(1.0, mine), (1.5, other)])
+    log = read_recording(path, torque=False)
+    (stretch,) = stretches_of(log, JOINTS, "a")
+    assert stretch.motion.command[0] == pytest.approx([1.0, 0.0])
+    assert stretch.motion.command[-1] == pytest.approx([0.0, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("points", "sentence"),
+    [
+        ([(0.0, [1.0])], "has 2 names and a point of 1 positions and 0 velocities."),
+        ([(1.0, [0, 0]), (0.5, [1, 1])], "has a point 0.5 s from its start: points have to"),
+        ([(1e5, [0, 0])], "has a point 100000 s from its start: points have to"),
+    ],
+)
+def test_points_that_cannot_be_followed(tmp_path: Path, points: list, sentence: str) -> None:
+    path = bag(tmp_path / "a.mcap", [(1.0, trajectory(1.0, *points))])
+    with pytest.raises(DataError) as caught:
+        read_recording(path, torque=False)
+    assert f"{path}: /joint_commands: the JointTrajectory at 1000000000 ns" in str(caught.value)
+    assert sentence in str(caught.value)

@@ -1,0 +1,139 @@
+"""JointTrajectory messages as the positions that a controller asks for from instant to instant.
+
+A message replaces what is left of the one before. Between points a controller interpolates: by
+cubics where both points have velocities, else by straight lines (`joint_trajectory_controller`'s
+documentation, "Trajectory Representation").
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wamctl.arm.errors import DataError
+from wamctl.arm.ros2.joint_messages import decoded
+from wamctl.arm.ros2.joint_series import JointSeries
+
+Array = NDArray[np.floating]
+
+TRAJECTORY_TYPE = "trajectory_msgs/msg/JointTrajectory"
+
+_PERIOD_NS = 10_000_000
+_LONGEST_NS = 3_600_000_000_000
+_NS = 1_000_000_000
+
+
+class _Point(NamedTuple):
+    ns: int
+    q: Array
+    qd: Array | None
+
+
+@dataclass(frozen=True)
+class _Samples:
+    ns: list[int]
+    q: list[Array]
+
+
+class CommandedMotion:
+    """What one topic's messages ask for, followed from message to message.
+
+    Args:
+        where: what to call the topic in messages.
+    """
+
+    def __init__(self, where: str) -> None:
+        self._where = where
+        self._plans: dict[tuple[str, ...], list[_Point]] = {}
+
+    def taken(self, messages: Sequence[bytes], log_ns: Sequence[int]) -> list[JointSeries]:
+        """Positions up to the last message's beginning, every 10 ms and at each point.
+
+        Args:
+            messages: CDR.
+            log_ns: instants of recording [ns], which stand in for headers without a stamp.
+
+        Raises:
+            DataError: a message that is no JointTrajectory, or points that cannot be followed.
+        """
+        made: dict[tuple[str, ...], _Samples] = {}
+        for data, logged in zip(messages, log_ns, strict=True):
+            message = decoded(data, TRAJECTORY_TYPE)
+            header = message.header.stamp
+            start = header.sec * _NS + header.nanosec or logged
+            names = tuple(message.joint_names)
+            points = self._points(message, names, start)
+            plan = self._plans.get(names, [])
+            samples = made.setdefault(names, _Samples([], []))
+            _follow(plan, start, samples)
+            self._plans[names] = _begun(plan, start) + points
+        return [_series(names, samples) for names, samples in made.items() if samples.ns]
+
+    def rest(self) -> list[JointSeries]:
+        """What the last messages still ask for."""
+        ended = []
+        for names, plan in self._plans.items():
+            samples = _Samples([], [])
+            _follow(plan, plan[-1].ns + 1 if plan else 0, samples)
+            ended += [_series(names, samples)] if samples.ns else []
+        self._plans.clear()
+        return ended
+
+    def _points(self, message: Any, names: tuple[str, ...], start: int) -> list[_Point]:
+        points, last = [], start - 1
+        for point in message.points:
+            after = point.time_from_start.sec * _NS + point.time_from_start.nanosec
+            q, qd = np.asarray(point.positions), np.asarray(point.velocities)
+            if len(q) != len(names) or len(qd) not in (0, len(names)):
+                raise DataError(
+                    f"{self._where}: the JointTrajectory at {start} ns has {len(names)} names and"
+                    f" a point of {len(q)} positions and {len(qd)} velocities."
+                )
+            if start + after <= last or after > _LONGEST_NS:
+                raise DataError(
+                    f"{self._where}: the JointTrajectory at {start} ns has a point {after * 1e-9:g}"
+                    f" s from its start: points have to follow each other, within"
+                    f" {_LONGEST_NS // _NS} s."
+                )
+            last = start + after
+            points.append(_Point(last, q, qd if len(qd) else None))
+        return points
+
+
+def _follow(plan: list[_Point], until: int, samples: _Samples) -> None:
+    """Adds the positions of a plan before an instant."""
+    for a, b in pairwise([*plan, *plan[-1:]]):
+        end = a.ns + 1 if a is b else b.ns
+        for ns in range(a.ns, min(end, until), _PERIOD_NS):
+            samples.ns.append(ns)
+            samples.q.append(_between(a, b, ns)[0])
+
+
+def _begun(plan: list[_Point], start: int) -> list[_Point]:
+    """Where the plan so far has the joints when a new one begins; nothing before the first."""
+    if not plan or start < plan[0].ns:
+        return []
+    if start >= plan[-1].ns:
+        return [_Point(start, plan[-1].q, plan[-1].qd)]
+    k = next(i for i, p in enumerate(plan) if p.ns > start)
+    return [_Point(start, *_between(plan[k - 1], plan[k], start))]
+
+
+def _between(a: _Point, b: _Point, ns: int) -> tuple[Array, Array | None]:
+    """Position and, along cubics, velocity between two points."""
+    span, part = (b.ns - a.ns) / _NS, (ns - a.ns) / max(b.ns - a.ns, 1)
+    if span == 0.0 or a.qd is None or b.qd is None:
+        return a.q + part * (b.q - a.q), None
+    rise, rest = b.q - a.q, 1.0 - part
+    bent = part * rest * span * (rest * a.qd - part * b.qd)
+    q = a.q + part * part * (3.0 - 2.0 * part) * rise + bent
+    qd = 6.0 * part * rest * rise / span
+    qd = qd + rest * (1.0 - 3.0 * part) * a.qd + part * (3.0 * part - 2.0) * b.qd
+    return q, qd
+
+
+def _series(names: tuple[str, ...], samples: _Samples) -> JointSeries:
+    return JointSeries(names, np.array(samples.ns), np.array(samples.q), None, None)
