@@ -11,6 +11,7 @@ import typer
 from ident.commands.options import (
     CORRECTED,
     Force,
+    JointCommands,
     JointStates,
     Json,
     Logs,
@@ -45,6 +46,7 @@ def gap(
     ] = False,
     torque: TorqueChoice = None,
     joint_states: JointStates = "/joint_states",
+    joint_commands: JointCommands = "/joint_commands",
     as_json: Json = False,
     strict: Strict = False,
     rename: Rename = None,
@@ -64,7 +66,8 @@ def gap(
     from ident.workflows.output_error.gap import gap_simulation
     from wamctl.arm.compilation import compilation_announced
 
-    reading = Reading(joint_states, torque=torque.value if torque else None, rules=rules_of(rename))
+    source = torque.value if torque else None
+    reading = Reading(joint_states, joint_commands, source, rules_of(rename))
     names, tell = ("gap.json", "model.yaml", "report.html"), _Told().tell
     with folder_written(out, names, force), compilation_announced("the search"):
         chosen, remarks = method, []

@@ -83,6 +83,10 @@ TorqueChoice = Annotated[
 JointStates = Annotated[
     str, typer.Option("--joint-states", help="Topic with measured positions and efforts.")
 ]
+JointCommands = Annotated[
+    str,
+    typer.Option("--joint-commands", help="Topic with commands, a JointState or JointTrajectory."),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print the result file instead of a summary.")]
 Force = Annotated[
     bool,

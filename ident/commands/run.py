@@ -9,6 +9,7 @@ import typer
 from ident.commands.options import (
     Cutoff,
     Force,
+    JointCommands,
     JointStates,
     Json,
     Logs,
@@ -46,6 +47,7 @@ def run(
     settings: Settings = None,
     torque: TorqueChoice = None,
     joint_states: JointStates = "/joint_states",
+    joint_commands: JointCommands = "/joint_commands",
     as_json: Json = False,
     strict: Strict = False,
     rename: Rename = None,
@@ -64,7 +66,8 @@ def run(
     from ident.workflows.output_error.run import run_simulation
     from ident.workflows.run import run_logs
 
-    reading = Reading(joint_states, torque=torque.value if torque else None, rules=rules_of(rename))
+    source = torque.value if torque else None
+    reading = Reading(joint_states, joint_commands, source, rules_of(rename))
     with folder_written(out, ("run.json", "model.yaml", "report.html"), force), shown() as tell:
         chosen, remarks = method, []
         if method is Method.AUTO:

@@ -9,6 +9,7 @@ import typer
 from ident.commands.options import (
     Cutoff,
     Force,
+    JointCommands,
     JointStates,
     Json,
     Logs,
@@ -32,6 +33,7 @@ def validate(
     settings: Settings = None,
     torque: TorqueChoice = None,
     joint_states: JointStates = "/joint_states",
+    joint_commands: JointCommands = "/joint_commands",
     as_json: Json = False,
     strict: Strict = False,
     rename: Rename = None,
@@ -49,7 +51,8 @@ def validate(
     from ident.workflows.output_error.validate import validate_simulation
     from ident.workflows.validate import validate_logs
 
-    reading = Reading(joint_states, torque=torque.value if torque else None, rules=rules_of(rename))
+    source = torque.value if torque else None
+    reading = Reading(joint_states, joint_commands, source, rules_of(rename))
     with folder_written(out, ("validate.json", "report.html"), force), shown() as tell:
         if is_servo_model(model):
             text = validate_simulation(logs, model, out, reading, tell)

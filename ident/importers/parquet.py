@@ -10,7 +10,9 @@ from wamctl.arm.errors import DataError
 from wamctl.arm.ros2.bounds import Allowance
 
 
-def read_parquet(path: Path, wanted: Sequence[str | int]) -> tuple[dict[str, Any], tuple[str, ...]]:
+def read_parquet(
+    path: Path, wanted: Sequence[str | int]
+) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
     """Wanted columns, vectors stacked to shape (S, n), and the names of all.
 
     Raises:
@@ -27,7 +29,7 @@ def read_parquet(path: Path, wanted: Sequence[str | int]) -> tuple[dict[str, Any
     try:
         with pq.ParquetFile(path) as file:
             names = tuple(file.schema_arrow.names)
-            chosen = [name for name in dict.fromkeys(wanted) if name in names]
+            chosen = [name for name in names if name in wanted]
             parts = file.metadata
             groups = (parts.row_group(g) for g in range(parts.num_row_groups))
             Allowance.of(path).take(sum(group.total_byte_size for group in groups))

@@ -141,34 +141,59 @@ def settings_at(place: Array) -> Array:
     return np.array(rows)
 
 
-def columns(setup: Setup, settings: Array, free: NDArray[np.bool_], residuals: Array) -> Array:
-    """Change of the simulated positions per coordinate, shape (p, S, n), p free ones by rows."""
+def columns(
+    setup: Setup, settings: Array, free: NDArray[np.bool_], residuals: Array, *, central: bool
+) -> Array:
+    """Change of the simulated positions per coordinate, shape (p, S, n), p free ones by rows.
+
+    Args:
+        setup: arm and recordings.
+        settings: around which, shape (22, n).
+        free: of which settings, shape (22, n).
+        residuals: at the settings, shape (S, n).
+        central: whether changes to both sides are made, which takes twice as long: the bend of
+            large columns otherwise passes for knowledge where they all but cancel, as along a
+            common factor of all torques.
+    """
     pairs = np.argwhere(free)
     made = np.zeros((len(pairs), *residuals.shape))
-    place = coordinates(settings)
     for row in np.unique(pairs[:, 0]):
-        joints = np.flatnonzero(free[row])
+        joints = np.flatnonzero(free[row]).tolist()
         alone = QUANTITIES[row].name in _REACHING
-        for group in [[j] for j in joints] if alone else [list(joints)]:
-            nudge = _nudge(settings, row)
-            moved = place.copy()
-            moved[row, group] += nudge[group]
-            change = residuals - setup.residuals(settings_at(moved))
+        for group in [[j] for j in joints] if alone else [joints]:
+            ahead, span = _nudged(settings, row, group, 1.0, turn=not central)
+            change = -setup.residuals(ahead)
+            if central:
+                behind, back = _nudged(settings, row, group, -1.0, turn=False)
+                change, span = change + setup.residuals(behind), span - back
+            else:
+                change = change + residuals
             for j in group:
                 i = int(np.flatnonzero((pairs[:, 0] == row) & (pairs[:, 1] == j))[0])
                 if alone:
-                    made[i] = change / nudge[j]
+                    made[i] = change / span[j]
                 else:
-                    made[i, :, j] = change[:, j] / nudge[j]
+                    made[i, :, j] = change[:, j] / span[j]
     return made
 
 
-def _nudge(settings: Array, row: int) -> Array:
-    """Change of a coordinate that a difference is made of, inside the bounds, shape (n,)."""
+def _nudged(
+    settings: Array, row: int, group: list[int], side: float, *, turn: bool
+) -> tuple[Array, Array]:
+    """Settings with one quantity of some joints changed inside its bounds, and by how much.
+
+    The second is in coordinates, shape (n,). What cannot go up is turned down where that is asked.
+    """
     q = QUANTITIES[row]
-    size = _NUDGE if q.scale == 0.0 else _PART
-    ahead = settings[row] * np.exp(size) if q.scale == 0.0 else settings[row] + size * q.scale
-    return np.where(ahead > q.high, -size, size)
+    size = side * (_NUDGE if q.scale == 0.0 else _PART)
+    place = coordinates(settings)
+    moved = place.copy()
+    moved[row, group] += size
+    if turn:
+        high = np.log(q.high) if q.scale == 0.0 else q.high / q.scale
+        moved[row] = np.where(moved[row] > high, place[row] - size, moved[row])
+    changed = settings_at(moved)
+    return changed, coordinates(changed)[row] - place[row]
 
 
 def fit(
@@ -178,6 +203,7 @@ def fit(
     prior: Prior,
     rounds: int = 15,
     heard: Heard | None = None,
+    central: bool = False,
 ) -> Fit:
     """The most probable settings near a start.
 
@@ -188,6 +214,7 @@ def fit(
         prior: what is believed of them.
         rounds: most steps.
         heard: is told round and rms [rad].
+        central: whether derivatives are made to both sides.
     """
     pairs = np.argwhere(free)
     at = tuple(pairs.T)
@@ -196,7 +223,7 @@ def fit(
     informed = setup.seconds / _MEMORY_S
     cost = _cost(setup, settings, free, prior, residuals, informed)
     for _ in range(rounds):
-        made = columns(setup, settings, free, residuals)
+        made = columns(setup, settings, free, residuals, central=central)
         weight = informed / len(residuals) / np.mean(residuals**2, axis=0)
         hessian, slope = _pull(settings, free, prior)
         hessian += np.einsum("asj,bsj,j->ab", made, made, weight, optimize=True)

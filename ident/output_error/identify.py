@@ -150,6 +150,7 @@ def fit_of_all(begun: Prepared, start: Fit, tell: Tell) -> Fit:
         begun.prior,
         _ROUNDS,
         lambda k, rms: tell("fitting all recordings", min(k / _ROUNDS, 1.0)),
+        central=True,
     )
 
 

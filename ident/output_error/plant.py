@@ -120,15 +120,11 @@ def simulate(chain, delta, settings, at_link, motion, step, out):
                         momentum[i] += mass[i, j] * v[j]
                     if not loose[i]:
                         momentum[i] += h * torque[i]
-                for i in range(n):
-                    free[i] = 0.0
-                    for j in range(n):
-                        free[i] += inverse[i, j] * momentum[j]
+                product(inverse, momentum, free)
                 solve(p, loose, share, inverse, free, level, torque, speed, rotor, q, impulse, h)
+                product(inverse, impulse, v)
                 for i in range(n):
-                    v[i] = free[i]
-                    for j in range(n):
-                        v[i] += inverse[i, j] * impulse[j]
+                    v[i] += free[i]
                     q[i] += h * v[i]
                     if loose[i]:
                         left = p[ARMATURE, i] * speed[i] + h * torque[i] - impulse[i]
@@ -139,6 +135,15 @@ def simulate(chain, delta, settings, at_link, motion, step, out):
                         speed[i], rotor[i] = v[i], q[i]
         for i in range(n):
             out[k + 1, i] = (q[i] if at_link[i] else rotor[i]) - p[ZERO, i]
+
+
+@njit(cache=True)
+def product(matrix, vector, out):
+    """A matrix times a vector."""
+    for i in range(out.size):
+        out[i] = 0.0
+        for j in range(out.size):
+            out[i] += matrix[i, j] * vector[j]
 
 
 @njit(cache=True)

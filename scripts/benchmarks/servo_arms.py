@@ -120,6 +120,8 @@ class Gears:
             self.bristle += STEP_S * v * (1 - np.sign(v) * self.bristle / BRISTLE_RAD)
             self.bristle = np.clip(self.bristle, -BRISTLE_RAD, BRISTLE_RAD)
             return level * self.bristle / BRISTLE_RAD
+        if x.turning == "known":
+            return level * np.clip(v / 0.006, -1.0, 1.0)
         if x.turning == "smooth":
             return level * np.tanh(v / 0.008)
         return level * v / (np.abs(v) + 0.004)

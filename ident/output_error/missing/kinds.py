@@ -97,9 +97,6 @@ SERVO_PARTS = tuple(
 REVERSAL = Part("reversal", ("turning_speed",), (2e-3, 6e-3, 0.02))
 """How dry friction turns round: nobody knows its form, so that it is fitted and no effect."""
 
-SERVO_RIVALS = tuple(p for p in PARTS if p.name in ("dead_zone", "integral"))
-"""Settings of a servo that can look like an effect."""
-
 NOT_ASKED = {
     "rotor_inertia": "every servo model has it",
     "torque_delay": "every servo model has it",
@@ -113,5 +110,6 @@ NOT_ASKED = {
     "coupled_friction": "each joint has a servo of its own",
     "coupled_inertia": "each joint has a servo of its own",
     "contact": "the simulation knows no outside",
+    "dropped_samples": "positions are not searched for lost or repeated samples",
 }
 """Effects of the catalogue that this search does not ask for, and why."""

@@ -42,7 +42,10 @@ def promising(
 
 def tangents(setup: Setup, best: Fit, residuals: Array) -> list[Array]:
     """What the free settings of each joint can do to its positions, orthonormal, (S, p_j) each."""
-    made, at = columns(setup, best.settings, best.free, residuals), np.argwhere(best.free)
+    made, at = (
+        columns(setup, best.settings, best.free, residuals, central=False),
+        np.argwhere(best.free),
+    )
     return [np.linalg.qr(made[at[:, 1] == j, :, j].T)[0] for j in range(residuals.shape[1])]
 
 

@@ -35,7 +35,6 @@ _WORDS: dict[str, tuple[Status, str]] = {
     "named": ("good", "missing effect named"),
     "ambiguous": ("warning", "several explanations"),
     "unknown": ("open", "unknown effect"),
-    "data_fault": ("bad", "fault in the data"),
 }
 _MOST_RECORDINGS = 3
 
@@ -93,7 +92,6 @@ def verdict_sentences(report: ServoGap) -> list[str]:
         "ambiguous": f"The servo model misses something that looks like {effects}, but these"
         " recordings cannot tell it from other effects.",
         "unknown": "The servo model misses something that none of the effects asked for explains.",
-        "data_fault": "These recordings cannot be trusted, so no effect is named.",
     }[content["verdict"]]
     more = []
     if content["verdict"] == "unknown" and effects:
