@@ -5,11 +5,9 @@ import itertools
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
-
-Array = NDArray[np.floating]
 
 
 def is_vector(cell: str) -> bool:

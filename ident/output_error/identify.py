@@ -23,7 +23,7 @@ from wamctl.arm.robot import cad_parameters
 
 _PIECE_S = 8.0
 _SEARCHED_S = 150.0  # more than this tells the search nothing new
-_SEARCH_STEP_S = 0.004
+_SEARCH_STEP_S = 0.002  # the error of a coarser one passes for play and planned speed
 _MOVES = 0.02  # a joint that spans less is held [rad]
 _SD = 3.0
 _SAME = {"stiffness": 0.03, "rate_gain": 0.3, "profile_acceleration": 0.03, "delay": 0.2}

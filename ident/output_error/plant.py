@@ -82,13 +82,7 @@ def simulate(chain, delta, settings, at_link, motion, step, out):
         out[0, i] = motion.start[i]
         goal[i], _ = commanded(motion, at, i, motion.t[0] - p[DELAY, i], step)
     inverse_dynamics(chain, delta, q, still, still, w, bias)
-    for i in range(n):
-        if loose[i]:
-            beyond = p[COMPLIANCE, i] * bias[i] + np.sign(bias[i]) * p[HALF_PLAY, i]
-            if at_link[i]:
-                rotor[i] += beyond
-            else:
-                q[i] -= beyond
+    twisted(p, at_link, loose, bias, q, rotor)
     for k in range(samples - 1):
         whole = motion.t[k + 1] - motion.t[k]
         parts = max(1, int(np.ceil(whole / (_HELD * step) - 1e-6)))
@@ -135,6 +129,18 @@ def simulate(chain, delta, settings, at_link, motion, step, out):
                         speed[i], rotor[i] = v[i], q[i]
         for i in range(n):
             out[k + 1, i] = (q[i] if at_link[i] else rotor[i]) - p[ZERO, i]
+
+
+@njit(cache=True)
+def twisted(p, at_link, loose, bias, q, rotor):
+    """Rotors and links of loose joints as gravity holds them."""
+    for i in range(q.size):
+        if loose[i]:
+            beyond = p[COMPLIANCE, i] * bias[i] + np.sign(bias[i]) * p[HALF_PLAY, i]
+            if at_link[i]:
+                rotor[i] += beyond
+            else:
+                q[i] -= beyond
 
 
 @njit(cache=True)

@@ -83,7 +83,7 @@ def test_files_that_are_no_tables(tmp_path: Path) -> None:
         mapped(source)
     rows = pa.array([[1.0], [1.0, 2.0]])
     pq.write_table(pa.table({"action": rows, "observation.state": rows}), source)
-    with pytest.raises(DataError, match=r"'observation.state' have lengths \[1, 2\], not one"):
+    with pytest.raises(DataError, match=r"'action' have lengths \[1, 2\], not one"):
         mapped(source, rows=None, time={"rate_hz": 30})
 
 
