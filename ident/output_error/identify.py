@@ -11,7 +11,7 @@ from ident.model.arm import Arm
 from ident.output_error.first_guess import first_guess
 from ident.output_error.fit import Fit, Prior, Setup, Stretch, fit
 from ident.output_error.parameters import QUANTITIES, ROW
-from ident.output_error.recordings import pieces
+from ident.output_error.recordings import pieces, settled
 from ident.output_error.selection import PARTS, Chosen, Part, chosen
 from ident.output_error.servo_model import STEP_S, ServoModel
 from ident.output_error.uncertainty import Knowledge, knowledge
@@ -100,7 +100,7 @@ def prepared(arm: Arm, stretches: Sequence[Stretch]) -> Prepared:
         chain_of(arm.robot),
         cad_parameters(arm.robot),
         np.full(n, arm.servo.encoder == "link"),
-        tuple(stretches),
+        settled(stretches),
         STEP_S,
     )
     fixed = _given(arm.servo.fixed, n, arm.source)
