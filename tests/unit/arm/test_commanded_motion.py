@@ -33,7 +33,7 @@ def trajectory(seconds: float, *points: tuple[Any, ...], names: list[str] = JOIN
     kind = STORE.types["trajectory_msgs/msg/JointTrajectoryPoint"]
     duration = STORE.types["builtin_interfaces/msg/Duration"]
     nothing = np.zeros(0)
-    made = [
+    made: Any = [
         kind(np.array(q, dtype=float), np.array(qd[0] if qd else [], dtype=float), nothing, nothing,
              duration(*divmod(round(after * SECOND), SECOND)))
         for after, q, *qd in points

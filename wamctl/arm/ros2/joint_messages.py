@@ -77,8 +77,8 @@ def _stamps(numbers: dict[str, NDArray], log_ns: Sequence[int]) -> Stamps:
 
 
 def _joint_states_one_by_one(messages: Sequence[bytes], log_ns: Sequence[int]) -> list[JointSeries]:
-    decoded = [(decoded(m, JOINT_STATE_TYPE), t) for m, t in zip(messages, log_ns, strict=True)]
-    runs = groupby(decoded, key=lambda pair: _shape(pair[0]))
+    found = [(decoded(m, JOINT_STATE_TYPE), t) for m, t in zip(messages, log_ns, strict=True)]
+    runs = groupby(found, key=lambda pair: _shape(pair[0]))
     return [_run([m for m, _ in run], [t for _, t in run]) for run in (list(r) for _, r in runs)]
 
 
