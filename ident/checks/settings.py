@@ -115,6 +115,11 @@ class CheckSettings(BaseModel):
         description="relative error of one joint on data that were not fitted: from here on"
         " its torque looks like noise",
     )
+    worse_than_none: float = Field(
+        default=1.0,
+        description="relative error of one joint on data that were not fitted, under the model that"
+        " is written: from here on no torque at all would be the better prediction",
+    )
     error_doubtful: float = Field(
         default=0.25,
         description="relative error over all joints on data that were not fitted, with"

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.checks.remark import Grade, Remark, joints, numbers
+from ident.checks.remark import Grade, Remark, joined, joints, numbers
 from ident.checks.settings import CheckSettings
 from ident.regression.probe import Chunk
 from ident.signals.arrays import Array
@@ -75,3 +75,40 @@ def unexplained(
         advice = f"Check the sensor, the topic, and whether the joint moves fast enough; {_SEARCH}"
         remarks.append(Remark("large_error", numbers(places), text, Grade.DOUBTFUL, advice))
     return remarks
+
+
+def worse_than_none(
+    shares: Array, rms: Array, names: Sequence[str], units: Sequence[str], bounds: CheckSettings
+) -> list[Remark]:
+    """Joints whose torque a fitted model predicts worse than no model would.
+
+    No torque at all has an error of 100 %. A light joint gets there where the errors of a heavier
+    one go into parameters that both share, and where it hardly moves, so that its torque is small.
+
+    Args:
+        shares: relative error of each joint on held-out data, shape (n,); NaN for held joints.
+        rms: the same error [N m or N], shape (n,).
+        names: of the joints.
+        units: of their torque.
+        bounds: of the checks.
+    """
+    places = np.flatnonzero(np.nan_to_num(shares) > bounds.worse_than_none).tolist()
+    if not places:
+        return []
+    told = joined(
+        [
+            f"{100 * shares[k]:.0f} % at {joints([k], names)} ({rms[k]:.2g} {units[k]}, where the"
+            f" torque itself has {rms[k] / shares[k]:.2g} {units[k]}; rms)"
+            for k in places
+        ]
+    )
+    text = (
+        f"The model predicts torque worse than no model would (100 %): its error on held-out data"
+        f" is {told}."
+    )
+    advice = (
+        "Let `ident gap` search for what the model lacks: a light joint takes up the errors of the"
+        " heavier ones. If the joint hardly moved, record it moving farther and faster. If its"
+        " torque does not matter to you, the figures of the other joints still hold."
+    )
+    return [Remark("large_error", numbers(places), text, Grade.DOUBTFUL, advice)]

@@ -62,6 +62,7 @@ def run(
     from ident.commands.outputs import folder_written
     from ident.recordings.loading import Reading
     from ident.regression.progress import shown
+    from ident.report.run_page import error_sentences
     from ident.workflows.method import method_for
     from ident.workflows.output_error.run import run_simulation
     from ident.workflows.run import run_logs
@@ -85,6 +86,9 @@ def run(
         typer.echo(text.rstrip())
     else:
         verdict_printed(content)
+        if "estimators" in content:
+            for sentence in error_sentences(content):
+                typer.echo(sentence)
         typer.echo(f"{out / 'report.html'}")
     usual = ["ident validate OTHER.mcap --model", out / "model.yaml"]
     next_after(content["verdict"], content["remarks"], usual, logs)

@@ -154,6 +154,12 @@ def _verdict(report: RunReport) -> Verdict:
     return Verdict(status, word, sentence, [sentence for sentence in more if sentence])
 
 
+def error_sentences(content: Content) -> list[str]:
+    """How well the model predicts: over all joints, and from the best joint to the worst."""
+    report = RunReport(content, ())
+    return [s for s in (_verdict(report).sentence, _worst_joint(report)) if s]
+
+
 def _worst_joint(report: RunReport) -> str:
     shares = report.held_out[report.chosen]["relative_error_percent_by_joint"]
     found = [(s, label) for s, label in zip(shares, report.labels, strict=True) if known(s)]
@@ -162,7 +168,8 @@ def _worst_joint(report: RunReport) -> str:
     worst, best = max(found), min(found)
     return (
         f"Joint by joint, the error lies between {percent(best[0], 2)} at {joints_text([best[1]])}"
-        f" and {percent(worst[0], 2)} at {joints_text([worst[1]])}."
+        f" and {percent(worst[0], 2)} at {joints_text([worst[1]])}; predicting no torque at all has"
+        " 100\u202f%."
     )
 
 

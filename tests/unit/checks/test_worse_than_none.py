@@ -1,0 +1,27 @@
+"""A joint whose torque a model predicts worse than none would is told, with its size."""
+
+import numpy as np
+
+from ident.checks.remark import Grade
+from ident.checks.settings import DEFAULT
+from ident.checks.torque import worse_than_none
+
+NAMES = ("arm/first_joint", "arm/second_joint", "arm/held_joint")
+
+
+def told(shares):
+    rms = np.array([0.5, 0.02, np.nan])
+    return worse_than_none(np.array(shares), rms, NAMES, ["N m"] * 3, DEFAULT)
+
+
+def test_a_light_joint_is_told_with_its_torque_and_the_error():
+    (remark,) = told([0.1, 2.5, np.nan])
+    assert remark.code == "large_error"
+    assert remark.joints == (2,)
+    assert remark.grade is Grade.DOUBTFUL
+    assert "250 % at joint 2" in remark.finding
+    assert "0.02 N m, where the torque itself has 0.008 N m; rms" in remark.finding
+
+
+def test_joints_that_the_model_helps_are_not_told():
+    assert told([0.1, 0.99, np.nan]) == []
