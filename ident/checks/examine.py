@@ -253,7 +253,20 @@ def _signed(
         case, change, remark = _turned(case, int(k), bounds)
         signs *= change
         remarks.append(remark)
+    if reversed_ and (signs > 0).any():
+        remarks = _said_once(remarks, signs, case.robot.joint_names)
     return case, signs, remarks
+
+
+def _said_once(remarks: Sequence[Remark], signs: Array, names: Sequence[str]) -> list[Remark]:
+    """Inverted torques as they are in the end, where some were inverted twice on the way."""
+    whole = next(r for r in remarks if r.code == "sign" and not r.joints)
+    upright = set(numbers(np.flatnonzero(signs > 0)))
+    again = [r for r in remarks if r.code == "sign" and upright >= set(r.joints)]
+    rest = [r for r in remarks if r not in again]
+    wrong = np.flatnonzero(signs < 0).tolist()
+    text = f"The torque of {joints(wrong, names)} has the wrong sign and was inverted."
+    return [Remark("sign", numbers(wrong), text, Grade.DOUBTFUL, whole.advice), *rest]
 
 
 def _feeding(case: Case, bounds: CheckSettings) -> NDArray[np.bool_]:

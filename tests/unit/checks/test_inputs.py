@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from right_inputs import RIGHT
-from wrong_inputs import flipped, late, right
+from wrong_inputs import flipped, late, right, turned
 from wrong_table import WRONG
 
 from ident.checks.examine import examine
@@ -69,6 +69,13 @@ def test_a_right_input_is_trusted(name, make, codes):
 def test_a_remark_that_lowers_the_verdict_says_what_to_do(grade):
     with pytest.raises(ValueError, match="without advice"):
         Remark("units", (), "The torque is in another unit.", grade)
+
+
+@pytest.mark.parametrize("wrong", [(0, 2), (1, 2)])
+def test_torques_that_are_reversed_are_named_once(wrong):
+    """Most of them reversed looks like all reversed and one of them not."""
+    _, _, remarks = judged(turned(*wrong))
+    assert [r["joints"] for r in remarks if r["code"] == "sign"] == [[k + 1 for k in wrong]]
 
 
 def test_mended_torque_gives_the_model_of_the_right_one():
