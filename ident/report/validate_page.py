@@ -65,12 +65,14 @@ def _verdict(content: Content) -> Verdict:
     logs, chosen = content["logs"], content["estimator"]
     seen = [log["name"] for log in logs if log["name"] in content["fitted_on"]]
     errors = [
-        f"{Path(log['name']).name} {_with_sd(log['estimators'][chosen])}\u202f%" for log in logs
+        f"{_with_sd(log['estimators'][chosen])}\u202f% on {Path(log['name']).name}" for log in logs
     ]
-    count = "a recording" if len(logs) == 1 else f"{len(logs)} recordings"
+    one = len(logs) == 1
+    count = "a recording" if one else f"{len(logs)} recordings"
     known_well = "" if seen else " that it was not fitted on"
+    error = "an error" if one else "errors"
     sentence = (
-        f"The model predicts the torque of {count}{known_well} with errors of {listed(errors)}."
+        f"The model predicts the torque of {count}{known_well} with {error} of {listed(errors)}."
     )
     more = [_against(logs, chosen)]
     if seen:

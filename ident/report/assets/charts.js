@@ -18,7 +18,7 @@
       return 14 + Math.max(0, ...values.map(v => u.ctx.measureText(v).width));
     };
     const grid = { stroke: RULE, width: 1 };
-    return { scale, side, label, labelSize: label ? 20 : 0, labelFont: FONT, font: FONT, stroke: INK, size: measure, grid, ticks: { show: false }, ...more };
+    return { scale, side, label, labelSize: label ? 20 : 0, labelFont: FONT, font: FONT, stroke: INK, size: measure, grid, ticks: { show: false }, values: (u, s) => s.map(v => v == null ? "" : text(v)), ...more };
   }
 
   // Something drawn on the canvas in the plot's own coordinates, clipped to its frame.

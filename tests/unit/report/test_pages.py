@@ -232,8 +232,8 @@ def test_validate_page_has_the_numbers_of_validate_json(
     log = validate_content["logs"][0]
     error = plus_minus(log["relative_error_percent"], log["relative_error_percent_sd"])
     assert (
-        "The model predicts the torque of a recording that it was not fitted on with errors of"
-        f" one.mcap {error} %."
+        "The model predicts the torque of a recording that it was not fitted on with an error of"
+        f" {error} % on one.mcap."
     ) in text
     ordinary = percent(log["estimators"]["ols"]["relative_error_percent"])
     assert f"one.mcap {' '.join(ordinary.split())}." in text
