@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from wamctl.investigation.evidence import odds_text
 from wamctl.investigation.state import Round
 
 NAMED, NO_GAP, AMBIGUOUS, UNKNOWN = "named", "no_gap", "ambiguous", "unknown"
@@ -32,8 +33,8 @@ def decided(rounds: Sequence[Round]) -> Decision | None:
     if is_confirmed(last) and last.answer == last.leader and last.verdict in (NAMED, AMBIGUOUS):
         least = min(last.evidence.values())
         text = (
-            f"{last.leader} predicted a new motion better than every rival: the least evidence is"
-            f" {least:.1f} nats, and {last.asked:.1f} were asked."
+            f"{last.leader} predicted a new motion better than every rival: the odds are at least"
+            f" {odds_text(least)}, and {odds_text(last.asked)} were asked."
         )
         return Decision(NAMED, True, text)
     if last.is_altered:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.floating]
 
+_MOST_ODDS = 1e6
 SHARES = (0.1, 0.25, 0.5, 0.75, 0.9)
 """Of the wealth, that are bet on each block."""
 
@@ -42,6 +43,15 @@ def log_evidence(bets: Sequence[float]) -> float:
     wealth = [float(np.log1p(share * np.array(bets, dtype=float)).sum()) for share in SHARES]
     most = max(wealth)
     return most + math.log(sum(math.exp(w - most) for w in wealth) / len(wealth))
+
+
+def odds_text(nats: float) -> str:
+    """Evidence as odds: `200 to 1`, or `1 to 3` where it speaks against."""
+    if abs(nats) > math.log(_MOST_ODDS):
+        large = f"more than {_MOST_ODDS:,.0f}"
+        return f"{large} to 1" if nats > 0.0 else f"1 to {large}"
+    size = f"{math.exp(abs(nats)):,.{0 if abs(nats) > math.log(10.0) else 1}f}"
+    return f"{size} to 1" if nats >= 0.0 else f"1 to {size}"
 
 
 def signed_evidence(bets: Sequence[float]) -> float:

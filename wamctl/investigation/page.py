@@ -5,6 +5,8 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
+from wamctl.investigation.evidence import odds_text
+
 _BAR = 7  # px, of one block's outcome
 _HALF = 24  # px, of the largest outcome
 
@@ -50,4 +52,5 @@ def _template() -> Template:
     environment = Environment(
         loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
+    environment.filters["odds"] = odds_text
     return environment.get_template("page.html.j2")

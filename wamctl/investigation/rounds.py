@@ -14,7 +14,14 @@ from wamctl.arm.errors import DataError
 from wamctl.experiment.loop import Arm
 from wamctl.investigation.budget import Cost, cost_of
 from wamctl.investigation.decision import NAMED, NO_GAP
-from wamctl.investigation.evidence import SEARCH_NATS, asked, odds, outcomes, signed_evidence
+from wamctl.investigation.evidence import (
+    SEARCH_NATS,
+    asked,
+    odds,
+    odds_text,
+    outcomes,
+    signed_evidence,
+)
 from wamctl.investigation.intervention import with_change
 from wamctl.investigation.programs import STOPPED, ProgramError, call
 from wamctl.investigation.state import Round, State, made
@@ -157,8 +164,10 @@ def _copied(source: Path, target: Path) -> None:
 def _reason(plan: Mapping[str, Any]) -> str:
     motion = plan["motion"]
     gains = sorted(motion["expected_nats"].items(), key=lambda item: item[1])
-    told = ", ".join(f"{nats:.1f} nats over {rival}" for rival, nats in gains)
-    return f"{motion['words']} It is expected to tell {plan['leader']} soonest: {told}."
+    told = ", ".join(f"{odds_text(nats)} over {rival}" for rival, nats in gains)
+    return (
+        f"{motion['words']} It is expected to tell {plan['leader']} soonest, with odds of {told}."
+    )
 
 
 def _recorded(site: Site, state: State, folder: Path, is_new: bool) -> list[Path]:

@@ -1,5 +1,7 @@
 """Evidence between answers that were written down before a motion."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from wamctl.investigation.evidence import (
     asked,
     log_evidence,
     odds,
+    odds_text,
     outcomes,
     signed_evidence,
 )
@@ -60,3 +63,17 @@ def test_a_search_of_the_same_data_counts_twenty_to_one():
     later = odds(searched, {("stribeck:4", "none"): [0.9] * 10})
     assert later["none"] < 1e-3
     assert sum(later.values()) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("nats", "text"),
+    [
+        (math.log(200.0), "200 to 1"),
+        (math.log(1.5), "1.5 to 1"),
+        (-math.log(3.0), "1 to 3.0"),
+        (40.0, "more than 1,000,000 to 1"),
+        (-40.0, "1 to more than 1,000,000"),
+    ],
+)
+def test_evidence_is_told_as_odds(nats: float, text: str) -> None:
+    assert odds_text(nats) == text
