@@ -1,13 +1,19 @@
 """A transmission that gives: the simulated arm that has it, and its name."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from closed_loop import moved, recorded, source_of, wam
+from closed_loop import moved, nominal_of, recorded, source_of, wam
+from test_verdict import found as accepted
 
 from ident.effects.catalogue import catalogue
 from ident.gap.options import Options
+from ident.gap.regression.current_model import extend
 from ident.gap.results.verdict import Kind
 from ident.gap.search import search
+from ident.gap.selection.estimates import final_estimates
+from ident.gap.settings import Significance
 
 COUNT = 2.4e-4  # of the coarsest encoder, on the joint
 MOTOR = [0.2, 0.2, 0.06, 0.03, 3e-4, 3e-4, 1e-4]  # kg m^2
@@ -38,3 +44,19 @@ def test_a_spring_is_named_with_its_joint_and_size():
     assert (effect.candidate.effect, effect.candidate.joints) == ("joint_elasticity", (3,))
     assert found.verdict.kind == Kind.NAMED
     assert effect.score.values == pytest.approx([1e-3], rel=0.1)
+
+
+def test_slow_motion_shows_how_far_a_transmission_gives_wherever_its_swing_was_looked_for():
+    """The compliance in the columns tells the swing, of which slow motion knows next to nothing."""
+    rows, nominal = nominal_of(source_of(recorded(springy(3, 4e-4))))
+    effect = catalogue()["joint_elasticity"]
+    first = next(h for h in effect.candidates(nominal.model.facts) if h.joints == (3,))
+    for give in (4e-4, 2e-3):
+        h = effect.moved(first, {"give": give, "damped": 0.4, "motor_inertia": MOTOR[3]})
+        end = extend(rows, nominal, [h])
+        score = replace(accepted("joint_elasticity").score, candidate=h, fit=end.fit)
+        item = replace(accepted("joint_elasticity"), score=score, joints=(3,))
+        ((values),) = final_estimates(rows, end, Significance(), [item]).parameters
+        compliance = values["compliance"]
+        assert compliance.value == pytest.approx(4e-4, rel=0.2)
+        assert compliance.sd < 0.2 * compliance.value
