@@ -1,25 +1,22 @@
 """Identification of an arm from recordings in memory."""
 
 from collections.abc import Sequence
-from typing import Any, Literal, overload
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 from ident.api.arm import Arm
-from ident.api.commanded import commanded
 from ident.api.progress import Progress, told
 from ident.api.recording import Recording
 from ident.api.result import Result
 from ident.api.score import Score, score, several
 from ident.api.tables import html_table, table
 from ident.model.identified_model import Model
-from ident.output_error.recordings import stretches_of
-from ident.output_error.servo_model import ServoModel
 from ident.recordings.loading import dataset_for
 from ident.recordings.log_summary import survey
-from ident.workflows.output_error.run import ServoRun, simulated_run
 from ident.workflows.run import Run, run_data
 from wamctl.arm.errors import DataError
+
+if TYPE_CHECKING:
+    from ident.api.identified_servos import IdentifiedServos
 
 
 class Identified(Result[Run]):
@@ -84,31 +81,6 @@ class Identified(Result[Run]):
         )
 
 
-class IdentifiedServos(Result[ServoRun]):
-    """An arm with position servos, identified by simulation; its files are those of `Identified`.
-
-    The verdict is `trustworthy` or `doubtful`; remarks give its reasons.
-
-    Attributes:
-        run: the identification with all its figures.
-    """
-
-    @property
-    def model(self) -> ServoModel:
-        """The identified arm."""
-        return self.run.model
-
-    def table(self) -> Any:
-        """Settings with standard errors: a pandas DataFrame, or a list of dicts without pandas."""
-        return table(self.content["parameters"])
-
-    def score(self, recording: Recording) -> list[float]:
-        """Rms of measured less simulated position along a recording, by joint [rad]."""
-        parts = stretches_of(recording.log, self.model.robot.joint_names, recording.name)
-        left = np.concatenate([s.q - self.model.replay(s) for s in parts])
-        return np.sqrt(np.mean(left**2, axis=0)).tolist()
-
-
 @overload
 def identify(
     arm: Arm,
@@ -116,7 +88,7 @@ def identify(
     *,
     method: Literal["simulation"],
     progress: Progress | None = None,
-) -> IdentifiedServos: ...
+) -> "IdentifiedServos": ...
 
 
 @overload
@@ -139,7 +111,7 @@ def identify(
     effects: Model | None = None,
     progress: Progress | None = None,
     **settings: Any,
-) -> Identified | IdentifiedServos:
+) -> "Identified | IdentifiedServos":
     """Identify a physically feasible model of an arm, as `ident run` does.
 
     Args:
@@ -158,14 +130,9 @@ def identify(
     if not logs:
         raise DataError("No recording was given; identification needs at least one.")
     if method == "simulation":
-        return _servos(arm, recordings, progress)
+        from ident.api.identified_servos import identified_servos  # only now: half a second
+
+        return identified_servos(arm, several(recordings), told(progress))
     model = arm.of_recording(logs[0].joint_names, **settings)
     data = [dataset_for(model, found) for found in logs]
     return Identified(run_data(model, data, told(progress), effects))
-
-
-def _servos(
-    arm: Arm, recordings: Recording | Sequence[Recording], progress: Progress | None
-) -> IdentifiedServos:
-    known, found = commanded(arm, several(recordings))
-    return IdentifiedServos(simulated_run(known, found, told(progress)))

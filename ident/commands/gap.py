@@ -63,7 +63,6 @@ def gap(
     from ident.recordings.loading import Reading
     from ident.workflows.gap import gap_logs
     from ident.workflows.method import method_for
-    from ident.workflows.output_error.gap import gap_simulation
     from wamctl.arm.compilation import compilation_announced
 
     source = torque.value if torque else None
@@ -74,6 +73,8 @@ def gap(
         if method is Method.AUTO:
             chosen, remarks = method_for(logs, robot, reading)
         if chosen == Method.SIMULATION:
+            from ident.workflows.output_error.gap import gap_simulation
+
             _refuse_unused(model, with_suspected)
             settings = GapBySimulation(null_runs=null_runs)
             text, sentences = gap_simulation(logs, robot, out, reading, settings, tell, remarks)

@@ -64,7 +64,6 @@ def run(
     from ident.regression.progress import shown
     from ident.report.run_page import error_sentences
     from ident.workflows.method import method_for
-    from ident.workflows.output_error.run import run_simulation
     from ident.workflows.run import run_logs
 
     source = torque.value if torque else None
@@ -74,6 +73,8 @@ def run(
         if method is Method.AUTO:
             chosen, remarks = method_for(logs, robot, reading)
         if chosen == Method.SIMULATION:
+            from ident.workflows.output_error.run import run_simulation
+
             _refuse_unused(effects, changes)
             text = run_simulation(logs, robot, out, reading, tell, remarks)
         else:

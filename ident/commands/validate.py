@@ -48,13 +48,14 @@ def validate(
     from ident.output_error.servo_model import is_servo_model
     from ident.recordings.loading import Reading
     from ident.regression.progress import shown
-    from ident.workflows.output_error.validate import validate_simulation
     from ident.workflows.validate import validate_logs
 
     source = torque.value if torque else None
     reading = Reading(joint_states, joint_commands, source, rules_of(rename))
     with folder_written(out, ("validate.json", "report.html"), force), shown() as tell:
         if is_servo_model(model):
+            from ident.workflows.output_error.validate import validate_simulation
+
             text = validate_simulation(logs, model, out, reading, tell)
         else:
             text = validate_logs(logs, model, out, reading, tell, **changes)

@@ -5,8 +5,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from threadpoolctl import threadpool_limits
-
 from ident.estimation.feasible_sdp import nearest_to_cad
 from ident.estimation.least_squares import ESTIMATORS, wanted_estimators
 from ident.estimation.problem import Estimate, with_beta
@@ -64,7 +62,6 @@ class Identification:
         return self.evidence.arm.settings.estimator
 
 
-@threadpool_limits.wrap(limits=1)  # small matrices: more threads only wait for each other
 def identify(data: Sequence[Dataset], arm: Arm, tell: Tell = silent) -> Identification:
     """Identify an arm.
 

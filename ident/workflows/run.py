@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from ident.checks.examine import examine
 from ident.checks.remark import (
@@ -118,6 +119,7 @@ def run_logs(
     return done.write(out, page)
 
 
+@threadpool_limits.wrap(limits=1)  # small matrices: more threads only wait for each other
 def run_data(
     arm: Arm,
     data: Sequence[Dataset],

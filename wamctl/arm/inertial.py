@@ -37,11 +37,15 @@ def pseudo_inertia(delta: Array) -> Array:
 
 
 def from_pseudo_inertia(p: Array) -> Array:
-    """Inverse of `pseudo_inertia`: shape (4, 4) to (10,)."""
-    sigma = p[:3, :3]
-    tensor = np.trace(sigma) * np.eye(3) - sigma
-    upper = tensor[np.triu_indices(3)]
-    return np.concatenate([upper, p[:3, 3], p[3:, 3]])
+    """Inverse of `pseudo_inertia`: shape (.., 4, 4) to (.., 10)."""
+    sigma = p[..., :3, :3]
+    trace = np.trace(sigma, axis1=-2, axis2=-1)[..., None, None]
+    rows, columns = np.triu_indices(3)
+    upper = (trace * np.eye(3) - sigma)[..., rows, columns]
+    return np.concatenate([upper, p[..., :3, 3], p[..., 3:, 3]], axis=-1)
+
+
+_UNITS = np.array([pseudo_inertia(e) for e in np.eye(10)])
 
 
 def change_of_frame(placement: Array) -> Array:
@@ -51,5 +55,4 @@ def change_of_frame(placement: Array) -> Array:
         placement: homogeneous matrix T of frame b in frame a, shape (4, 4): x_a = T x_b. The
             pseudo-inertia follows P_a = T P_b T^T.
     """
-    columns = [from_pseudo_inertia(placement @ pseudo_inertia(e) @ placement.T) for e in np.eye(10)]
-    return np.column_stack(columns)
+    return from_pseudo_inertia(placement @ _UNITS @ placement.T).T

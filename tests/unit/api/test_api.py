@@ -73,14 +73,16 @@ def test_one_error_of_one_model_on_one_log(fit, arrays) -> None:
 
 
 def test_a_script_needs_no_thread_limit_of_its_own(arm, arrays) -> None:
-    threads = set()
+    threads, steps = set(), []
 
     def look(step: str, share: float | None) -> None:
+        steps.append(step)
         threads.update(pool["num_threads"] for pool in threadpool_info())
 
     before = [pool["num_threads"] for pool in threadpool_info()]
     ident.identify(arm, ident.Recording(**arrays), progress=look)
     assert threads == {1}
+    assert steps[0] == "checking the recordings"
     assert [pool["num_threads"] for pool in threadpool_info()] == before
 
 
