@@ -56,18 +56,18 @@ app = typer.Typer(
 
 Config = Annotated[
     str,
-    typer.Option(help="the arm's file, or the name of a shipped one", autocompletion=shipped_names),
+    typer.Option(help="The arm's file, or a shipped one's name.", autocompletion=shipped_names),
 ]
 Bus = Annotated[
     str | None,
-    typer.Option(help="sim, or INTERFACE:CHANNEL; default: the bus in the configuration"),
+    typer.Option(help="Either sim, or INTERFACE:CHANNEL; default: the bus in the configuration."),
 ]
 Trajectory = Annotated[
-    Path | None, typer.Option(help="trajectory file; default: the one in the configuration")
+    Path | None, typer.Option(help="Trajectory file; default: the one in the configuration.")
 ]
-Seed = Annotated[int, typer.Option(min=0, help="random seed of the simulated arm and its noise")]
-Json = Annotated[bool, typer.Option("--json", help="print the result as JSON")]
-Debug = Annotated[bool, typer.Option(help="show the traceback of an error")]
+Seed = Annotated[int, typer.Option(min=0, help="Random seed of the simulated arm and its noise.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
+Debug = Annotated[bool, typer.Option(help="Show the traceback of an error.")]
 R = TypeVar("R", Summary, Bench, Check, Investigation)
 
 
@@ -92,21 +92,21 @@ Hidden = Annotated[
         callback=_list_hidden,
         autocompletion=hidden_names,
         is_eager=True,
-        help="with --bus sim: hide an effect in the simulated arm; list shows the shipped ones",
+        help="With --bus sim: hide an effect in the simulated arm; list shows the shipped ones.",
     ),
 ]
 Confirmed = Annotated[
-    str, typer.Option(metavar="NAME", help="the arm's name, instead of typing it")
+    str, typer.Option(metavar="NAME", help="The arm's name, instead of typing it.")
 ]
 
 
-@app.command("excite")
+@app.command("excite", short_help="Run the experiment and write its log.")
 def _excite(
     config: Config,
     bus: Bus = None,
     trajectory: Trajectory = None,
-    lockstep: Annotated[bool, typer.Option(help="simulated time, as fast as possible")] = False,
-    out: Annotated[Path | None, typer.Option(help="the log to write")] = None,
+    lockstep: Annotated[bool, typer.Option(help="Simulated time, as fast as possible.")] = False,
+    out: Annotated[Path | None, typer.Option(help="The log to write.")] = None,
     seed: Seed = 0,
     hidden: Hidden = None,
     yes_move_the_arm: Confirmed = "",
@@ -114,12 +114,12 @@ def _excite(
         str,
         typer.Option(
             metavar="NAME",
-            help="the arm's name: skip the motor test, if it was done since power-on",
+            help="The arm's name: skip the motor test, if it was done since power-on.",
         ),
     ] = "",
-    live: Annotated[bool, typer.Option("--live", help="show the run live in Foxglove")] = False,
+    live: Annotated[bool, typer.Option("--live", help="Show the run live in Foxglove.")] = False,
     live_port: Annotated[
-        int, typer.Option(min=1, max=65535, help="port of --live, on this machine only")
+        int, typer.Option(min=1, max=65535, help="Port of --live, on this machine only.")
     ] = PORT,
     as_json: Json = False,
     debug: Debug = False,
@@ -144,34 +144,34 @@ def _excite(
         next_step("ident run", log)
 
 
-@app.command("investigate")
+@app.command("investigate", short_help="Experiment in rounds until the verdict is final.")
 def _investigate(
     config: Config,
-    out: Annotated[Path, typer.Option(help="folder for the results")],
+    out: Annotated[Path, typer.Option(help="Folder for the results.")],
     bus: Bus = None,
     trajectory: Trajectory = None,
-    lockstep: Annotated[bool, typer.Option(help="simulated time, as fast as possible")] = False,
+    lockstep: Annotated[bool, typer.Option(help="Simulated time, as fast as possible.")] = False,
     seed: Seed = 0,
     hidden: Hidden = None,
     budget: Annotated[
-        str, typer.Option(metavar="DURATION", help="time on the clock, such as 10min")
+        str, typer.Option(metavar="DURATION", help="Time on the clock, such as 10min.")
     ] = "20min",
     limit: Annotated[
         list[str] | None,
         typer.Option(
             metavar="NAME=VALUE",
-            help="further bounds: motion_s, energy_j, motor_load, stops, motions, answers",
+            help="Further bounds: motion_s, energy_j, motor_load, stops, motions, answers.",
         ),
     ] = None,
-    resume: Annotated[bool, typer.Option("--resume", help="go on where it has ended")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on where it has ended.")] = False,
     answer: Annotated[
         str,
         typer.Option(
             metavar="CHANGE",
-            help="with --resume: what was done to the arm since: load=KG,X,Y,Z, tilt=X,Y, again",
+            help="With --resume: what was done to the arm since: load=KG,X,Y,Z, tilt=X,Y, again.",
         ),
     ] = "",
-    live: Annotated[bool, typer.Option("--live", help="serve each run to Foxglove")] = False,
+    live: Annotated[bool, typer.Option("--live", help="Serve each run to Foxglove.")] = False,
     yes_move_the_arm: Confirmed = "",
     as_json: Json = False,
     debug: Debug = False,
@@ -190,11 +190,11 @@ def _investigate(
         _print(found, print_investigation, as_json)
 
 
-@app.command("bench")
+@app.command("bench", short_help="Measure the loop's timing, without motion.")
 def _bench(
     config: Config,
     bus: Bus = None,
-    seconds: Annotated[float, typer.Option(min=1.0, help="how long to measure [s]")] = 20.0,
+    seconds: Annotated[float, typer.Option(min=1.0, help="How long to measure [s].")] = 20.0,
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
@@ -209,11 +209,12 @@ def _bench(
         next_step("wamctl check --config", config, "--bus", bus or arm.file.bus.channel)
 
 
-@app.command("check")
+@app.command("check", short_help="Check all that needs no motion.")
 def _check(
     config: Config,
     bus: Annotated[
-        str | None, typer.Option(help="sim, or INTERFACE:CHANNEL; without it no drive is asked")
+        str | None,
+        typer.Option(help="Either sim, or INTERFACE:CHANNEL; without: ask no drive."),
     ] = None,
     trajectory: Trajectory = None,
     as_json: Json = False,
@@ -231,12 +232,12 @@ def _check(
         next_step("wamctl", "excite", "--config", config, *chosen, "--bus", bus or "sim")
 
 
-@app.command("monitor")
+@app.command("monitor", short_help="Show joints and drives, live.")
 def _monitor(
     config: Config,
     bus: Bus = None,
     seconds: Annotated[
-        float | None, typer.Option(min=0.0, help="how long [s]; default: until a key is pressed")
+        float | None, typer.Option(min=0.0, help="How long [s]; default: until a key is pressed.")
     ] = None,
     debug: Debug = False,
 ) -> None:
@@ -249,7 +250,7 @@ def _monitor(
         monitor(Setup(path, arm, bus or arm.file.bus.channel), seconds)
 
 
-@app.command("home")
+@app.command("home", short_help="Find the arm's zero, held by the operator.")
 def _home(config: Config, bus: Bus = None, debug: Debug = False) -> None:
     """Find the arm's zero: the operator holds it in its home pose; the drives stay disabled.
 

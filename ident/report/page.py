@@ -9,7 +9,7 @@ from importlib.resources import files
 from typing import Any, ClassVar, Literal
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from ident.report.charts import Chart
 
@@ -161,15 +161,28 @@ class Page:
     steps: Sequence[Step] = ()
 
 
+def commands_as_code(sentence: str) -> Markup:
+    """A sentence with what stands between backticks set as code; all of it escaped."""
+    parts = str(sentence).split("`")
+    if len(parts) % 2 == 0:
+        return escape(sentence)
+    return Markup().join(
+        Markup("<code>{}</code>").format(part) if k % 2 else escape(part)
+        for k, part in enumerate(parts)
+    )
+
+
 @cache
 def _environment() -> Environment:
-    return Environment(
+    environment = Environment(
         loader=PackageLoader("ident.report"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["code"] = commands_as_code
+    return environment
 
 
 @cache

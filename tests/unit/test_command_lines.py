@@ -55,7 +55,7 @@ def test_help_fits_80_columns_and_keeps_its_units(program: str, command: str) ->
     said = typed(program, command, "-h").stdout
     assert max(map(len, said.splitlines())) <= 80
     if command == "bench":
-        assert "how long to measure [s]" in said
+        assert "How long to measure [s]" in said
 
 
 def test_similar_words_are_offered(capsys) -> None:

@@ -18,7 +18,16 @@ from ident.report.design_page import DesignReport, design_page, used_share
 from ident.report.gap.page import gap_page
 from ident.report.gap.report import GapReport
 from ident.report.gap.words import verdict_sentences
-from ident.report.page import Column, Figure, Page, Section, Table, Verdict, render
+from ident.report.page import (
+    Column,
+    Figure,
+    Page,
+    Section,
+    Table,
+    Verdict,
+    commands_as_code,
+    render,
+)
 from ident.report.run_page import RunReport, run_page
 from ident.report.style import AFTER
 from ident.report.traces import Trace
@@ -160,6 +169,12 @@ def test_numbers_cannot_end_the_script() -> None:
     page = render(Page("", "", Verdict("good", "", ""), [], [Section("s", [figure])]))
     assert charts_of(page)[0]["rows"] == [name]
     assert "<b>" not in page
+
+
+def test_commands_in_a_sentence_are_set_as_code_and_names_stay_harmless() -> None:
+    told = commands_as_code("Run `ident gap` on <b>log</b>.")
+    assert told == "Run <code>ident gap</code> on &lt;b&gt;log&lt;/b&gt;."
+    assert commands_as_code("a ` alone") == "a ` alone"
 
 
 def test_joints_that_were_held_have_no_torque_figure(pages: dict[str, str]) -> None:
