@@ -5,10 +5,11 @@ from typing import Any, Literal, overload
 
 from ident.api.arm import Arm
 from ident.api.commanded import commanded
+from ident.api.inputs import checked
 from ident.api.named import NamedEffects
 from ident.api.progress import Progress, told
 from ident.api.recording import Recording
-from ident.api.score import Score, score, several
+from ident.api.score import Score, score
 from ident.api.servo_gap import ServoGap
 from ident.gap.data.experiment import of_arm, with_reference_model
 from ident.gap.options import Options
@@ -17,7 +18,6 @@ from ident.output_error.missing.settings import GapBySimulation
 from ident.workflows.gap import Gap as GapRun
 from ident.workflows.gap import gap_of
 from ident.workflows.output_error.gap import gap_of_servos
-from wamctl.arm.errors import DataError
 
 
 class Gap(NamedEffects[GapRun]):
@@ -91,16 +91,13 @@ def find_gap(
         DataError: recordings from which nothing can be learned.
         ConfigurationError: an unknown setting, or a value out of its bounds.
     """
-    chosen = several(recordings)
-    if not chosen:
-        raise DataError("No recording was given; the search needs at least one.")
+    chosen = checked(arm, recordings)
     if method == "simulation":
         return _by_simulation(arm, chosen, null_runs, progress)
     described = arm.of_recording(chosen[0].joints, **settings)
     source = of_arm(described, arm.file, [r.log for r in chosen], [r.name for r in chosen])
     if model is not None:
         source = with_reference_model(source, model)
-
     return Gap(gap_of(source, Options(null_runs=null_runs), told(progress)))
 
 

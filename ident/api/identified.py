@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 from ident.api.arm import Arm
+from ident.api.inputs import checked
 from ident.api.progress import Progress, told
 from ident.api.recording import Recording
 from ident.api.result import Result
-from ident.api.score import Score, score, several
+from ident.api.score import Score, score
 from ident.api.tables import html_table, table
 from ident.model.identified_model import Model
 from ident.recordings.loading import dataset_for
@@ -38,6 +39,11 @@ class Identified(Result[Run]):
         """Relative error on stretches that were not fitted [%]."""
         chosen = self.content["estimators"][self.content["estimator"]]
         return chosen["held_out"]["relative_error_percent"]
+
+    @property
+    def summary(self) -> str:
+        """Arm, verdict and held-out error."""
+        return f"{self.model.arm}: {self.verdict}, held-out error {self.error_percent:.2f} %"
 
     def table(self) -> Any:
         """Base parameters with CAD and identified values, standard errors and units.
@@ -75,10 +81,7 @@ class Identified(Result[Run]):
         return self
 
     def _repr_html_(self) -> str:
-        return html_table(
-            f"{self.model.arm}: {self.verdict}, held-out error {self.error_percent:.2f} %",
-            self.content["base_parameters"],
-        )
+        return html_table(self.summary, self.content["base_parameters"])
 
 
 @overload
@@ -126,13 +129,12 @@ def identify(
         DataError: recordings from which nothing can be learned.
         ConfigurationError: an unknown setting, or a value out of its bounds.
     """
-    logs = [survey(r.log, r.name) for r in several(recordings)]
-    if not logs:
-        raise DataError("No recording was given; identification needs at least one.")
+    given = checked(arm, recordings)
     if method == "simulation":
         from ident.api.identified_servos import identified_servos  # only now: half a second
 
-        return identified_servos(arm, several(recordings), told(progress))
+        return identified_servos(arm, given, told(progress))
+    logs = [survey(r.log, r.name) for r in given]
     model = arm.of_recording(logs[0].joint_names, **settings)
     data = [dataset_for(model, found) for found in logs]
     return Identified(run_data(model, data, told(progress), effects))

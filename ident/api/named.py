@@ -53,6 +53,11 @@ class NamedEffects(Result[SearchT]):
         return self.run.sentences
 
     @property
+    def summary(self) -> str:
+        """The verdict in sentences."""
+        return " ".join(self.sentences)
+
+    @property
     def effects(self) -> tuple[Effect, ...]:
         """The effects that were named, in the order in which they were found."""
         names = self.content["joints"]
@@ -80,4 +85,4 @@ class NamedEffects(Result[SearchT]):
             for e in self.effects
             for name, p in e.parameters.items()
         ]
-        return html_table(" ".join(self.sentences), rows)
+        return html_table(self.summary, rows)

@@ -1,7 +1,7 @@
 """A recording, from arrays or from a ROS 2 bag."""
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,7 @@ from wamctl.arm.ros2.magnitudes import POSITION, TORQUE, excess
 _NS = 1e9
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Recording:
     """Positions and torques of n joints at S instants.
 
@@ -43,7 +43,7 @@ class Recording:
     commanded: bool = False
     q_command: Array | None = None
     name: str = "recording"
-    bag: Log | None = field(default=None, repr=False)
+    bag: Log | None = None
 
     def __post_init__(self) -> None:
         for key in self._given():
@@ -52,6 +52,11 @@ class Recording:
             object.__setattr__(self, "joints", tuple(self.joints))
         if self.bag is None:
             _check(self)
+
+    def __repr__(self) -> str:
+        """Name and size, without the arrays."""
+        kinds = ", ".join(self._given())
+        return f"<Recording {self.name}: {kinds}; {len(self.joints)} joints, {len(self.t)} samples>"
 
     @classmethod
     def from_bag(

@@ -1,6 +1,6 @@
 """What every result of the Python interface has: a verdict, its figures, and files."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
 
@@ -25,7 +25,7 @@ class Work(Protocol):
 WorkT = TypeVar("WorkT", bound=Work)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Result(Generic[WorkT]):
     """A result, with the files that the command of the same work writes.
 
@@ -33,7 +33,11 @@ class Result(Generic[WorkT]):
         run: the command's work with all its figures.
     """
 
-    run: WorkT = field(repr=False)
+    run: WorkT
+
+    def __repr__(self) -> str:
+        """What was found, in a line."""
+        return f"<{type(self).__name__}: {self.summary}>"
 
     @property
     def content(self) -> dict[str, Any]:
@@ -44,6 +48,11 @@ class Result(Generic[WorkT]):
     def verdict(self) -> str:
         """The verdict in a word."""
         return self.content["verdict"]
+
+    @property
+    def summary(self) -> str:
+        """The result in a line."""
+        return self.verdict
 
     @property
     def remarks(self) -> list[dict[str, Any]]:

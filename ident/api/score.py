@@ -1,6 +1,5 @@
 """How well a model predicts recordings."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,8 +50,3 @@ def score(model: Model, recording: Recording) -> Score:
         errors.relative_percent_by_joint,
         errors.rms_by_joint,
     )
-
-
-def several(recordings: Recording | Sequence[Recording]) -> list[Recording]:
-    """One recording or several, as a list."""
-    return [recordings] if isinstance(recordings, Recording) else list(recordings)

@@ -76,7 +76,7 @@ def design_settings(changes: dict[str, Any]) -> DesignSettings:
         raise ConfigurationError(
             "--set", [f"no setting {name!r}; valid are {valid}" for name in unknown]
         )
-    return validate(DesignSettings, changes, "command line")
+    return validate(DesignSettings, changes, "settings")
 
 
 def settings_from(assignments: list[str] | None) -> dict[str, Any]:

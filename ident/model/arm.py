@@ -58,7 +58,7 @@ class Arm:
         """
         given = {name: value for name, value in changes.items() if value is not None}
         content = self.settings.model_dump() | given
-        settings = validate(IdentificationSection, content, "command line")
+        settings = validate(IdentificationSection, content, "settings")
         terms = replace(self.terms, **{name: name in settings.terms for name in TERM_NAMES})
         return replace(self, settings=settings, terms=terms)
 

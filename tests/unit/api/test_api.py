@@ -171,6 +171,25 @@ def test_an_unknown_setting_is_refused(arm, arrays) -> None:
         ident.identify(arm, ident.Recording(**arrays), cutof_hz=8)
 
 
+@pytest.mark.parametrize("call", [ident.identify, ident.find_gap])
+def test_paths_in_place_of_arm_and_recording_are_told(call, arm, arrays) -> None:
+    with pytest.raises(
+        DataError, match=r"'log.mcap' is not an ident.Recording; Recording.from_bag"
+    ):
+        call(arm, "log.mcap")
+    with pytest.raises(DataError, match=r"arm is 'arm.urdf', not an ident.Arm; Arm.from_urdf"):
+        call("arm.urdf", ident.Recording(**arrays))
+    with pytest.raises(DataError, match="No recording was given"):
+        call(arm, [])
+
+
+def test_results_print_in_a_line(fit, arrays) -> None:
+    assert repr(ident.Recording(**arrays)) == (
+        "<Recording recording: t, q, tau; 7 joints, 4000 samples>"
+    )
+    assert repr(fit).startswith("<Identified: wam7: trustworthy, held-out error ")
+
+
 def test_a_joint_that_the_urdf_lacks_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="has no joint elbow"):
         ident.Arm.from_urdf(find_file("wam7.urdf"), joints=["elbow"])

@@ -80,7 +80,7 @@ def test_limits_of_the_joints_alone_are_said_to_be_so(
     [
         (("--set", "speed=3"), "--set: no setting 'speed'; valid are "),
         (("--set", "speed"), "--set: 'speed' is not NAME=VALUE."),
-        (("--set", "time_s=-1"), "command line: time_s: "),
+        (("--set", "time_s=-1"), "settings: time_s: "),
         (("--set", "weights={fx4: 2}"), "--weight: no parameter or kind 'fx4'; valid are "),
         (("--for", "gremlins"), "--for: no effect 'gremlins'; valid are asymmetric_viscous, "),
         (("--for", "stribeck:9"), "--for: no joint 9; the arm has 1 to 7."),

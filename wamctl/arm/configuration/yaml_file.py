@@ -25,14 +25,14 @@ def find_file(path: str | Path) -> Path:
     """The file itself, or the shipped file of that bare name.
 
     Raises:
-        ConfigurationError: no such file; the sentence lists the shipped ones.
+        ConfigurationError: no such file; the sentence lists the shipped ones of its kind.
     """
     path = Path(path)
     if path.is_file():
         return path
     if path.name == str(path) and shipped_file(path.name).is_file():
         return shipped_file(path.name)
-    paths = sorted(shipped_file("").glob("*.yaml"))
+    paths = sorted(shipped_file("").glob(f"*{path.suffix or '.yaml'}"))
     shipped = [p.name for p in paths]
     alike = [p.name for p in paths if did_you_mean(path.stem, [p.stem])]
     meant = did_you_mean(path.name, alike).removeprefix("; ")
