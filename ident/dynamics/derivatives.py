@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from ident.dynamics.compiled_chain import Chain, torques
 from ident.signals.arrays import Array
@@ -23,14 +24,6 @@ class InverseDynamicsDerivatives:
     position: Array
     velocity: Array
     acceleration: Array
-
-    def times(self, position: Array, velocity: Array, acceleration: Array) -> Array:
-        """Change of the torque for changes of the joint's motion, each of shape (S,)."""
-        return (
-            self.position * position[:, None]
-            + self.velocity * velocity[:, None]
-            + self.acceleration * acceleration[:, None]
-        )
 
 
 def torque_slopes(
@@ -53,16 +46,25 @@ def torque_slopes(
     return InverseDynamicsDerivatives(*found)
 
 
-def rates(values: Array, period: float) -> tuple[Array, Array]:
-    """First and second derivative of samples, shape (S,), by five-point differences.
+@njit(cache=True)
+def rates(values, period):
+    """First and second derivative of samples, each of shape (S,), by five-point differences.
 
     Differences over fewer points lose part of what the windows still see: a tenth at 10 Hz.
 
     Args:
-        values: shape (S,).
+        values: shape (S,), three or more; they go on beyond the ends as before them, turned about.
         period: between samples [s].
     """
-    around = np.pad(values, 2, mode="reflect", reflect_type="odd")
-    first = np.convolve(around, [-1.0, 8.0, 0.0, -8.0, 1.0], "valid") / (12 * period)
-    second = np.convolve(around, [-1.0, 16.0, -30.0, 16.0, -1.0], "valid") / (12 * period**2)
+    n = values.size
+    around = np.empty(n + 4)
+    around[2 : n + 2] = values
+    for k in range(1, 3):
+        around[2 - k] = 2.0 * values[0] - values[k]
+        around[n + 1 + k] = 2.0 * values[n - 1] - values[n - 1 - k]
+    first, second = np.empty(n), np.empty(n)
+    for k in range(n):
+        a, b, c, d, e = around[k], around[k + 1], around[k + 2], around[k + 3], around[k + 4]
+        first[k] = (a - 8.0 * b + 8.0 * d - e) / (12.0 * period)
+        second[k] = (-a + 16.0 * b - 30.0 * c + 16.0 * d - e) / (12.0 * period**2)
     return first, second

@@ -37,27 +37,28 @@ class Transmission:
 
     def change(self, seen: Observed, joint: int) -> Array:
         """What the link's motion beside its motor changes in the joints' torque, shape (S, n)."""
-        j, motor = joint, self.motor_inertia
-        slopes, load = seen.slopes(j), seen.load[:, j] + seen.carried[:, j]
-        inertia = np.maximum(slopes.acceleration[:, j] - motor, LIGHT)
-        pull = seen.qdd[:, j] - (load - motor * seen.qdd[:, j]) / inertia
-        friction = self.rubbing * np.maximum([[seen.coulomb[j]], [seen.viscous[j]]], 0.0)
-        grip = np.zeros_like(inertia)
+        j, slopes = joint, seen.slopes(joint)
+        load = seen.load[:, j] + seen.carried[:, j]
         start = self.compliance * load[0]
-        if self.compliance > 0.0:
-            grip = 1.0 / (self.compliance * inertia)
-        else:
+        if self.compliance == 0.0:
             start = (1.0 - self.rubbing) * load[0] + self.rubbing * seen.tau[0, j]
             start = np.copysign(self.half_play, start)
-        q, qd = np.ascontiguousarray(seen.q[:, j]), np.ascontiguousarray(seen.qd[:, j])
-        period = 1.0 / seen.rate_hz
-        beside, rubbed = way(
-            (q, qd), pull, friction / inertia, (grip, self.damped), -start, self.half_play, period
+        friction = (
+            self.rubbing * max(seen.coulomb[j], 0.0),
+            self.rubbing * max(seen.viscous[j], 0.0),
         )
-        rate, change = rates(beside, period)
-        torque = slopes.times(beside, rate, change)
-        torque[:, j] += inertia * rubbed - motor * change
-        return torque
+        motion = tuple(np.ascontiguousarray(x[:, j]) for x in (seen.q, seen.qd, seen.qdd))
+        tie = self.compliance, self.damped, self.half_play, self.motor_inertia
+        return _change(
+            motion,
+            load,
+            (slopes.position, slopes.velocity, slopes.acceleration),
+            j,
+            friction,
+            tie,
+            -start,
+            1.0 / seen.rate_hz,
+        )
 
     def static_change(self, seen: Observed, joint: int) -> Array:
         """The same from each sample alone: hung by its load, or at the end of its play."""
@@ -82,6 +83,42 @@ class Transmission:
         fields["damped"][joint] += 2.0 * self.damped * np.sqrt(self.compliance * link)
         fields["rubbing"][joint] = self.rubbing
         return replace(arm, **fields)
+
+
+@njit(cache=True)
+def _change(motion, load, slopes, joint, friction, tie, start, period):
+    """Change of the joints' torque, shape (S, n), where a link moves beside its motor.
+
+    Args:
+        motion: the motor's position, velocity and acceleration on the joint's side, each (S,).
+        load: torque that the link needs where it moves with the motor [N m], shape (S,).
+        slopes: of all joints' torque by this joint's position, velocity, acceleration, each (S, n).
+        joint: from 0.
+        friction: dry [N m] and viscous [N m s/rad] friction of the link.
+        tie: compliance, damping, half play and motor's inertia, as of `Transmission`.
+        start: of the link beside the motor [rad].
+        period: between samples [s].
+    """
+    (q, qd, qdd), (by_place, by_rate, by_change) = motion, slopes
+    compliance, damped, half_play, motor = tie
+    samples, n = by_place.shape
+    inertia, pull, grip = np.empty(samples), np.empty(samples), np.zeros(samples)
+    drag = np.empty((2, samples))
+    for k in range(samples):
+        inertia[k] = max(by_change[k, joint] - motor, LIGHT)
+        pull[k] = qdd[k] - (load[k] - motor * qdd[k]) / inertia[k]
+        drag[0, k], drag[1, k] = friction[0] / inertia[k], friction[1] / inertia[k]
+        if compliance > 0.0:
+            grip[k] = 1.0 / (compliance * inertia[k])
+    beside, rubbed = way((q, qd), pull, drag, (grip, damped), start, half_play, period)
+    rate, change = rates(beside, period)
+    torque = np.empty((samples, n))
+    for k in range(samples):
+        for i in range(n):
+            moved = by_place[k, i] * beside[k] + by_rate[k, i] * rate[k]
+            torque[k, i] = moved + by_change[k, i] * change[k]
+        torque[k, joint] += inertia[k] * rubbed[k] - motor * change[k]
+    return torque
 
 
 @njit(cache=True)

@@ -31,8 +31,9 @@ from ident.gap.data.windows import windows_for
 from ident.gap.options import Options
 from ident.gap.regression.current_model import nominal_fit
 from ident.gap.regression.design_matrix import DesignMatrix
+from ident.gap.regression.model_columns import joint_columns
 from ident.gap.regression.rows import windowed_rows
-from ident.gap.regression.weighted_fit import Fit, joint_columns
+from ident.gap.regression.weighted_fit import Fit
 from ident.gap.search import search
 from ident.gap.selection.candidates import all_candidates
 

@@ -6,6 +6,7 @@ in its window.
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -36,7 +37,7 @@ class Windows:
     def mean(self, samples: Array) -> Array:
         """Weighted means, shape (R, ...), of samples of shape (S, ...)."""
         blocks = self._blocks(samples)
-        rising, falling = self._halves()
+        rising, falling = _halves(self.hop)
         ahead = np.einsum("rh...,h->r...", blocks[:-1], rising)
         return ahead + np.einsum("rh...,h->r...", blocks[1:], falling)
 
@@ -54,11 +55,14 @@ class Windows:
         count = len(samples) // self.hop
         return samples[: count * self.hop].reshape(count, self.hop, *samples.shape[1:])
 
-    def _halves(self) -> tuple[Array, Array]:
-        u = (np.arange(2 * self.hop) + 0.5) / (2 * self.hop)
-        hann = np.sin(np.pi * u) ** 2
-        hann /= hann.sum()
-        return hann[: self.hop], hann[self.hop :]
+
+@cache
+def _halves(hop: int) -> tuple[Array, Array]:
+    """The rising and the falling half of a Hann window, which sum to one."""
+    u = (np.arange(2 * hop) + 0.5) / (2 * hop)
+    hann = np.sin(np.pi * u) ** 2
+    hann /= hann.sum()
+    return hann[:hop], hann[hop:]
 
 
 def windows_for(rate_hz: float, cutoff_hz: float) -> Windows:

@@ -11,9 +11,10 @@ from ident.effects.observing import CurrentModel, on_links
 from ident.effects.reversal_friction import SLOW, USUAL, MaxwellSlipMixture, reversal_speed
 from ident.gap.data.segments import SEARCHED
 from ident.gap.regression.design_matrix import DesignMatrix, build_design_matrix
+from ident.gap.regression.model_columns import ModelStructure
 from ident.gap.regression.reversal_curves import fit_reversal_curves
 from ident.gap.regression.rows import WindowedRows
-from ident.gap.regression.weighted_fit import Fit, ModelStructure
+from ident.gap.regression.weighted_fit import Fit
 from ident.signals.arrays import Array
 
 _ROUNDS = 6

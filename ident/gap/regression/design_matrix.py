@@ -8,15 +8,13 @@ from numpy.typing import NDArray
 
 from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
-from ident.effects.observation import Observed
-from ident.effects.observing import CurrentModel, observed
-from ident.effects.smoothed_segment import SmoothedSegment
+from ident.effects.observing import CurrentModel
 from ident.gap.data.noise_regions import Region, regions
 from ident.gap.data.segments import EXCLUDED, FOLDS
-from ident.gap.data.windows import Windows, body_step
+from ident.gap.data.windows import body_step
+from ident.gap.regression.model_columns import ColumnIndex, ModelStructure
 from ident.gap.regression.normal_equations import Layout, NormalEquations, joint_products
 from ident.gap.regression.rows import WindowedRows
-from ident.gap.regression.weighted_fit import ColumnIndex, ModelStructure
 from ident.signals.arrays import Array
 
 _ABSENT = 1e-12  # a base column this small is rounding: the joint does not feel the parameter
@@ -170,11 +168,22 @@ def _effect_columns(
     rows: WindowedRows, model: CurrentModel, effects: Sequence[Candidate], segment: int
 ) -> list[Array]:
     """Windowed columns of each effect in one segment, each of shape (R, len(rows), k)."""
-    views = _Views(rows.segments[segment], model, rows.windows)
     count = len(rows.torque[segment])
     return [
-        rows.cache.get(_key(h, model, segment), lambda h=h: views.mean(h)[:count]) for h in effects
+        rows.cache.get(
+            _key(h, model, segment), lambda h=h: _mean_columns(rows, model, h, segment)[:count]
+        )
+        for h in effects
     ]
+
+
+def _mean_columns(rows: WindowedRows, model: CurrentModel, h: Candidate, segment: int) -> Array:
+    """Windowed columns of an effect, shape (R, len(rows), k), decimated where that is enough."""
+    effect, every = catalogue()[h.effect], body_step(rows.windows)
+    fine, coarse = rows.cache.observed(rows.segments[segment], segment, model, every)
+    if effect.band_limited:
+        return rows.windows.coarser(every).mean(effect.columns(coarse, h))
+    return rows.windows.mean(effect.columns(fine, h))
 
 
 def _key(h: Candidate, model: CurrentModel, segment: int) -> tuple[object, ...]:
@@ -186,22 +195,3 @@ def _key(h: Candidate, model: CurrentModel, segment: int) -> tuple[object, ...]:
         whole = (model.facts.delta, model.viscous, model.coulomb, model.shapes)
         parameters = b"".join(x.tobytes() for x in (*whole, *(v for _, v in model.carried)))
     return (segment, *h.key, direction, parameters)
-
-
-class _Views:
-    """Observations of one segment, at the full rate and decimated, formed on first use."""
-
-    def __init__(self, s: SmoothedSegment, model: CurrentModel, windows: Windows) -> None:
-        self._segment, self._model, self._windows = s, model, windows
-        self._every = body_step(windows)
-        self._seen: tuple[Observed, Observed] | None = None
-
-    def mean(self, h: Candidate) -> Array:
-        """Windowed columns of an effect, shape (R, len(rows), k)."""
-        effect = catalogue()[h.effect]
-        if self._seen is None:
-            self._seen = observed(self._segment, self._model, self._every)
-        fine, coarse = self._seen
-        if effect.band_limited:
-            return self._windows.coarser(self._every).mean(effect.columns(coarse, h))
-        return self._windows.mean(effect.columns(fine, h))

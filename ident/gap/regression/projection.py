@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.gap.regression.design_matrix import DesignMatrix
-from ident.gap.regression.weighted_fit import Fit, joint_columns, solve
+from ident.gap.regression.model_columns import joint_columns
+from ident.gap.regression.weighted_fit import Fit, solve
 from ident.signals.arrays import Array
 
 _RIDGE = 1e-6

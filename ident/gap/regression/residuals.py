@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from ident.gap.data.segments import EXCLUDED
 from ident.gap.regression.design_matrix import DesignMatrix
-from ident.gap.regression.weighted_fit import Fit, joint_columns
+from ident.gap.regression.model_columns import joint_columns
+from ident.gap.regression.weighted_fit import Fit
 from ident.signals.arrays import Array
 
 _NEGLIGIBLE = 0.05  # autocorrelation at which the sum over lags ends

@@ -3,9 +3,10 @@
 import numpy as np
 
 from ident.effects.reversal_friction import best_mixture, parts_of
+from ident.gap.regression.model_columns import ModelStructure, joint_columns
 from ident.gap.regression.normal_equations import NormalEquations
 from ident.gap.regression.projection import project_off_with_torque
-from ident.gap.regression.weighted_fit import Fit, ModelStructure, fit, joint_columns
+from ident.gap.regression.weighted_fit import Fit, fit
 from ident.signals.arrays import Array
 
 _ROUNDS = 4

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.dynamics.compiled_regressor import regressor
-from ident.effects.observation import ArmFacts
+from ident.effects.observation import ArmFacts, Observed
+from ident.effects.observing import CurrentModel, observed
 from ident.effects.reversal_friction import BASIS
 from ident.effects.smoothed_segment import SmoothedSegment
 from ident.gap.data.reference_model import PredictedTorque
@@ -16,9 +17,9 @@ from ident.signals.arrays import Array
 
 
 class ColumnCache:
-    """Windowed columns of effects, formed once.
+    """Windowed columns of effects, and what they are formed from, formed once.
 
-    It only saves time: a column is a pure function of its key.
+    It only saves time: a column is a pure function of its key, an observation of its model.
 
     Attributes:
         columns: by key.
@@ -26,12 +27,23 @@ class ColumnCache:
 
     def __init__(self) -> None:
         self.columns: dict[tuple[object, ...], Array] = {}
+        self._seen: tuple[CurrentModel | None, dict[int, tuple[Observed, Observed]]] = None, {}
 
     def get(self, key: tuple[object, ...], form: Callable[[], Array]) -> Array:
         """The columns of a key, formed if they are not known yet."""
         if key not in self.columns:
             self.columns[key] = form()
         return self.columns[key]
+
+    def observed(
+        self, s: SmoothedSegment, number: int, model: CurrentModel, every: int
+    ) -> tuple[Observed, Observed]:
+        """The observations of a segment, by its number; kept for the latest model."""
+        if self._seen[0] is not model:
+            self._seen = model, {}
+        if number not in self._seen[1]:
+            self._seen[1][number] = observed(s, model, every)
+        return self._seen[1][number]
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,9 @@ import numpy as np
 
 from ident.gap.data.noise_regions import Region
 from ident.gap.data.segments import HELD_OUT, SEARCHED
+from ident.gap.regression.model_columns import ModelStructure
 from ident.gap.regression.normal_equations import NormalEquations
-from ident.gap.regression.weighted_fit import Fit, ModelStructure, fit, predicted_rms
+from ident.gap.regression.weighted_fit import Fit, fit, predicted_rms
 from ident.gap.results.outcome import SearchResult
 
 FRICTION = ("coulomb", "viscous")

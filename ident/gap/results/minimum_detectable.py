@@ -7,8 +7,9 @@ import numpy as np
 from ident.effects.catalogue import catalogue
 from ident.gap.data.segments import SEARCHED
 from ident.gap.regression.design_matrix import DesignMatrix
+from ident.gap.regression.model_columns import joint_columns
 from ident.gap.regression.projection import project_off
-from ident.gap.regression.weighted_fit import Fit, fit, joint_columns
+from ident.gap.regression.weighted_fit import Fit, fit
 from ident.gap.results.outcome import SearchResult
 from ident.gap.selection.candidates import all_candidates
 from ident.signals.arrays import Array

@@ -16,8 +16,9 @@ from ident.effects.catalogue import catalogue
 from ident.gap.data.segments import EXCLUDED, FOLDS
 from ident.gap.regression.current_model import CurrentFit
 from ident.gap.regression.design_matrix import DesignMatrix, build_design_matrix
+from ident.gap.regression.model_columns import joint_columns
 from ident.gap.regression.rows import WindowedRows
-from ident.gap.regression.weighted_fit import Fit, fit, joint_columns, solve
+from ident.gap.regression.weighted_fit import Fit, fit, solve
 from ident.signals.arrays import Array
 
 _DIFFERENCE = 0.02  # of a parameter, for its derivative

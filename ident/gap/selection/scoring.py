@@ -13,9 +13,11 @@ from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
 from ident.effects.reversal_friction import best_mixture, parts_of
 from ident.gap.regression.design_matrix import DesignMatrix
+from ident.gap.regression.model_columns import ColumnIndex, ModelStructure, joint_columns
 from ident.gap.regression.projection import project_off
 from ident.gap.regression.reversal_curves import orthogonalised
-from ident.gap.regression.weighted_fit import ColumnIndex, Fit, ModelStructure, fit, joint_columns
+from ident.gap.regression.stacked_equations import StackedEquations, stacked
+from ident.gap.regression.weighted_fit import Fit, fit_stacked
 from ident.gap.settings import Scoring
 from ident.signals.arrays import Array
 
@@ -89,7 +91,8 @@ def score_candidates(
     for i, h in enumerate(design.effects):
         if i >= design.accepted and len(h.rows) > 1:
             tried.append((i, now.structure.with_effect(design.index[i])))
-    scores = [_exact(design, now, i, structure, settings) for i, structure in tried]
+    model = stacked(design.equations, now.structure)
+    scores = [_exact(design, now, i, model.beside(s), settings) for i, s in tried]
     return sorted((s for s in scores if s is not None), key=lambda s: -s.penalised_gain)
 
 
@@ -155,10 +158,10 @@ def _within_bounds(values: Array, candidate: Candidate) -> bool:
 
 
 def _exact(
-    design: DesignMatrix, now: Fit, index: int, structure: ModelStructure, settings: Scoring
+    design: DesignMatrix, now: Fit, index: int, model: StackedEquations, settings: Scoring
 ) -> Score | None:
     candidate = design.effects[index]
-    found = fit(design.equations, structure, now.sigma)
+    found = fit_stacked(model, now.sigma)
     if not _within_bounds(found.effects[-1], candidate):
         return None
     if not is_plausible(candidate, found, tuned=False):

@@ -13,7 +13,8 @@ from ident.effects.catalogue import catalogue
 from ident.effects.observation import ArmFacts, Observed
 from ident.gap.data.segments import SEARCHED
 from ident.gap.options import Options
-from ident.gap.regression.weighted_fit import ModelStructure, fit
+from ident.gap.regression.model_columns import ModelStructure
+from ident.gap.regression.weighted_fit import fit
 from ident.gap.search import search
 from ident.gap.selection.acceptance import try_pair
 from ident.gap.selection.candidates import all_candidates, examine

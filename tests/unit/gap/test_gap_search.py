@@ -16,7 +16,7 @@ from ident.gap.lack_of_fit.repeatability import repeated_rows
 from ident.gap.options import Options
 from ident.gap.regression.design_matrix import build_design_matrix
 from ident.gap.regression.feasible_fit import feasible_fit
-from ident.gap.regression.weighted_fit import joint_columns
+from ident.gap.regression.model_columns import joint_columns
 from ident.gap.results.error_by_term import error_by_term
 from ident.gap.results.held_out_error import before_and_after, gap_location, held_out
 from ident.gap.results.minimum_detectable import minimum_detectable

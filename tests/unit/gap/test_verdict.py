@@ -13,8 +13,9 @@ from ident.gap.data.noise_regions import Region
 from ident.gap.lack_of_fit.remaining_structure import RemainingStructure, held_out_mismatch
 from ident.gap.nulls.null_arms import phase_randomised
 from ident.gap.regression.current_model import CurrentFit
+from ident.gap.regression.model_columns import ModelStructure
 from ident.gap.regression.residuals import Residual
-from ident.gap.regression.weighted_fit import Fit, ModelStructure
+from ident.gap.regression.weighted_fit import Fit
 from ident.gap.results.unexplained import (
     UnexplainedStructure,
     excess_over_pure_error,
