@@ -260,7 +260,7 @@ def test_unknown_settings(log, tmp_path, capsys):
         "ident: --set: 'cutof_hz=3' is not NAME=VALUE with a NAME of cad_spread,"
     )
     said = refused(capsys, tmp_path / "out", 3, "run", log, "--cutoff", "-2")
-    assert said == "ident: command line: cutoff_hz: input should be greater than 0."
+    assert said == "ident: settings: cutoff_hz: input should be greater than 0."
 
 
 def test_a_log_cut_in_the_middle_of_a_chunk_gives_what_was_whole(log, tmp_path):
