@@ -95,6 +95,10 @@ class SafetyStopError(StopError):
     exit_code = 5
 
 
+class OutsideStopError(SafetyStopError):
+    """The operator, this computer or the log ended the experiment; the arm itself is well."""
+
+
 class BusStopError(StopError):
     """A drive or the bus ended the experiment."""
 

@@ -33,7 +33,7 @@ from ident.checks.motion import (
 from ident.checks.recorder_faults.delay import lag
 from ident.checks.recorder_faults.glitches import glitch_remarks
 from ident.checks.remark import Grade, Remark, joints, numbers, verdict_of
-from ident.checks.samples import name_remarks, reference_remarks, sample_remarks
+from ident.checks.samples import name_remarks, reference_remarks, sample_remarks, short_remarks
 from ident.checks.settings import DEFAULT, CheckSettings
 from ident.checks.torque import constant_effort, constant_joints, unexplained
 from ident.checks.units import unit_factor, unit_remarks
@@ -84,7 +84,7 @@ def examine(arm: Arm, data: Sequence[Dataset], bounds: CheckSettings = DEFAULT) 
         data: the recordings, joints in the robot's order.
         bounds: of the checks.
     """
-    remarks = description_remarks(arm.robot)
+    remarks = description_remarks(arm.robot) + short_remarks(data)
     found, gains = tuple(data), None
     for stage in (_samples, _signals):
         if verdict_of(remarks) is not Grade.REFUSED:

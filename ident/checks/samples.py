@@ -13,6 +13,7 @@ from ident.checks.settings import CheckSettings
 from ident.model.attachments import attached_trajectory
 from ident.recordings.dataset import Dataset, Parts
 from ident.recordings.samples import resampled
+from ident.regression.probe import LEAST_SAMPLES
 from ident.signals.arrays import Array
 from wamctl.arm.recording import LogFile
 
@@ -75,6 +76,19 @@ def _smallest(step: Array) -> float:
 def _typical(step: Array) -> Array:
     """A twentieth of each joint's usual move [rad], shape (m,): more is no measurement error."""
     return np.sqrt(np.mean(step**2, axis=0)) / 20.0
+
+
+def short_remarks(data: Sequence[Dataset]) -> list[Remark]:
+    """Recordings without a stretch of which any other check could tell something."""
+    advice = "Record for longer, or at a higher rate."
+    told = []
+    for one in data:
+        longest = max((len(part.q) for _, part in one.read()), default=0)
+        if longest < LEAST_SAMPLES:
+            text = f"{one.name}: no more than {longest} samples follow each other (at least "
+            text += f"{LEAST_SAMPLES} are needed)."
+            told.append(Remark("too_short", (), text, Grade.REFUSED, advice))
+    return told
 
 
 def sample_remarks(data: Dataset, bounds: CheckSettings) -> tuple[Dataset, list[Remark]]:

@@ -16,6 +16,9 @@ from ident.recordings.dataset import Dataset
 from ident.signals.arrays import Array
 from ident.signals.zero_phase import Lowpass, Spectrum, extended, fast_length, spectrum
 
+LEAST_SAMPLES = 16
+"""In a row; fewer are no chunk."""
+
 _CHUNK = 1 << 16
 """Samples that are filtered together."""
 
@@ -104,7 +107,7 @@ def chunks_of(data: Sequence[Dataset]) -> list[Chunk]:
     """Evenly spread chunks of all recordings; whole recordings where they are short."""
     found = []
     for log, one in enumerate(data):
-        chunks = [c for c in _chunks(log, one) if len(c.q) >= 16]
+        chunks = [c for c in _chunks(log, one) if len(c.q) >= LEAST_SAMPLES]
         stride = max(1, -(-len(chunks) * len(data) // _MOST_CHUNKS))
         found += chunks[::stride]
     return found

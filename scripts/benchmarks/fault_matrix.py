@@ -1,3 +1,4 @@
+# ruff: noqa: SLF001 - it lets faults begin in the middle of a run
 """How an experiment ends when something goes wrong: every fault in every phase.
 
 Usage: scripts/benchmarks/fault_matrix.py PROTOCOL [SEEDS [FAULT...]] [OPTION...], from the root,
@@ -5,62 +6,61 @@ with .venv's Python; PROTOCOL is canopen or puck.
 
     --first N    the first seed; 0 without it
     --minutes N  no seed is begun that would not end by then
-    --jobs N     so many cases at a time; 1 without it
 
-For each fault, phase and seed a short experiment runs in lockstep on the embedded bus, with the
-fault at a random drive and moment of that phase. Times are simulated ones: the stop is detected at
-the SYNC (the poll) of the cycle in which the master stops; torques and states of the drives are
-those that the simulated arm has.
+For each seed one short experiment with the test of the motors runs in lockstep, in one process. For
+each fault and phase the process is forked, with the fault at a random drive and moment of that
+phase. Times are simulated ones: the stop is detected at the SYNC (the poll) of the cycle in which
+the master stops; torques and states of the drives are those that the simulated arm has.
 
 A stop is defined if the exit code is 4 or 5 with one sentence, no torque of before acts for more
 than two cycles from detection (then it is zero, or brakes), all drives are disabled within 100 ms
-of detection and stay so, and the log opens and holds every cycle up to the fault. A host that is
-off the bus can tell the drives nothing: there, their own watch ends the torque, and two cycles are
-not asked for.
+of detection and stay so, and every cycle up to the fault was logged. A host that is off the bus can
+tell the drives nothing: there, their own watch ends the torque, and two cycles are not asked for.
 
 A stuck encoder, or a motor without torque, shows only where the motor has to move: these two are
 drawn where its reference has yet to go 1.25 times half its tracking limit in that phase, which is
 how far the guard allows an encoder to stand still. For motors 5 to 7 without torque, which friction
-would hold as well, it is 1.25 times the whole limit. On a classic arm, the module's fall to IDLE
-takes nothing away before Shift-Activate: in `enable`, it is drawn behind that.
-
-The set-up waits for answers in real time. Where a busy machine lets it fail before the fault has
-begun, the run is repeated.
+would hold as well, it is 1.25 times the whole limit. In `enable` and `test` the way of the whole
+run counts. On a classic arm, the module's fall to IDLE takes nothing away before Shift-Activate: in
+`enable`, it is drawn behind that.
 """
 
 import argparse
-import functools
-import io
 import math
-import multiprocessing
+import os
 import sys
 import tempfile
 import time
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import redirect_stderr, suppress
 from dataclasses import dataclass
-from itertools import product
 from pathlib import Path
 
 import numpy as np
 import yaml
-from fault_verdict import PERIOD_S, Ending, TooBusyError, judged
-from fault_witness import Case, served
+from fault_verdict import Ending, judged
+from fault_witness import Testimony, Witness
 from numpy.typing import NDArray
+from one_process import Branches, Rig, set_up
 
-from sim_bus.assembly import load_simulation
+from sim_bus.faults.assembly import load_faulty_simulation
+from sim_bus.faults.faulty_arm import FaultyArm
+from sim_bus.faults.script import FaultScript
 from wamctl.arm.config import find_file
 from wamctl.arm.errors import UserError
-from wamctl.arm.motion import move
 from wamctl.arm.trajectory import FourierSeries, Reference, Trajectory, write_trajectory
-from wamctl.canopen import dictionary
-from wamctl.experiment.excite import ExciteRequest, excite
 from wamctl.experiment.preflight import Prepared, prepare
-from wamctl.experiment.session import Setup
+from wamctl.telemetry.phase import Phase
 
-PHASES = ("enable", "move", "excite", "return")
+PHASES = ("enable", "test", "move", "excite", "return")
+WORDS = {
+    Phase.ENABLE: "enable",
+    Phase.TEST: "test",
+    Phase.APPROACH: "move",
+    Phase.EXCITE: "excite",
+    Phase.RETURN: "return",
+}
+TEST_CYCLES = 2000  # of the test of the motors, which takes some more
 POSE = np.array([0.0, -1.0, 0.0, 2.5, 0.0, 0.0, 0.0])
 CENTRE = POSE + np.array([0.6, 0.4, 0.0, -0.6, -1.2, 0.0, 1.6])
 SPEED = (0.6, -0.2, 1.0, -0.8, 1.6, -0.2, 1.8)
@@ -71,7 +71,7 @@ TO_GO = {  # for each motor, of its tracking limit
 NEEDS_TORQUE = ("pendant idle", "safety_fault torque", "safety_fault velocity")
 UNHEARD = ("bus_off",)
 MANY = 100_000
-MOST_TRIES = 50
+MOST_TRIES = 5
 Array = NDArray[np.floating]
 Fault = dict[str, object]
 EITHER: dict[str, Fault] = {
@@ -131,24 +131,6 @@ PROTOCOLS = {
 }
 
 
-@dataclass(frozen=True)
-class Window:
-    """The moments of a phase.
-
-    Attributes:
-        after: what its cycles count from.
-        first: its first cycle.
-        last: its last cycle.
-        to_go: how far each motor has yet to go, in tracking limits, per cycle from the first to
-            the last, shape (cycles, n).
-    """
-
-    after: str
-    first: int
-    last: int
-    to_go: Array
-
-
 def configuration(folder: Path, shipped: str) -> Path:
     """A shipped arm with an experiment of six seconds, in which every motor has a way to go."""
     content = yaml.safe_load(find_file(shipped).read_text())
@@ -164,28 +146,30 @@ def configuration(folder: Path, shipped: str) -> Path:
     return path
 
 
-@functools.cache
-def prepared_once(config: Path) -> Prepared:
-    """The checked configuration, which processes inherit that are forked later."""
-    return prepare(config)
+@dataclass(frozen=True)
+class Stage:
+    """Moments at which faults may begin.
+
+    Attributes:
+        first: its first cycle, counted from that in which the stage begins.
+        to_go: how far each motor has yet to go, in tracking limits, cycle by cycle from the first,
+            shape (cycles, n).
+    """
+
+    first: int
+    to_go: Array
 
 
-@functools.cache
-def windows(config: Path) -> dict[str, Window]:
+def stages(rig: Rig) -> dict[str, Stage]:
     """The moments of each phase; `active` lies between Shift-Activate and the first motion."""
-    prepared = prepared_once(config)
-    limits, robot, motion = prepared.arm.file.limits, prepared.arm.robot, prepared.excitation
-    there = move(robot, limits, POSE, motion.q[0], PERIOD_S)
-    back = move(robot, limits, motion.q[-1], POSE, PERIOD_S)
-    parts, start, found = (there, motion, back), 0, {}
-    for name, part in zip(PHASES[1:], parts, strict=True):
-        inner = slice(10, len(part.q) - 100)
-        to_go = left_to_go(prepared, [part])[inner]
-        found[name] = Window("enabled", start + inner.start, start + inner.stop - 1, to_go)
-        start += len(part.q)
-    whole = left_to_go(prepared, parts)[:1]
-    found["enable"] = Window("first_cycle", 1, 4, np.repeat(whole, 4, axis=0))
-    found["active"] = Window("enabled", 1, 2, np.repeat(whole, 2, axis=0))
+    parts = (rig.motion.approach, rig.motion.excitation, rig.motion.retreat)
+    found = {
+        name: Stage(10, left_to_go(rig.prepared, [part])[10:-100])
+        for name, part in zip(PHASES[2:], parts, strict=True)
+    }
+    whole = left_to_go(rig.prepared, parts)[:1]
+    for name, first, cycles in (("enable", 1, 4), ("active", 1, 2), ("test", 10, TEST_CYCLES)):
+        found[name] = Stage(first, np.repeat(whole, cycles, axis=0))
     return found
 
 
@@ -200,47 +184,79 @@ def left_to_go(prepared: Prepared, parts: Sequence[Reference]) -> Array:
     return np.maximum(highest - angle, angle - lowest)[::-1] / limit
 
 
-def run(config: Path, fault: Fault, seed: int) -> Ending:
-    """One experiment with one fault."""
-    with tempfile.TemporaryDirectory() as box:
-        folder, error = Path(box), None
-        case = Case(config, seed, folder / "faults.yaml", folder / "bus")
-        case.faults.write_text(yaml.safe_dump({"faults": [fault]}))
-        prepared, log = prepared_once(config), folder / "log.mcap"
-        with served(case) as court:
-            setup = Setup(config, prepared.arm, f"simbus:{case.socket}", lockstep=True)
-            try:
-                with redirect_stderr(io.StringIO()):
-                    excite(ExciteRequest(prepared, setup, log, lambda _: None, tests_motors=False))
-            except UserError as raised:
-                error = raised
-            testimony = court.hear()
-        return judged(error, testimony, log, str(fault["fault"]) in UNHEARD)
-
-
-def drawn(protocol: Protocol, name: str, window: Window, random: np.random.Generator) -> Fault:
-    """A fault at a random drive and moment of a phase."""
-    cycle, motor = random.choice(np.argwhere(window.to_go >= TO_GO.get(name, 0.0)))
+def drawn(
+    protocol: Protocol, name: str, stage: Stage, random: np.random.Generator
+) -> tuple[int, Fault]:
+    """A random moment of a stage, and a fault that begins then at a random drive."""
+    cycle, motor = random.choice(np.argwhere(stage.to_go >= TO_GO.get(name, 0.0)))
     node, kind = int(motor) + 1, name.split()[0]
     place: Fault = {"node": node}
     if kind.endswith("_frames"):
         place = {"id": protocol.position_id[0] + (node - 1) * protocol.position_id[1]}
     elif kind in ("pendant", "safety_fault", "lost_zero"):
         place = {}
-    when = {"after": window.after, "cycles": window.first + int(cycle)}
-    return {"fault": kind, **place, **protocol.faults[name], **when}
+    return stage.first + int(cycle), {"fault": kind, **place, **protocol.faults[name], "cycles": 0}
 
 
-def one(config: Path, protocol: str, name: str, phase: str, seed: int) -> Ending:
-    """One case of the matrix."""
-    known = PROTOCOLS[protocol]
-    random = np.random.default_rng([seed, list(known.faults).index(name), PHASES.index(phase)])
-    window = "active" if phase == "enable" and name in NEEDS_TORQUE else phase
-    fault = drawn(known, name, windows(config)[window], random)
-    for _ in range(MOST_TRIES):
-        with suppress(TooBusyError):
-            return run(config, fault, seed)
-    raise TimeoutError(f"this machine is too busy: no set-up out of {MOST_TRIES} was in time")
+Plan = dict[tuple[str, int], list[tuple[str, str, Fault]]]
+"""By stage and its cycle: name, phase and words of the faults that begin then."""
+
+
+def planned(rig: Rig, protocol: Protocol, names: Sequence[str], seed: int) -> Plan:
+    """Every fault, once in every phase."""
+    plan: Plan = defaultdict(list)
+    moments = stages(rig)
+    for name in names:
+        for phase in PHASES:
+            random = np.random.default_rng(
+                [seed, list(protocol.faults).index(name), PHASES.index(phase)]
+            )
+            stage = "active" if phase == "enable" and name in NEEDS_TORQUE else phase
+            cycle, fault = drawn(protocol, name, moments[stage], random)
+            plan[stage, cycle].append((name, phase, fault))
+    return plan
+
+
+def endings(
+    prepared: Prepared, config: Path, protocol: Protocol, names: Sequence[str], seed: int
+) -> list[tuple[tuple[str, str], Ending]]:
+    """One seed: how each fault ended in each phase."""
+    said: list[str] = []
+    nothing = config.with_name("faults.yaml")
+    nothing.write_text(yaml.safe_dump({"faults": []}))
+    simulation, arm = load_faulty_simulation(config, seed, nothing, said.append)
+    simulation.arm.plant.warm_up()
+    witness = Witness(arm, simulation)
+    with Branches() as cases, set_up(prepared, config, simulation, witness) as rig:
+        plan, passed, chosen = planned(rig, protocol, names, seed), Counter(), ["healthy"]
+
+        def before_cycle() -> None:
+            words = [WORDS.get(rig.loop.phase, "")] + ["active"] * simulation.arm.is_enabled
+            for word in () if cases.is_case else words:
+                passed[word] += 1
+                for name, phase, fault in plan.get((word, passed[word]), ()):
+                    if cases.branch((name, phase)):
+                        let_begin(arm, fault)
+                        chosen[0] = name
+                        return
+
+        rig.bus.before_cycle = before_cycle
+        error: UserError | None = None
+        try:
+            rig.run()
+        except UserError as raised:
+            error = raised
+        witness.stay_alone()
+        seen = Testimony(tuple(said), witness.first_ns, tuple(witness.spans))
+        cases.end(judged(error, seen, rig.log.stamps_ns, chosen[0] in UNHEARD))
+        if error is not None:
+            raise error
+    return cases.results
+
+
+def let_begin(arm: FaultyArm, fault: Fault) -> None:
+    """A fault that begins with the next frame."""
+    arm._timeline._waiting += FaultScript.model_validate({"faults": [fault]}).faults
 
 
 def table(found: dict[tuple[str, str], list[Ending]], names: Sequence[str]) -> Iterator[str]:
@@ -270,32 +286,24 @@ def main() -> None:
     parser.add_argument("faults", nargs="*")
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--minutes", type=float, default=math.inf)
-    parser.add_argument("--jobs", type=int, default=1)
     asked = parser.parse_args()
     protocol, began_s = PROTOCOLS[asked.protocol], time.monotonic()
     names = asked.faults or list(protocol.faults)
     found: dict[tuple[str, str], list[Ending]] = defaultdict(list)
-    fork = multiprocessing.get_context("fork")
     with tempfile.TemporaryDirectory() as box:
         config = configuration(Path(box), protocol.config)
-        windows(config)
-        dictionary.load_dictionary = functools.cache(
-            dictionary.load_dictionary
-        )  # once, not per run
-        load_simulation(config, 0).arm.plant.warm_up()
-        cases = list(product(names, PHASES))
-        with ProcessPoolExecutor(asked.jobs, fork) as pool:
-            for done, seed in enumerate(range(asked.first, asked.first + asked.seeds), 1):
-                waiting = [pool.submit(one, config, asked.protocol, *c, seed) for c in cases]
-                for (name, phase), ending in zip(cases, waiting, strict=True):
-                    found[name, phase].append(ending.result())
-                    if found[name, phase][-1].missed:
-                        why = f"{', '.join(ending.result().missed)}: {ending.result().sentence}"
-                        print(f"{name} {phase} {seed}: {why}", file=sys.stderr)
-                minutes = (time.monotonic() - began_s) / 60.0
-                print(f"{done} seeds in {minutes:.1f} min", file=sys.stderr, flush=True)
-                if minutes * (done + 1) / done > asked.minutes:
-                    break
+        prepared = prepare(config)
+        for done, seed in enumerate(range(asked.first, asked.first + asked.seeds), 1):
+            for (name, phase), ending in endings(prepared, config, protocol, names, seed):
+                found[name, phase].append(ending)
+                if ending.missed:
+                    why = f"{', '.join(ending.missed)}: {ending.sentence}"
+                    print(f"{name} {phase} {seed}: {why}", file=sys.stderr)
+            minutes, cpu_s = (time.monotonic() - began_s) / 60.0, sum(os.times()[:4])
+            cases = done * len(names) * len(PHASES)
+            print(f"{done} seeds, {minutes:.1f} min, {cpu_s / cases:.2f} s a case", file=sys.stderr)
+            if minutes * (done + 1) / done > asked.minutes:
+                break
     print(*table(found, names), sep="\n")
 
 

@@ -1,16 +1,14 @@
-"""Whether a run with a fault ended in a defined stop, by what its arm saw and its log holds."""
+"""Whether a run with a fault ended in a defined stop, by what its arm saw and what was logged."""
 
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import takewhile
-from pathlib import Path
 
 from fault_witness import Span, Testimony
 
-from wamctl.arm.errors import DataError, UserError
-from wamctl.arm.recording import read_recording
-from wamctl.errors import DrivesError, StopError
+from wamctl.arm.errors import UserError
+from wamctl.errors import StopError
 
 PERIOD_S = 0.002
 PERIOD_NS = round(PERIOD_S * 1e9)
@@ -51,24 +49,17 @@ class Ending:
     missed: tuple[str, ...]
 
 
-class TooBusyError(Exception):
-    """The set-up, which runs in real time, did not get through: there is no case to judge."""
-
-
-def judged(error: UserError | None, seen: Testimony, log: Path, unheard: bool) -> Ending:
+def judged(
+    error: UserError | None, seen: Testimony, stamps_ns: Sequence[int], unheard: bool
+) -> Ending:
     """Whether this was a defined stop.
 
     Args:
         error: what ended the run.
         seen: what the arm saw of it.
-        log: the log.
+        stamps_ns: of the rows that were logged.
         unheard: the host is off the bus.
-
-    Raises:
-        TooBusyError: the set-up failed before the fault began.
     """
-    if isinstance(error, DrivesError) and not seen.said:
-        raise TooBusyError(str(error))
     if not isinstance(error, StopError) or not seen.said:
         said = "; ".join(seen.said) or "the fault never began"
         code = error.exit_code if error else 0
@@ -84,7 +75,7 @@ def judged(error: UserError | None, seen: Testimony, log: Path, unheard: bool) -
         f"torque of before for {stop.cycles:.2f} cycles": unheard or stop.cycles <= MOST_CYCLES,
         f"drives disabled after {stop.off_ms:.1f} ms": stop.off_ms <= MOST_MS,
         "disabled for good": stop.for_good,
-        "whole log": is_whole(log, int(began[2])),
+        "whole log": is_whole(stamps_ns, int(began[2])),
     }
     missed = tuple(what for what, holds in checks.items() if not holds)
     return Ending(error.exit_code, str(error), stop, missed)
@@ -107,11 +98,7 @@ def stopped(brakes: bool, spans: Sequence[Span], detected_ns: int, began_ns: int
     )
 
 
-def is_whole(log: Path, fault_cycle: int) -> bool:
-    """Whether a log opens and holds all cycles before that of the fault; the first is 1."""
-    try:
-        recording = read_recording(log)
-    except DataError:
-        return False
-    logged = (recording.stamp_ns - recording.stamp_ns[0]) // PERIOD_NS + 1
-    return recording.complete and set(range(1, fault_cycle)) <= set(logged.tolist())
+def is_whole(stamps_ns: Sequence[int], fault_cycle: int) -> bool:
+    """Whether all cycles before that of the fault were logged; the first is 1."""
+    logged = {(stamp_ns - stamps_ns[0]) // PERIOD_NS + 1 for stamp_ns in stamps_ns}
+    return set(range(1, fault_cycle)) <= logged

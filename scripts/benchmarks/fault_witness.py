@@ -1,24 +1,12 @@
-"""What the simulated arm itself says of a stop: it is served in a process of its own."""
+"""What the simulated arm itself says of a stop."""
 
-import multiprocessing
-import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
-from pathlib import Path
-from typing import IO
-
-import numpy as np
 
 from sim_bus.assembly import Simulation
 from sim_bus.can_bus.frame import Frame
-from sim_bus.can_bus.socket_hub import SocketHub
-from sim_bus.faults.assembly import load_faulty_simulation
-from sim_bus.server import Arm, Lockstep, serve
+from sim_bus.server import Arm
 
 ALONE_S = 0.2
-_FORK = multiprocessing.get_context("fork")
 
 
 @dataclass(frozen=True)
@@ -29,13 +17,11 @@ class Span:
         until_ns: its end.
         torques: of the motors, as their drives make it [N m].
         enabled: how many drives are enabled.
-        speed: of the fastest joint at the end [rad/s].
     """
 
     until_ns: int
     torques: tuple[float, ...]
     enabled: int
-    speed: float
 
 
 @dataclass(frozen=True)
@@ -79,7 +65,7 @@ class Witness:
         torques = tuple(motor.motor_torque_nm for motor in arm.motors)
         enabled = sum(motor.is_enabled for motor in arm.motors)
         self._arm.run_physics(time_ns)
-        self.spans.append(Span(time_ns, torques, enabled, float(np.abs(arm.plant.qd).max())))
+        self.spans.append(Span(time_ns, torques, enabled))
 
     def stay_alone(self) -> None:
         """A fifth of a second without a program, which lockstep would not let pass."""
@@ -90,70 +76,3 @@ class Witness:
             for frame in self.tick(now_ns):
                 self.overhear(now_ns, frame)
             self.run_physics(now_ns)
-
-
-@dataclass(frozen=True)
-class Case:
-    """A simulated arm to be served.
-
-    Attributes:
-        config: the arm's file.
-        seed: which arm.
-        faults: the fault file.
-        socket: where.
-        effects: file of the hidden effects that it carries.
-    """
-
-    config: Path
-    seed: int
-    faults: Path
-    socket: Path
-    effects: Path | None = None
-
-
-class Court:
-    """The other end of a served arm's pipes.
-
-    Args:
-        answers: where its testimony comes from.
-        stop: to be closed when it is to stop.
-    """
-
-    def __init__(self, answers: Connection, stop: IO[str]) -> None:
-        self._answers, self._stop = answers, stop
-
-    def hear(self) -> Testimony:
-        """Stop serving, leave the arm alone for a while, and hear what has happened to it."""
-        self._stop.close()
-        return self._answers.recv()
-
-
-@contextmanager
-def served(case: Case) -> Iterator[Court]:
-    """An arm in lockstep, in a process of its own; `hear` is to be called in the block."""
-    answers, telling = _FORK.Pipe(duplex=False)
-    reading, writing = os.pipe()
-    process = _FORK.Process(target=_serve, args=(case, telling, reading, writing))
-    process.start()
-    telling.close()
-    os.close(reading)
-    with answers, os.fdopen(writing, "w") as stop:
-        answers.recv()
-        yield Court(answers, stop)
-    process.join()
-
-
-def _serve(case: Case, telling: Connection, reading: int, writing: int) -> None:
-    os.close(writing)
-    said: list[str] = []
-    simulation, arm = load_faulty_simulation(
-        case.config, case.seed, case.faults, said.append, case.effects
-    )
-    simulation.arm.plant.warm_up()
-    witness, hub = Witness(arm, simulation), SocketHub(case.socket)
-    telling.send("ready")
-    with os.fdopen(reading) as stop:
-        serve(Lockstep(witness, hub, simulation.period_ns, simulation.schedule), hub, stop)
-    hub.close()
-    witness.stay_alone()
-    telling.send(Testimony(tuple(said), witness.first_ns, tuple(witness.spans)))

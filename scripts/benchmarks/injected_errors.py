@@ -1,81 +1,67 @@
 # ruff: noqa: SLF001 - it puts itself between the loop and its cycle
 """A bug at any line of a cycle: how long does torque of before act on the arm?
 
-Usage: scripts/benchmarks/injected_errors.py PROTOCOL [--cycle N] [--every K] [--first K]
+Usage: scripts/benchmarks/injected_errors.py PROTOCOL [--every K] [--phases PHASE...]
 
-PROTOCOL is canopen or puck; from the root, with .venv's Python. One cycle of the moving arm (the
-N-th; 900 without it) is traced once, to count the lines of `wamctl` that it runs. Then, for every
-K-th of these lines, an experiment in lockstep on the embedded bus raises an exception there that
-nobody expects. What counts is what the simulated drives make of it: for how many periods after the
-cycle's start a torque other than zero still acts, and whether all drives are off in the end.
+PROTOCOL is canopen or puck; from the root, with .venv's Python. An experiment runs in lockstep, in
+one process. In the middle of each phase it is forked for every K-th line of `wamctl` that the cycle
+runs, which then raises an exception that nobody expects. What counts is what the simulated drives
+make of it: for how many periods after the cycle's start a torque other than zero still acts, and
+whether all drives are off in the end. In `excite`, it is a cycle that tells the log the drives'
+states as well. In `brake`, it is the tenth cycle after the operator's stop.
 """
 
 import argparse
-import io
+import os
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager, redirect_stderr, suppress
+from contextlib import suppress
 from pathlib import Path
 from types import FrameType
 from typing import Any
 
-import yaml
-from fault_matrix import PROTOCOLS, configuration, prepared_once
+from fault_matrix import PROTOCOLS, configuration
 from fault_verdict import PERIOD_NS
-from fault_witness import Case, Testimony, served
+from fault_witness import Span, Witness
+from one_process import Branches, set_up
 
+from sim_bus.assembly import load_simulation
 from wamctl.arm.errors import UserError
-from wamctl.errors import DrivesError
-from wamctl.experiment.excite import ExciteRequest, excite
 from wamctl.experiment.loop import Loop
-from wamctl.experiment.session import Setup
+from wamctl.experiment.preflight import Prepared, prepare
+from wamctl.telemetry.phase import Phase
 
 ROOT = str(Path(__file__).parents[2] / "wamctl")
-NEVER = 10**9
+PHASES = {  # the cycle in which the bug is, counted from the phase's first
+    Phase.ENABLE: 3,
+    Phase.TEST: 900,
+    Phase.APPROACH: 400,
+    Phase.EXCITE: 400,
+    Phase.RETURN: 400,
+    Phase.RELEASE: 200,
+    Phase.BRAKE: 10,
+}
 
 
 class InjectedError(Exception):
     """A bug that nobody expects."""
 
 
-class Injector:
-    """Traces one cycle, and raises at one of its lines.
+class Tracer:
+    """Counts the lines of `wamctl` that a cycle runs, and raises at one of them.
 
     Attributes:
-        lines: how many lines of `wamctl` the cycle has run.
+        lines: how many it has run.
         where: the line that was hit; empty if none was.
-        at_ns: time of the cycle's start since the first one; 0 before.
     """
 
-    def __init__(self, cycle: int, line: int) -> None:
-        self.lines, self.where, self.at_ns = 0, "", 0
-        self._cycle, self._line, self._seen = cycle, line, 0
+    def __init__(self, line: int) -> None:
+        self.lines, self.where = 0, ""
+        self._line = line
 
-    @contextmanager
-    def installed(self) -> Iterator[None]:
-        """Every cycle passes by here."""
-        whole = Loop._cycle
-
-        def cycle(loop: Loop, *arguments: Any) -> Any:
-            self._seen += 1
-            if self._seen != self._cycle:
-                return whole(loop, *arguments)
-            self.at_ns = loop._last_ns - loop._first_ns + PERIOD_NS
-            sys.settrace(self._on_call)
-            try:
-                return whole(loop, *arguments)
-            finally:
-                sys.settrace(None)
-
-        Loop._cycle = cycle
-        try:
-            yield
-        finally:
-            Loop._cycle = whole
-
-    def _on_call(self, frame: FrameType, event: str, argument: object) -> Any:
+    def on_call(self, frame: FrameType, event: str, argument: object) -> Any:
+        """For `sys.settrace`."""
         return self._on_line if frame.f_code.co_filename.startswith(ROOT) else None
 
     def _on_line(self, frame: FrameType, event: str, argument: object) -> Any:
@@ -88,33 +74,61 @@ class Injector:
         return self._on_line
 
 
-def run(config: Path, injector: Injector) -> Testimony | None:
-    """One experiment; None if the set-up, which runs in real time, did not get through."""
-    with tempfile.TemporaryDirectory() as box:
-        folder = Path(box)
-        case = Case(config, 0, folder / "faults.yaml", folder / "bus")
-        case.faults.write_text(yaml.safe_dump({"faults": []}))
-        prepared, log = prepared_once(config), folder / "log.mcap"
-        with served(case) as court, injector.installed():
-            setup = Setup(config, prepared.arm, f"simbus:{case.socket}", lockstep=True)
-            request = ExciteRequest(prepared, setup, log, lambda _: None, tests_motors=False)
-            busy = False
-            with redirect_stderr(io.StringIO()):
-                try:
-                    with suppress(InjectedError):
-                        excite(request)
-                except DrivesError:
-                    busy = True
-                except UserError:
-                    pass  # the bug was taken for a stop of another kind
-            testimony = court.hear()
-        return None if busy else testimony
+def injected(
+    prepared: Prepared, config: Path, phase: Phase, every: int
+) -> tuple[int, list[tuple[str, float, Span]]]:
+    """Lines of a cycle of a phase; and for each that was hit: where, periods of torque, the end."""
+    simulation = load_simulation(config, 0)
+    simulation.arm.plant.warm_up()
+    witness = Witness(simulation.arm, simulation)
+    tracer, start_ns, seen, whole, lines = Tracer(-1), 0, Counter(), Loop._cycle, 0
+    with Branches() as cases, set_up(prepared, config, simulation, witness) as rig:
+
+        def cycle(loop: Loop, *arguments: Any) -> Any:
+            nonlocal tracer, start_ns, lines
+            seen[loop.phase] += 1
+            is_due = loop.phase is phase and seen[phase] >= PHASES[phase] and not lines
+            tells = loop.timing.cycles % loop._status_cycles == 0
+            if not is_due or cases.is_case or (phase is Phase.EXCITE and not tells):
+                return whole(loop, *arguments)
+            start_ns = simulation_ns(witness)
+            if cases.branch("lines"):
+                sys.settrace(tracer.on_call)
+                whole(loop, *arguments)
+                sys.settrace(None)
+                cases.end(tracer.lines)
+            lines = cases.results.pop()[1]
+            for line in range(1, lines + 1, every):
+                if cases.branch(line):
+                    tracer = Tracer(line)
+                    sys.settrace(tracer.on_call)
+                    try:
+                        return whole(loop, *arguments)
+                    finally:
+                        sys.settrace(None)
+            return whole(loop, *arguments)
+
+        if phase is Phase.BRAKE:
+            rig.loop._operator = lambda: "a key" if seen[Phase.EXCITE] > 400 else None
+        Loop._cycle = cycle
+        try:
+            with suppress(UserError, InjectedError):
+                rig.run()
+        finally:
+            Loop._cycle = whole
+        witness.stay_alone()
+        cases.end((tracer.where, periods_of_torque(witness.spans, start_ns), witness.spans[-1]))
+    return lines, [result for _, result in cases.results]
 
 
-def periods_of_torque(seen: Testimony, at_ns: int) -> float:
+def simulation_ns(witness: Witness) -> int:
+    """Time up to which the arm has moved [ns]."""
+    return witness.spans[-1].until_ns
+
+
+def periods_of_torque(spans: list[Span], start_ns: int) -> float:
     """For how many periods after a cycle's start any torque still acted."""
-    start_ns = seen.first_ns + at_ns
-    torque = [s.until_ns for s in seen.spans if s.until_ns > start_ns and any(s.torques)]
+    torque = [s.until_ns for s in spans if s.until_ns > start_ns and any(s.torques)]
     return (max(torque) - start_ns) / PERIOD_NS if torque else 0.0
 
 
@@ -122,30 +136,24 @@ def main() -> int:
     """The distribution, and every line beyond two periods."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("protocol", choices=PROTOCOLS)
-    parser.add_argument("--cycle", type=int, default=900)
     parser.add_argument("--every", type=int, default=1)
-    parser.add_argument("--first", type=int, default=1)
-    asked = parser.parse_args()
-    found: Counter[float] = Counter()
+    parser.add_argument("--phases", nargs="*", default=[phase.word for phase in PHASES])
+    asked, wrong = parser.parse_args(), 0
     with tempfile.TemporaryDirectory() as box:
         config = configuration(Path(box), PROTOCOLS[asked.protocol].config)
-        counting = Injector(asked.cycle, NEVER)
-        while run(config, counting) is None:
-            counting = Injector(asked.cycle, NEVER)
-        print(f"{asked.protocol}: a cycle runs {counting.lines} lines of wamctl", flush=True)
-        wrong = 0
-        for line in range(asked.first, counting.lines + 1, asked.every):
-            injector = Injector(asked.cycle, line)
-            seen = run(config, injector)
-            if seen is None or not injector.where:
-                found[-1.0] += 1
-                continue
-            periods, last = periods_of_torque(seen, injector.at_ns), seen.spans[-1]
-            found[round(periods, 1)] += 1
-            if periods > 2.0 or any(last.torques) or last.enabled:
-                wrong += 1
-                print(f"line {line}, {injector.where}: {periods:.1f} periods", flush=True)
-    print(f"periods of torque, and how often: {dict(sorted(found.items()))}")
+        prepared = prepare(config)
+        for phase in (p for p in PHASES if p.word in asked.phases):
+            lines, found = injected(prepared, config, phase, asked.every)
+            for where, periods, last in found:
+                if periods > 2.0 or any(last.torques) or last.enabled:
+                    wrong += 1
+                    print(f"{phase.word}, {where}: {periods:.1f} periods", flush=True)
+            periods = dict(sorted(Counter(round(p, 1) for _, p, _ in found).items()))
+            print(
+                f"{asked.protocol} {phase.word}: {len(found)} of {lines} lines; periods of torque, "
+                f"and how often: {periods}; {sum(os.times()[:4]):.0f} s of a core so far",
+                flush=True,
+            )
     return int(wrong > 0)
 
 

@@ -3,6 +3,9 @@
 Usage: scripts/benchmarks/motor_matrix.py [--seeds N] [--loads KG...] [--faults F...]
        [--phases P...] [--verbose], from the root, with .venv's Python.
 
+For each load and protocol one run is forked at the moments at which the faults begin. An arm whose
+test of the motors ends with a stop (a load, say) has no later phases.
+
 The simulated arm's physics (friction, links that differ from CAD, quantised encoders) behind drives
 that do what they are told; torque acts one period after it is sent (CANopen) or on arrival (classic
 Pucks). A fault begins before the test of the motors, or at a random moment of the approach, the
@@ -12,11 +15,11 @@ a twentieth of their limits, whichever is more.
 """
 
 import argparse
+import os
 import sys
 import tempfile
-import time
-from collections import defaultdict
-from collections.abc import Iterator
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -27,6 +30,7 @@ import yaml
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
 from ideal_arm import PERIOD_S, REST, IdealDrives, ListLog
+from one_process import Branches
 
 from sim_bus.assembly import load_simulation
 from wamctl.arm.trajectory import FourierSeries, reference
@@ -49,6 +53,7 @@ class SimulatedDrives(IdealDrives):
 
     Attributes:
         seen: joint speed, tool speed and kinetic energy of the true arm, cycle by cycle.
+        before_cycle: called before each cycle.
     """
 
     def __init__(self, arm: Arm, seed: int, load_kg: float, at_once: bool) -> None:
@@ -59,12 +64,14 @@ class SimulatedDrives(IdealDrives):
         self._count = 2.0 * np.pi / np.array(arm.file.drives.counts_per_revolution)
         self._tool = self._truth.getFrameId(arm.file.limits.tool_frame)
         self.seen: list[tuple[float, float, float]] = []
+        self.before_cycle: Callable[[], None] = lambda: None
 
     def sample(self, timing: object) -> Readings:
         """One period of the arm, and what it read at its beginning."""
         self._on = self._wanted and self.obeys
         if self._on and self._plant.is_held:
             self._plant.release()
+        self.before_cycle()
         if not self.delay_cycles:
             self._advance(self._next)  # from the last torques to this poll
         self.cycle += 1
@@ -139,25 +146,44 @@ def motion_of(arm: Arm) -> experiment.Motion:
     return experiment.plan(arm, REST, reference(series, 1, 0.5, PERIOD_S))
 
 
-def one(arm: Arm, case: Case) -> Ending:
-    """One experiment."""
-    drives = SimulatedDrives(arm, case.seed, case.load_kg, case.at_once)
+def endings(
+    arm: Arm, seed: int, load_kg: float, at_once: bool, asked: argparse.Namespace
+) -> list[tuple[Case, Ending]]:
+    """All cases of an arm with a load: forks of one run, each from the moment of its fault."""
+    drives = SimulatedDrives(arm, seed, load_kg, at_once)
     loop = Loop(arm, drives, LockstepClock(PERIOD_S), ListLog(), lambda: None)
     motion = motion_of(arm)
-    parts = {"move": motion.approach, "excite": motion.excitation, "return": motion.retreat}
-    share = np.random.default_rng([case.seed, case.motor]).uniform(0.05, 0.7)
-    wrong, begun = motors_of(case.fault, case.motor), []
+    lengths = {
+        "test": 0,
+        "move": len(motion.approach.t),
+        "excite": len(motion.excitation.t),
+        "return": len(motion.retreat.t),
+    }
+    plan: dict[tuple[str, int], list[Case]] = defaultdict(list)
+    for fault, phase, motor in product(asked.faults, asked.phases, range(7)):
+        share = np.random.default_rng([seed, motor]).uniform(0.05, 0.7)
+        case = Case(fault, motor, phase, seed, load_kg, at_once)
+        plan[phase, 1 + round(share * lengths[phase])].append(case)
+    passed: Counter[str] = Counter()
+    with Branches() as cases:
 
-    def act(tau: np.ndarray) -> np.ndarray:
-        word = {"approach": "move"}.get(loop.phase.word, loop.phase.word)
-        if word == case.phase and not begun:
-            wait = 0.0 if word == "test" else share * len(parts[word].t)
-            begun.append(drives.cycle + wait)
-        return wrong(tau) if begun and drives.cycle >= begun[0] else tau
+        def before_cycle() -> None:
+            word = {"approach": "move"}.get(loop.phase.word, loop.phase.word)
+            passed[word] += 1
+            for case in () if cases.is_case else plan.get((word, passed[word]), ()):
+                if cases.branch(case):
+                    drives.motors = motors_of(case.fault, case.motor)
+                    return
 
-    drives.motors = act
+        drives.before_cycle = before_cycle
+        cases.end(ended(arm, drives, loop, motion))
+    return cases.results
+
+
+def ended(arm: Arm, drives: SimulatedDrives, loop: Loop, motion: experiment.Motion) -> Ending:
+    """How an experiment ends."""
     try:
-        experiment.run(arm, drives, loop, motion, tests_motors=case.phase == "test")
+        experiment.run(arm, drives, loop, motion)
     except StopError as stop:
         seen, limits = np.array(drives.seen), arm.file.limits
         at = min(round(stop.at_s / PERIOD_S), len(seen) - 1)
@@ -196,21 +222,16 @@ def main() -> None:
     parser.add_argument("--phases", nargs="*", default=list(PHASES))
     parser.add_argument("--verbose", action="store_true")
     asked = parser.parse_args()
-    arm, began_s = load_arm("wam7.yaml")[1], time.monotonic()
+    arm = load_arm("wam7.yaml")[1]
     found: dict[tuple[str, str], list[Ending]] = defaultdict(list)
-    for fault, phase in product(asked.faults, asked.phases):
-        motors = range(1 if fault == "healthy" else 7)
-        places = product(range(asked.seeds), asked.loads, motors, (False, True))
-        for seed, load, motor, at_once in places:
-            case = Case(fault, motor, phase, seed, load, at_once)
-            ending = one(arm, case)
-            found[fault, phase].append(ending)
+    for seed, load, at_once in product(range(asked.seeds), asked.loads, (False, True)):
+        for case, ending in endings(arm, seed, load, at_once, asked):
+            found[case.fault, case.phase].append(ending)
             if asked.verbose:
                 most, growth = ending.most.round(2), ending.growth.round(2)
                 where = ending.stopped_in or "no stop"
                 print(f"{case}: {where}, {most}, {growth}, {ending.cause[:90]}", flush=True)
-        passed_s = time.monotonic() - began_s
-        print(f"{fault} {phase}: {passed_s:.0f} s", file=sys.stderr, flush=True)
+        print(f"{load:g} kg: {sum(os.times()[:4]):.0f} s of a core", file=sys.stderr, flush=True)
     print(*rows(found), sep="\n")
 
 

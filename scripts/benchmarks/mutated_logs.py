@@ -1,13 +1,14 @@
 """Mutated logs through `ident run` or `ident gap`: bugs, hangs, memory, and what is believed.
 
-Usage: OMP_NUM_THREADS=1 python scripts/benchmarks/mutated_logs.py LOG.mcap --command run|gap
-       [--count 300] [--first 0] [--seed 0] [--seconds 20]
+Usage: OMP_NUM_THREADS=1 python scripts/benchmarks/mutated_logs.py [LOG.mcap] --command run|gap
+       [--count 300] [--first 0] [--seed 0] [--seconds 12] [--verbose]
 
-A stretch of LOG.mcap is mutated `count` times: bytes of the file, stamps, positions, torque, joints
-and topics, one or two mutations each. Every case is a process of its own that may have 2 GB and
-60 s of a core; it is forked from this one, which has run the command once. A line for each that
-ends otherwise than with 0 or 6, and a table at the end: exit codes, verdicts by mutation, peak
-memory. Ctrl-C ends it with the table so far.
+A stretch of LOG.mcap, or of a double pendulum with friction, is mutated `count` times: bytes of the
+file, stamps, positions, torque, joints and topics, one or two mutations each. Every case is a
+process of its own that may have 2 GB and 60 s of a core; it is forked from this one, which has run
+the command once. A line for each that ends otherwise than with 0 or 6 (`--verbose`: for each), and
+a table at the end: exit codes, verdicts by mutation, peak memory, processor time. Ctrl-C ends it
+with the table so far.
 """
 
 import argparse
@@ -17,7 +18,7 @@ import resource
 import struct
 import sys
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stderr, redirect_stdout, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -28,11 +29,25 @@ import numpy as np
 
 from ident.cli import main as ident
 from wamctl.arm.recorder import Recorder
-from wamctl.arm.recording import Recording, read_recording
+from wamctl.arm.recording import read_recording
+from wamctl.arm.robot import inverse_dynamics, load_robot
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
+from pendulum import pendulum
 
 Rng = np.random.Generator
 MOST_BYTES, MOST_S = 2 << 30, 60
 MOST_NS = 2**31 * 10**9 - 1
+HZ, PARTS, NOISE_NM = 200, 8, 0.01
+
+
+@dataclass(frozen=True)
+class Head:
+    """What a log says besides its samples."""
+
+    joints: Sequence[str]
+    metadata: Mapping[str, str]
+    attachments: Mapping[str, bytes]
 
 
 @dataclass(frozen=True)
@@ -81,7 +96,15 @@ def _flipped(case: Case, rng: Rng) -> Case:
 
 
 def _order(array: np.ndarray, rng: Rng) -> np.ndarray:
-    return array[:, rng.permutation(array.shape[1])]
+    """The joints' columns, each in another's place."""
+    return np.roll(array, rng.integers(1, array.shape[1]), axis=1)
+
+
+def _reversed(case: Case, rng: Rng) -> Case:
+    """The torque of one joint or more."""
+    signs = rng.choice([-1, 1], case.tau.shape[1])
+    signs[rng.integers(len(signs))] = -1
+    return replace(case, tau=case.tau * signs)
 
 
 def _two_arms(case: Case, rng: Rng) -> Case:
@@ -104,16 +127,18 @@ MUTATIONS: dict[str, Mutation] = {
     "stamps equal": lambda c, r: replace(c, t=_changed(c.t, _some(r, c), c.t[0])),
     "coarse encoder": lambda c, r: replace(c, q=np.round(c.q, r.integers(0, 4))),
     "frozen": lambda c, r: replace(c, q=_changed(c.q, _some(r, c), c.q[0])),
-    "still joint": lambda c, r: replace(c, q=_changed(c.q, (slice(None), r.integers(7)), 0.3)),
+    "still joint": lambda c, r: replace(c, q=_changed(
+        c.q, (slice(None), r.integers(c.q.shape[1])), 0.3)),
     "huge": _huge,
     "flipped bits": _flipped,
     "noise as torque": lambda c, r: replace(c, tau=r.normal(size=c.tau.shape) * c.tau.std(0)),
     "noise at a joint": lambda c, r: replace(c, tau=_changed(
-        c.tau, (slice(None), k := r.integers(7)), r.normal(size=len(c.t)) * c.tau[:, k].std())),
+        c.tau, (slice(None), k := r.integers(c.q.shape[1])),
+        r.normal(size=len(c.t)) * c.tau[:, k].std())),
     "zero torque": lambda c, r: replace(c, tau=0 * c.tau),
     "torque order": lambda c, r: replace(c, tau=_order(c.tau, r)),
     "position order": lambda c, r: replace(c, q=_order(c.q, r)),
-    "torque sign": lambda c, r: replace(c, tau=c.tau * r.choice([-1, 1], c.tau.shape[1])),
+    "torque sign": _reversed,
     "degrees": lambda c, r: replace(c, q=np.rad2deg(c.q)),
     "unit": lambda c, r: replace(c, tau=c.tau * 10 ** r.uniform(-6, 6)),
     "shifted zero": lambda c, r: replace(c, q=c.q + r.normal(size=c.q.shape[1])),
@@ -123,9 +148,43 @@ MUTATIONS: dict[str, Mutation] = {
 }  # fmt: skip
 
 
-def write(path: Path, log: Recording, case: Case) -> None:
+def of_file(path: Path) -> tuple[Head, Case]:
+    """A log of `wamctl excite`."""
+    log = read_recording(path)
+    if log.command is None or log.command.effort is None:
+        raise SystemExit("a log of `wamctl excite` is needed")
+    head = Head(log.joint_names, log.metadata, log.attachments)
+    return head, Case(log.stamp_ns, log.q, log.command.effort)
+
+
+def of_pendulum(seconds: float) -> tuple[Head, Case]:
+    """A double pendulum with friction and some noise of its torque, moved by sines."""
+    urdf = pendulum()
+    robot = load_robot(urdf)
+    t = np.arange(round(seconds * HZ)) / HZ
+    tau = np.zeros((len(t), 2))
+    for part in (np.arange(PARTS) + 0.5) / PARTS / HZ:  # a torque acts until the next stamp
+        q, qd, qdd = _sines(t + part)
+        tau += (inverse_dynamics(robot, q, qd, qdd) + 0.4 * np.sign(qd) + 0.3 * qd) / PARTS
+    tau += NOISE_NM * np.random.default_rng(0).normal(size=tau.shape)
+    head = Head(robot.joint_names, {}, {"robot.urdf": urdf.encode()})
+    return head, Case((1e18 + 1e9 * t).astype(np.int64), _sines(t)[0], tau)
+
+
+def _sines(t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Positions, velocities and accelerations of two joints, shapes (S, 2)."""
+    q, qd, qdd = np.zeros((3, len(t), 2))
+    for joint, sines in enumerate([((0.9, 1.9), (0.5, 4.4)), ((1.1, 2.6), (0.4, 6.1))]):
+        for size, rate in sines:
+            q[:, joint] += size * np.sin(rate * t)
+            qd[:, joint] += size * rate * np.cos(rate * t)
+            qdd[:, joint] -= size * rate**2 * np.sin(rate * t)
+    return q, qd, qdd
+
+
+def write(path: Path, log: Head, case: Case) -> None:
     """A log with measured torque, and nothing else."""
-    with Recorder(path, log.joint_names, log.metadata, log.attachments) as recorder:
+    with Recorder(path, log.joints, log.metadata, log.attachments) as recorder:
         for t, q, tau in zip(case.t, case.q, case.tau, strict=True):
             recorder.cycle(int(np.clip(t, 0, MOST_NS)), q, q, tau, q, q, q, tau)
 
@@ -192,50 +251,56 @@ def ended(command: str, path: Path, out: Path) -> tuple[int, float, str, str]:
     return code, usage.ru_maxrss / 1024, verdict, said.strip().split("\n")[-1]
 
 
+def mutated(whole: Case, rng: Rng) -> tuple[Case, list[str]]:
+    """A case with one or two mutations, and their names."""
+    chosen = [str(x) for x in rng.choice(list(MUTATIONS), rng.integers(1, 3), False)]
+    case = whole
+    with np.errstate(all="ignore"):
+        for mutation in chosen:
+            case = MUTATIONS[mutation](case, rng) if len(case.t) > 1 else case
+    return case, chosen
+
+
 def main() -> None:
     """Mutate, run, and count."""
     parser = argparse.ArgumentParser(description="Mutated logs through a command.")
-    parser.add_argument("log", type=Path)
+    parser.add_argument("log", type=Path, nargs="?")
     parser.add_argument("--command", choices=["run", "gap"], default="run")
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--first", type=int, default=0, help="number of the first case")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--seconds", type=float, default=12.0)
+    parser.add_argument("--verbose", action="store_true")
     given = parser.parse_args()
-    log = read_recording(given.log)
-    if log.command is None or log.command.effort is None:
-        raise SystemExit("a log of `wamctl excite` is needed")
-    last = int(np.searchsorted(log.stamp_ns, log.stamp_ns[0] + given.seconds * 1e9))
-    whole = Case(log.stamp_ns[:last], log.q[:last], log.command.effort[:last])
+    log, whole = of_file(given.log) if given.log else of_pendulum(given.seconds)
+    whole = _drop(whole, whole.t < whole.t[0] + given.seconds * 1e9)
     codes, verdicts, most = Counter(), Counter(), 0.0
     with TemporaryDirectory() as name:
         path, out = Path(name) / "log.mcap", Path(name) / "out"
         write(path, log, whole)
         with open(os.devnull, "w") as nothing, redirect_stdout(nothing), redirect_stderr(nothing):
             called(given.command, path, out)  # loads and compiles what all cases need
+        print(f"unchanged: {ended(given.command, path, out)}", flush=True)
         with suppress(KeyboardInterrupt):
             for k in range(given.first, given.first + given.count):
                 rng = np.random.default_rng([given.seed, k])
-                chosen = [str(x) for x in rng.choice(list(MUTATIONS), rng.integers(1, 3), False)]
-                case = whole
-                with np.errstate(all="ignore"):
-                    for mutation in chosen:
-                        case = MUTATIONS[mutation](case, rng) if len(case.t) > 1 else case
+                case, chosen = mutated(whole, rng)
                 write(path, log, case)
                 if rng.random() < 0.25:
                     chosen.append(bend(path, rng))
                 code, memory, verdict, said = ended(given.command, path, out)
-                if k % 10 == 0:
-                    print(f"case {k}", file=sys.stderr, flush=True)
                 codes[code] += 1
                 verdicts[(" + ".join(chosen), verdict)] += 1
                 most = max(most, memory)
-                if code not in (0, 6) or memory * 2**20 > MOST_BYTES:
-                    print(f"case {k}: {chosen}: exit {code}, {memory:.0f} MB: {said}", flush=True)
+                is_bad = code not in (0, 6) or memory * 2**20 > MOST_BYTES
+                if is_bad or given.verbose:
+                    what = f"exit {code}, {memory:.0f} MB, {verdict}: {said}"
+                    print(f"case {k}: {chosen}: {what}", flush=True)
                 path.unlink()
     for (what, verdict), count in sorted(verdicts.items()):
         print(f"{count:4d} {what}: {verdict or 'no result'}")
-    print(f"exit codes {dict(codes)}, peak memory {most:.0f} MB")
+    cpu_s = sum(os.times()[:4]) / max(1, codes.total())
+    print(f"exit codes {dict(codes)}, peak memory {most:.0f} MB, {cpu_s:.2f} s of a core a case")
 
 
 if __name__ == "__main__":

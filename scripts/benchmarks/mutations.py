@@ -3,10 +3,10 @@
 Usage: scripts/benchmarks/mutations.py [YAML [URDF]] [--first N], from the root, in .venv.
 
 Each mutation changes one value, key, line or character of the shipped WAM's file (2000 times) or
-URDF (500 times). What passes every check drives an ideal arm that is the unmutated one: test of the
-motors, approach, a short excitation, return. A mutation is harmful if the arm passes 1.25 times a
-speed limit of the unmutated file (joints, with `velocity_margin`; tool) or 1.25 times its position
-margin, or if anything but a sentence comes of it. Exits with 1 if any is.
+URDF (500 times), whose motion is one of a second. What passes every check drives an ideal arm that
+is the unmutated one: test of the motors, approach, excitation, return. A mutation is harmful if the
+arm passes 1.25 times a speed limit of the unmutated file (joints, with `velocity_margin`; tool) or
+1.25 times its position margin, or if anything but a sentence comes of it. Exits with 1 if any is.
 """
 
 import argparse
@@ -28,7 +28,7 @@ from ideal_arm import PERIOD_S, REST, IdealDrives, ListLog
 
 from wamctl.arm.config import find_file
 from wamctl.arm.errors import UserError
-from wamctl.arm.trajectory import FourierSeries, reference
+from wamctl.arm.trajectory import FourierSeries, Trajectory, write_trajectory
 from wamctl.errors import StopError
 from wamctl.experiment import phases as experiment
 from wamctl.experiment.loop import Arm, Loop
@@ -124,18 +124,15 @@ class Watched(IdealDrives):
 def outcome(config: Path, truth: Arm) -> str:
     """How a mutated file ends."""
     try:
-        prepare(config)
-        arm = load_arm(config)[1]
+        prepared = prepare(config)
     except UserError as error:
         return "refused" if "\x1b" not in str(error) else "harmful: escape in the sentence"
-    drives = Watched(truth)
-    n = len(arm.robot.joint_names)
+    arm, drives = prepared.arm, Watched(truth)
+    if arm.file == truth.file and arm.robot.urdf == truth.robot.urdf:
+        return "changed nothing"
     try:
         loop = Loop(arm, drives, LockstepClock(PERIOD_S), ListLog(), lambda: None)
-        series = FourierSeries(
-            arm.robot.joint_names, 2 * np.pi, np.full((n, 1), 0.3), np.zeros((n, 1)), REST + 0.05
-        )
-        motion = experiment.plan(arm, REST, reference(series, 1, 0.5, PERIOD_S))
+        motion = experiment.plan(arm, REST, prepared.excitation)
         experiment.run(arm, drives, loop, motion)
         end = "ran"
     except StopError as stop:
@@ -145,38 +142,57 @@ def outcome(config: Path, truth: Arm) -> str:
     return end if drives.worst <= ROOM else f"harmful: {drives.worst:.2f} of a limit, {end}"
 
 
+def unmutated(folder: Path) -> tuple[str, str]:
+    """The shipped arm's file with a short motion, and its URDF, as texts."""
+    config, urdf = (find_file(f"wam7.{x}").read_text("utf-8") for x in ("yaml", "urdf"))
+    joints = load_arm("wam7.yaml")[1].robot.joint_names
+    sine = FourierSeries(joints, 2 * np.pi, np.full((7, 1), 0.3), np.zeros((7, 1)), REST + 0.05)
+    write_trajectory(folder / "short.yaml", Trajectory(sine, 1, {}, {}))
+    for old, new in (
+        ("puck4.eds", str(find_file("puck4.eds"))),
+        ("wam7-excitation.yaml", str(folder / "short.yaml")),
+        ("ramp_s: 3.0", "ramp_s: 0.5"),
+    ):
+        config = config.replace(old, new)
+    return config, urdf
+
+
+def written(folder: Path, config: str, urdf: str) -> Path:
+    """The arm's file beside its URDF."""
+    (folder / "wam7.urdf").write_text(urdf, encoding="utf-8")
+    (folder / "arm.yaml").write_text(config, encoding="utf-8")
+    return folder / "arm.yaml"
+
+
 def main() -> int:
     """Runs all mutations, and tells how they ended."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("counts", type=int, nargs="*", default=[2000, 500])
     parser.add_argument("--first", type=int, default=0)
-    given = parser.parse_args()
-    truth, harmful = load_arm("wam7.yaml")[1], 0
-    config, urdf = (find_file(f"wam7.{x}").read_text("utf-8") for x in ("yaml", "urdf"))
-    for path in ("puck4.eds", "wam7-excitation.yaml"):
-        config = config.replace(path, str(find_file(path)))
-    for kind, count in zip(("YAML", "URDF"), given.counts, strict=False):
-        ends: Counter[str] = Counter()
-        began = time.monotonic()
-        for seed in range(given.first, given.first + count):
-            rng = random.Random(f"{kind} {seed}")
-            with tempfile.TemporaryDirectory() as folder:
-                place = Path(folder)
-                wrong = mutated_urdf(rng, urdf) if kind == "URDF" else urdf
-                (place / "wam7.urdf").write_text(wrong, encoding="utf-8")
-                wrong = mutated_yaml(rng, config) if kind == "YAML" else config
-                (place / "arm.yaml").write_text(wrong, encoding="utf-8")
+    given, harmful = parser.parse_args(), 0
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        config, urdf = unmutated(folder)
+        truth = load_arm(written(folder, config, urdf))[1]
+        for kind, count in zip(("YAML", "URDF"), given.counts, strict=False):
+            ends: Counter[str] = Counter()
+            began_s = time.process_time()
+            for seed in range(given.first, given.first + count):
+                rng = random.Random(f"{kind} {seed}")
+                wrong_config = mutated_yaml(rng, config) if kind == "YAML" else config
+                wrong_urdf = mutated_urdf(rng, urdf) if kind == "URDF" else urdf
                 try:
-                    end = outcome(place / "arm.yaml", truth)
+                    end = outcome(written(folder, wrong_config, wrong_urdf), truth)
                 except Exception as error:  # noqa: BLE001 - a user would see a bug
                     end = f"harmful: {type(error).__name__}: {error}"
-            ends[end.partition(":")[0]] += 1
-            if end.startswith("harmful"):
-                harmful += 1
-                print(f"{kind} {seed}: {end}", flush=True)
-            if ends.total() % 20 == 0:
-                print(f"{kind}: {ends.total()} done", file=sys.stderr, flush=True)
-        print(f"{kind}: {count} in {time.monotonic() - began:.0f} s: {dict(ends)}", flush=True)
+                ends[end.partition(":")[0]] += 1
+                if end.startswith("harmful"):
+                    harmful += 1
+                    print(f"{kind} {seed}: {end}", flush=True)
+                if ends.total() % 50 == 0:
+                    print(f"{kind}: {ends.total()} done", file=sys.stderr, flush=True)
+            took_s = (time.process_time() - began_s) / max(1, count)
+            print(f"{kind}: {count}, {took_s:.2f} s of a core a case: {dict(ends)}", flush=True)
     return int(harmful > 0)
 
 

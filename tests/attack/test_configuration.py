@@ -98,6 +98,20 @@ def test_the_sentence_tells_value_and_bound(tmp_path, section, key, value, fault
         load_arm_file(written(tmp_path, changed(section, key, value)))
 
 
+@pytest.mark.parametrize(
+    ("section", "key"),
+    [
+        ("transmission", "motor_from_joint"),
+        ("drives", "node_ids"),
+        ("limits", "motor_torque_nm"),
+        ("drives", "home_pose_rad"),
+    ],
+)
+def test_an_empty_list_is_no_setting_for_every_joint(tmp_path, section, key):
+    with pytest.raises(ConfigurationError, match=f"{section}.{key}: 0 entries for 7 joints"):
+        load_arm(written(tmp_path, changed(section, key, [])))
+
+
 def test_a_key_that_stands_twice_is_refused(tmp_path):
     path = tmp_path / "twice.yaml"
     path.write_text("safety:\n  braking_s: 0.08\n  braking_s: 0.4\n")

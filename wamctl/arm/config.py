@@ -98,7 +98,7 @@ class ArmFile(Section):
             for name, value in part
             if isinstance(value, tuple)
             and (section, name) not in _OTHER_LENGTHS
-            and value
+            and (value or type(part).model_fields[name].default != ())
             and len(value) != n
         ]
         rows = self.transmission.motor_from_joint

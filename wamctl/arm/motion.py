@@ -1,10 +1,8 @@
-"""Jerk-limited moves from rest to rest, and how fast points of the arm go along a motion."""
+"""Moves from rest to rest, and how fast points of the arm go along a motion."""
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
-from ruckig import InputParameter, Result, Ruckig
-from ruckig import Trajectory as Profile
 
 from wamctl.arm.config import LimitsSection
 from wamctl.arm.robot import Robot
@@ -13,12 +11,16 @@ from wamctl.arm.trajectory import Reference
 Array = NDArray[np.floating]
 
 _SHARE = 0.5  # of every limit: a move is no part of the measurement and need not hurry
+_PEAKS = (15.0 / 8.0, 10.0 / np.sqrt(3.0), 60.0)
+"""Largest velocity, acceleration and jerk of the polynomial for a way of 1 in a time of 1."""
 
 
 def move(
     robot: Robot, limits: LimitsSection, start: Array, goal: Array, period_s: float
 ) -> Reference:
-    """The motion between two poses at half of the arm's limits, elbow and tool speed included.
+    """The straight way between two poses at half of the arm's limits, elbow and tool included.
+
+    The polynomial of fifth order that begins and ends at rest.
 
     Args:
         robot: kinematics, for the speed of elbow and tool.
@@ -27,15 +29,28 @@ def move(
         goal: pose at the end, shape (n,) [rad].
         period_s: cycle time [s].
     """
-    profile = _profile(limits, start, goal)
-    fine = np.linspace(0.0, profile.duration, 200)
-    q, qd, _ = _sample(profile, fine, len(start))
+    way = goal - start
+    most = (limits.velocity_rad_s, limits.acceleration_rad_s2, limits.jerk_rad_s3)
+    needed = [
+        float(np.max(peak * np.abs(way) / (_SHARE * np.array(limit)))) ** (1.0 / order)
+        for order, (peak, limit) in enumerate(zip(_PEAKS, most, strict=True), 1)
+    ]
+    seconds = max(period_s, *needed)
+    q, qd, _ = _quintic(start, way, np.linspace(0.0, 1.0, 200), seconds)
     allowed = _SHARE * np.array([limits.elbow_speed_m_s, limits.tool_speed_m_s])
-    peak = point_speeds(robot, (limits.elbow_frame, limits.tool_frame), q, qd).max(axis=0)
-    pace = float(min(1.0, np.min(allowed / np.maximum(peak, 1e-9))))
-    t = np.arange(int(np.ceil(profile.duration / pace / period_s)) + 1) * period_s
-    q, qd, qdd = _sample(profile, np.minimum(t * pace, profile.duration), len(start))
-    return Reference(t, q, qd * pace, qdd * pace**2, slice(0, 0))
+    points = point_speeds(robot, (limits.elbow_frame, limits.tool_frame), q, qd).max(axis=0)
+    seconds *= max(1.0, float(np.max(points / allowed)))
+    t = np.arange(int(np.ceil(seconds / period_s)) + 1) * period_s
+    return Reference(t, *_quintic(start, way, np.minimum(t / seconds, 1.0), seconds), slice(0, 0))
+
+
+def _quintic(start: Array, way: Array, share: Array, seconds: float) -> tuple[Array, Array, Array]:
+    """Position, velocity and acceleration at shares of the time, shapes (S, n)."""
+    s = share[:, None]
+    path = s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+    speed = 30.0 * (s * (1.0 - s)) ** 2 / seconds
+    acceleration = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / seconds**2
+    return start + path * way, speed * way, acceleration * way
 
 
 def brake(q: Array, qd: Array, braking_s: float, period_s: float) -> Reference:
@@ -82,22 +97,3 @@ def kinetic_energy(robot: Robot, q: Array, qd: Array) -> Array:
     data = robot.data()
     states = zip(q, qd, strict=True)
     return np.array([pin.computeKineticEnergy(robot.model, data, *state) for state in states])
-
-
-def _profile(limits: LimitsSection, start: Array, goal: Array) -> Profile:
-    n = len(start)
-    wanted = InputParameter(n)
-    wanted.current_position, wanted.target_position = start.tolist(), goal.tolist()
-    wanted.max_velocity = [_SHARE * v for v in limits.velocity_rad_s]
-    wanted.max_acceleration = [_SHARE * a for a in limits.acceleration_rad_s2]
-    wanted.max_jerk = [_SHARE * j for j in limits.jerk_rad_s3]
-    profile = Profile(n)
-    outcome = Ruckig(n).calculate(wanted, profile)
-    if outcome not in (Result.Working, Result.Finished):
-        raise ValueError(f"no move from {start} to {goal} ({outcome})")
-    return profile
-
-
-def _sample(profile: Profile, t: Array, n: int) -> tuple[Array, Array, Array]:
-    states = np.array([profile.at_time(float(s)) for s in t]).reshape(len(t), 3, n)
-    return states[:, 0], states[:, 1], states[:, 2]

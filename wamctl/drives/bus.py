@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 import can
@@ -66,7 +67,7 @@ class SimulatedTime(Protocol):
 
 
 def parse_channel(word: str) -> Channel:
-    """The bus that a word names.
+    """The bus that a word names; a socket of the simulated bus has one name, its whole path.
 
     Raises:
         UsageError: not of the form INTERFACE:CHANNEL, or no such interface.
@@ -81,7 +82,8 @@ def parse_channel(word: str) -> Channel:
         raise UsageError(
             f"bus {word!r}: python-can has no interface {interface!r} (it has {known})."
         )
-    return Channel(interface, name)
+    channel = Channel(interface, name)
+    return Channel(interface, str(Path(name).resolve())) if channel.is_embedded else channel
 
 
 def open_bus(channel: Channel, section: BusSection, lockstep: bool = False) -> can.BusABC:

@@ -12,7 +12,7 @@ from wamctl.arm.control import ComputedTorque, Setpoint
 from wamctl.arm.robot import Robot
 from wamctl.arm.transmission import Transmission
 from wamctl.drives.interface import Drives, Readings
-from wamctl.errors import BusStopError, SafetyStopError, StopError
+from wamctl.errors import BusStopError, OutsideStopError, StopError
 from wamctl.realtime.clock import Clock
 from wamctl.realtime.latency import Timing
 from wamctl.safety.bad_cycles import BadCycleCounter
@@ -68,6 +68,9 @@ class Loop:
         log: where each cycle goes.
         operator: why the operator wants to stop; None while he does not.
         heart: beats once a cycle, for whoever watches the loop.
+
+    Attributes:
+        wanted: the reference of the last cycle.
     """
 
     def __init__(
@@ -101,6 +104,8 @@ class Loop:
             drives.names, file.safety.missed_cycles, file.safety.answers_in_order
         )
         self._first_ns = self._last_ns = 0
+        zero = np.zeros(arm.robot.dof)
+        self.wanted = Setpoint(self.state.q, zero, zero)
 
     @property
     def state(self) -> ArmState:
@@ -159,19 +164,29 @@ class Loop:
             self._check_host(readings)
             self._limits.check(state)
         check(state)
-        wanted, tau = law(state)
+        self.wanted, tau = law(state)
         if level >= CheckLevel.TRACKING:
-            self._limits.check_tracking(state, wanted)
+            self._limits.check_tracking(state, self.wanted)
             self._motors.check(state, self.acting, elapsed_s)
         else:
             self._motors.rest()
-        joints = self._arm.transmission
-        tau_motor = self._gate.admit(
-            joints.motor_torque(tau), joints.motor_angle(state.qd), elapsed_s
-        )
-        self._sent = [*self._sent[1:], self._drives.send(tau_motor)]
-        self._record(stamp_ns, state, wanted)
+        self._sent = [*self._sent[1:], self._sent_torque(tau, elapsed_s)]
+        self._record(stamp_ns, state, self.wanted)
         return readings
+
+    def send_instead(self, law: Law) -> None:
+        """Other torque from the next SYNC on than what the last cycle asked for.
+
+        Raises:
+            StopError: the gate does not let it pass, or the bus does not send.
+        """
+        _, tau = law(self.state)
+        self._sent[-1] = self._sent_torque(tau, self._arm.file.bus.period_s)
+
+    def _sent_torque(self, tau: Array, elapsed_s: float) -> Array:
+        joints = self._arm.transmission
+        speed = joints.motor_angle(self.state.qd)
+        return self._drives.send(self._gate.admit(joints.motor_torque(tau), speed, elapsed_s))
 
     def send_zero_torque(self) -> None:
         """No torque from the next SYNC on, whatever the last cycle asked for.
@@ -208,11 +223,11 @@ class Loop:
     def _check_host(self, readings: Readings) -> None:
         reason = self._operator() or readings.stop
         if reason is not None:
-            raise SafetyStopError(reason)
+            raise OutsideStopError(reason)
         skipped, limit = self._clock.skipped, self._arm.file.safety.missed_cycles
         if skipped > limit:
             held_ms = self._clock.latency_ns * 1e-6
-            raise SafetyStopError(
+            raise OutsideStopError(
                 f"this computer held the loop up for {held_ms:.1f} ms, {skipped} cycles "
                 f"(limit {limit})"
             )

@@ -11,7 +11,7 @@ from wamctl.arm.motion import brake, move
 from wamctl.arm.trajectory import Reference
 from wamctl.arm.trajectory_check import quantities, violations
 from wamctl.drives.interface import Drives
-from wamctl.errors import BusStopError, RefusalError, SafetyStopError, StopError
+from wamctl.errors import BusStopError, OutsideStopError, RefusalError, SafetyStopError, StopError
 from wamctl.experiment.first_motion import first_motion
 from wamctl.experiment.loop import Arm, Array, CheckLevel, Law, Loop
 from wamctl.safety.braking import BrakingMonitor
@@ -185,8 +185,9 @@ def _end_early(arm: Arm, drives: Drives, loop: Loop, stop: StopError) -> str:
     """Brake where readings and drives can be trusted, then disable; returns what was done."""
     done = ""
     try:
-        if stop.brakes:
-            done = _brake(arm, loop)
+        if stop.brakes and loop.phase is not Phase.TEST:  # there, nothing is to be believed yet
+            is_well = isinstance(stop, OutsideStopError)
+            done = _brake(arm, loop, is_well)
         confirmed = _disable(drives, loop, Phase.CUT_OFF)
     except StopError as second:
         drives.cut_off()
@@ -195,16 +196,24 @@ def _end_early(arm: Arm, drives: Drives, loop: Loop, stop: StopError) -> str:
     return f"{done}the drives {sure}"
 
 
-def _brake(arm: Arm, loop: Loop) -> str:
-    """Brake for as long as braking makes the arm slower; returns what came of it."""
-    state, file = loop.state, arm.file
-    monitor = BrakingMonitor(file, arm.robot, state)
+def _brake(arm: Arm, loop: Loop, is_well: bool) -> str:
+    """Brake for as long as braking makes the arm slower; returns what came of it.
+
+    An arm that is well is braked along its reference, so that it holds a load as before; any other
+    one from where it is, since its reference may be what pulls it away.
+    """
+    start, file = loop.wanted if is_well else loop.state, arm.file
+    monitor = BrakingMonitor(file, arm.robot, loop.state)
     braking_s = file.safety.braking_s
-    reference = brake(state.q, state.qd, braking_s, file.bus.period_s)
+    reference = brake(start.q, start.qd, braking_s, file.bus.period_s)
+    steps = [
+        _towards(arm, Setpoint(*step))
+        for step in zip(reference.q, reference.qd, reference.qdd, strict=True)
+    ]
     try:
-        for k in range(len(reference.t)):
-            wanted = Setpoint(reference.q[k], reference.qd[k], reference.qdd[k])
-            loop.cycle(_towards(arm, wanted), CheckLevel.DRIVES, Phase.BRAKE, monitor.check)
+        loop.send_instead(steps[0])
+        for law in steps:
+            loop.cycle(law, CheckLevel.DRIVES, Phase.BRAKE, monitor.check)
     except StopError as second:
         left = monitor.left(loop.state)
         return f"braking was cut short with {left} ({second.cause}) and "

@@ -11,7 +11,7 @@ from wamctl.arm.trajectory import Trajectory, trajectory_yaml
 from wamctl.drives.bus import EMBEDDED, Channel
 from wamctl.experiment.session import Setup
 
-_LIBRARIES = ("wam-ident", "numpy", "pin", "python-can", "canopen", "ruckig")
+_LIBRARIES = ("wam-ident", "numpy", "pin", "python-can", "canopen")
 
 
 def metadata(setup: Setup, channel: Channel) -> dict[str, str]:

@@ -13,8 +13,11 @@ from wamctl.safety.state_estimator import ArmState
 
 Array = NDArray[np.floating]
 
-_GROWTH = 1.1  # what braking may make of a speed or energy: the estimate lags by some milliseconds
+_GROWTH = 1.05  # what braking may make of a speed or energy
 _FLOOR = 0.05  # share of the limit below which a speed is no danger, and its growth no sign
+_AHEAD = 3
+"""Cycles that it looks ahead along a straight line: the velocity's filter lags by two, and what is
+cut off now is off in the next."""
 
 
 class BrakingMonitor:
@@ -32,43 +35,46 @@ class BrakingMonitor:
     def __init__(self, arm: ArmFile, robot: Robot, state: ArmState) -> None:
         limits = arm.limits
         self._model, self._data = robot.model, robot.data()
-        self._names = robot.joint_names
         self._frames = [
             robot.model.getFrameId(frame) for frame in (limits.elbow_frame, limits.tool_frame)
         ]
-        self._points = (limits.elbow_frame, limits.tool_frame)
-        points = np.array([limits.elbow_speed_m_s, limits.tool_speed_m_s])
-        energy_j = limits.kinetic_energy_j
-        speeds, at_points, energy = self._measure(state)
-        self._speeds = _GROWTH * speeds.max() + _FLOOR * np.array(limits.velocity_rad_s)
-        self._at_points = _GROWTH * at_points + _FLOOR * points
-        self._energy_j = math.inf if energy_j is None else _GROWTH * energy + _FLOOR * energy_j
+        self._quantities = (
+            *[(name, "rad/s") for name in robot.joint_names],
+            *[(frame, "m/s") for frame in (limits.elbow_frame, limits.tool_frame)],
+            ("the whole arm", "J"),
+        )
+        energy_j = math.inf if limits.kinetic_energy_j is None else limits.kinetic_energy_j
+        speeds = (*limits.velocity_rad_s, limits.elbow_speed_m_s, limits.tool_speed_m_s)
+        floor = _FLOOR * np.array([*speeds, energy_j])
+        self._seen = [self._measure(state)]
+        start = self._seen[0].copy()
+        start[: robot.dof] = start[: robot.dof].max()
+        self._most = _GROWTH * start + floor
 
     def check(self, state: ArmState) -> None:
-        """Whether the arm still loses speed and energy.
+        """Whether the arm will have lost speed and energy by the time that torque could be off.
 
         Raises:
             SafetyStopError: it gains some, so that torque must be cut off.
         """
-        speeds, at_points, energy_j = self._measure(state)
-        for subject, value, most, unit in (
-            *zip(self._names, speeds, self._speeds, ["rad/s"] * len(speeds), strict=True),
-            *zip(self._points, at_points, self._at_points, ["m/s"] * 2, strict=True),
-            ("the whole arm", energy_j, self._energy_j, "J"),
-        ):
-            if value > most:
-                raise SafetyStopError(
-                    f"braking made the arm faster: {subject} reached {value:.2f} {unit} (limit "
-                    f"{most:.2f} {unit})",
-                    brakes=False,
-                )
+        now, before = self._measure(state), self._seen[0]
+        self._seen = [*self._seen[1 - _AHEAD :], now]
+        ahead = now + (now - before) * (_AHEAD / len(self._seen[:-1]))
+        worse = np.flatnonzero(ahead > self._most)
+        if len(worse):
+            subject, unit = self._quantities[worse[0]]
+            raise SafetyStopError(
+                f"braking made the arm faster: {subject} comes to {ahead[worse[0]]:.2f} {unit} "
+                f"(limit {self._most[worse[0]]:.2f} {unit})",
+                brakes=False,
+            )
 
     def left(self, state: ArmState) -> str:
         """Speed and energy that are left, in words."""
-        speeds, _, energy_j = self._measure(state)
-        return f"{speeds.max():.2f} rad/s and {energy_j:.3f} J left"
+        left = self._measure(state)
+        return f"{np.abs(state.qd).max():.2f} rad/s and {left[-1]:.3f} J left"
 
-    def _measure(self, state: ArmState) -> tuple[Array, Array, float]:
+    def _measure(self, state: ArmState) -> Array:
         """Speed of each joint [rad/s] and of elbow and tool [m/s], and kinetic energy [J]."""
         pin.forwardKinematics(self._model, self._data, state.q, state.qd)
         points = [
@@ -76,4 +82,4 @@ class BrakingMonitor:
             for frame in self._frames
         ]
         energy_j = pin.computeKineticEnergy(self._model, self._data)
-        return np.abs(state.qd), np.array(points), energy_j
+        return np.array([*np.abs(state.qd), *points, energy_j])

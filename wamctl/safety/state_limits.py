@@ -51,6 +51,8 @@ class StateLimits:
                 (limits.tool_frame, limits.tool_speed_m_s),
             )
         ]
+        self._lag = 1.0 / (2.0 * np.pi * arm.controller.velocity_cutoff_hz * arm.bus.period_s)
+        self._qd: Array | None = None
         self._angle: Array | None = None
         self._reference = np.zeros(len(mixing))  # of each motor, when its encoder last moved
         self._moved = np.ones(
@@ -77,13 +79,15 @@ class StateLimits:
         self._moved |= step > 0.0
 
     def check(self, state: ArmState) -> None:
-        """Position, velocity, speed of elbow and tool, and kinetic energy.
+        """Position, velocity ahead of its filter, speed of elbow and tool, and kinetic energy.
 
         Raises:
             SafetyStopError: a limit was passed.
         """
-        values = self._values
-        values[: len(state.q)], values[len(state.q) :] = state.q, state.qd
+        values, n = self._values, len(state.q)
+        last = state.qd if self._qd is None else self._qd
+        values[:n], values[n:] = state.q, state.qd + self._lag * (state.qd - last)
+        self._qd = state.qd
         outside = (values < self._lower) | (values > self._upper)
         if np.count_nonzero(outside):
             raise self._passed(values, int(np.flatnonzero(outside)[0]))

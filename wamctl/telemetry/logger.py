@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from wamctl.arm.control import Setpoint
 from wamctl.arm.errors import DataError, UserError
-from wamctl.errors import SafetyStopError
+from wamctl.errors import OutsideStopError
 from wamctl.telemetry import ring as shared
 from wamctl.telemetry.child_process import ChildProcess
 from wamctl.telemetry.display import display
@@ -108,7 +108,7 @@ class Logger:
             tau: commanded torque that acts from the stamp on [N m], shape (n,).
 
         Raises:
-            SafetyStopError: the writer is too far behind; later rows are dropped without a word.
+            OutsideStopError: the writer is too far behind; later rows are dropped without a word.
         """
         if self._broken:
             return
@@ -128,7 +128,7 @@ class Logger:
         """One record for the diagnostics; looks after the writer as well.
 
         Raises:
-            SafetyStopError: the writer has died, cannot write, or is too far behind.
+            OutsideStopError: the writer has died, cannot write, or is too far behind.
         """
         if self._broken:
             return
@@ -180,9 +180,9 @@ class Logger:
         if status is not None:
             raise self._break(f"ended with status {status}")
 
-    def _break(self, what: str) -> SafetyStopError:
+    def _break(self, what: str) -> OutsideStopError:
         self._broken = True
-        return SafetyStopError(f"the process that writes the log {self._path} {what}")
+        return OutsideStopError(f"the process that writes the log {self._path} {what}")
 
 
 def _json(head: LogHead) -> str:

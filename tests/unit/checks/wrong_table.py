@@ -119,6 +119,7 @@ WRONG: list[Wrong] = [
     ("two seconds", lambda: cut(2.0, joints=5), {"too_short"}),
     ("three seconds of seven joints", lambda: cut(3.0, joints=7), {"too_short"}),
     ("half a second", lambda: cut(0.5), {"too_short"}),
+    ("fifteen samples", lambda: cut(0.15), {"too_short"}),
     ("all joints together", lambda: in_turn(4), {"poor_motion"}),
     ("joint 2 hardly moves", lambda: still(1, reach=0.08), {"poor_motion"}),
     ("two joints hardly move", lambda: still(0, 2, reach=0.07), {"poor_motion"}),

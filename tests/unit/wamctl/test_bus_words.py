@@ -20,6 +20,14 @@ def test_interface_and_channel(word, interface, name):
     assert str(parse_channel(word)) == word
 
 
+def test_a_socket_of_the_simulated_bus_has_one_name(tmp_path, monkeypatch):
+    """The lock of a bus goes by its name."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "link").symlink_to(tmp_path)
+    words = ("arm", "./arm", f"{tmp_path}//arm", "link/arm")
+    assert {parse_channel(f"simbus:{w}").name for w in words} == {f"{tmp_path.resolve()}/arm"}
+
+
 @pytest.mark.parametrize("word", ["can0", "socketcan:", ":can0", ""])
 def test_what_is_no_bus(word):
     with pytest.raises(UsageError) as error:

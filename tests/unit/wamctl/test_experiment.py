@@ -65,7 +65,7 @@ def test_a_stop_switch_brakes_first(rig):
     rig.drives.accident = at(300, lambda r: changed(r, stop="the stop switch was pressed"))
     stop = rig.stopped()
     assert (stop.exit_code, stop.cause) == (5, "the stop switch was pressed")
-    assert stop.outcome.startswith("the arm was braked for 0.08 s with 0.05 rad/s and 0.001 J left")
+    assert stop.outcome.startswith("the arm was braked for 0.08 s with 0.08 rad/s and 0.001 J left")
     assert stop.outcome.endswith(" and the drives were disabled")
     assert rig.drives.cycle == 300 + 40 + 1
 
@@ -75,7 +75,7 @@ def test_the_operator_stops_the_arm(wam):
     stop = rig.stopped()
     assert str(stop) == (
         "the operator pressed a key, 1.798 s after the first SYNC in phase 'excite': the arm was "
-        "braked for 0.08 s with 0.04 rad/s and 0.000 J left and the drives were disabled."
+        "braked for 0.08 s with 0.06 rad/s and 0.001 J left and the drives were disabled."
     )
     assert np.abs(rig.loop.state.qd).max() < 0.1
 
@@ -122,7 +122,7 @@ def test_a_fault_while_braking_disables(rig):
     rig.drives.accident = accidents
     stop = rig.stopped()
     assert stop.outcome == (
-        "braking was cut short with 0.24 rad/s and 0.038 J left (drive 1 is on fire) and the "
+        "braking was cut short with 0.23 rad/s and 0.030 J left (drive 1 is on fire) and the "
         "drives were disabled"
     )
     assert rig.drives.cycle == 311

@@ -106,6 +106,13 @@ def test_a_velocity_beyond_its_limit(wam, guard):
     )
 
 
+def test_a_velocity_is_judged_by_where_it_is_and_not_by_where_its_filter_has_it(wam, guard):
+    """The filter of 40 Hz lags by two cycles."""
+    guard.check(state(wam, qd=moved(6, 3.0, ZERO)))
+    cause, _ = cause_of(lambda: guard.check(state(wam, qd=moved(6, 3.4, ZERO))))
+    assert cause.startswith("velocity of joint 7 (wam/palm_yaw_joint) is 4.196 rad/s, above")
+
+
 def test_a_tool_that_is_too_fast(wam, guard):
     cause, brakes = cause_of(lambda: guard.check(state(wam, ZERO, moved(1, 1.5, ZERO))))
     assert cause == "speed of wam/link7_dh is 1.365 m/s, above its limit of 1.000 m/s"

@@ -41,6 +41,13 @@ def test_a_move_to_where_the_arm_is(wam):
     assert motion.q == pytest.approx(np.tile(HOME, (len(motion.t), 1)))
 
 
+def test_a_way_on_which_a_solver_for_such_moves_failed(wam):
+    """Half the acceleration is reached for an instant just as half of the jerk allows it."""
+    goal = HOME + 0.05
+    motion = move(wam.robot, wam.file.limits, HOME, goal, 0.002)
+    assert motion.q[-1] == pytest.approx(goal)
+
+
 def test_braking_ends_at_rest_in_time():
     qd = np.array([1.0, -0.5, 0.0])
     motion = brake(np.zeros(3), qd, 0.08, 0.002)
