@@ -5,11 +5,12 @@ the simulation on its way, so that long recordings need no restarts; a hole begi
 Derivatives are differences of whole simulations. A setting of one joint is taken to move that
 joint alone (a geared arm's joints hardly feel each other), so that one simulation serves all
 joints; zero positions, which turn the gravity of others, have a simulation each. The residuals
-themselves are always those of the coupled arm.
+themselves are always those of the coupled arm. Each joint has a damping of its own, so that one
+that sticks does not hold up the others.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +22,16 @@ from ident.signals.arrays import Array
 
 Heard = Callable[[int, float], None]
 
+SLOPE_STEP_S = 0.002
+"""Of searches, and of simulations that are compared with each other; the error of a coarser one
+passes for play and planned speed."""
+
+NEAR = 0.3
+"""Part of a fit's first reach: where that helps no more, and for what is known at the end."""
+
 _REACHING = ("zero",)  # felt by other joints
-_NUDGE = 0.03  # of a logarithm; sticking makes smaller changes uneven
-_PART = 0.1  # the same of a quantity's scale
+_NUDGE = 0.1  # of a logarithm; sticking makes smaller changes uneven
+_PART = 0.3  # the same of a quantity's scale
 _MEMORY_S = 0.4  # residuals closer than this say the same
 _TRIES = 7
 _LONGEST = 1.0  # step in a coordinate
@@ -141,57 +149,44 @@ def settings_at(place: Array) -> Array:
     return np.array(rows)
 
 
-def columns(
-    setup: Setup, settings: Array, free: NDArray[np.bool_], residuals: Array, *, central: bool
-) -> Array:
+def columns(setup: Setup, settings: Array, free: NDArray[np.bool_], reach: float = NEAR) -> Array:
     """Change of the simulated positions per coordinate, shape (p, S, n), p free ones by rows.
+
+    Changes are made to both sides: the bend of large columns otherwise passes for knowledge where
+    they all but cancel, as along a common factor of all torques. Steps are coarse ones, whose error
+    is alike.
 
     Args:
         setup: arm and recordings.
         settings: around which, shape (22, n).
         free: of which settings, shape (22, n).
-        residuals: at the settings, shape (S, n).
-        central: whether changes to both sides are made, which takes twice as long: the bend of
-            large columns otherwise passes for knowledge where they all but cancel, as along a
-            common factor of all torques.
+        reach: size of the changes, as a part of the largest that a fit makes.
     """
+    setup = replace(setup, step=max(setup.step, SLOPE_STEP_S))
     pairs = np.argwhere(free)
-    made = np.zeros((len(pairs), *residuals.shape))
+    made = []
     for row in np.unique(pairs[:, 0]):
         joints = np.flatnonzero(free[row]).tolist()
         alone = QUANTITIES[row].name in _REACHING
         for group in [[j] for j in joints] if alone else [joints]:
-            ahead, span = _nudged(settings, row, group, 1.0, turn=not central)
-            change = -setup.residuals(ahead)
-            if central:
-                behind, back = _nudged(settings, row, group, -1.0, turn=False)
-                change, span = change + setup.residuals(behind), span - back
-            else:
-                change = change + residuals
+            (ahead, up), (behind, down) = (
+                _nudged(settings, row, group, side) for side in (reach, -reach)
+            )
+            change = setup.residuals(behind) - setup.residuals(ahead)
             for j in group:
-                i = int(np.flatnonzero((pairs[:, 0] == row) & (pairs[:, 1] == j))[0])
-                if alone:
-                    made[i] = change / span[j]
-                else:
-                    made[i, :, j] = change[:, j] / span[j]
-    return made
+                own = change if alone else np.where(np.arange(len(up)) == j, change, 0.0)
+                made.append(own / (up - down)[j])
+    return np.array(made)
 
 
-def _nudged(
-    settings: Array, row: int, group: list[int], side: float, *, turn: bool
-) -> tuple[Array, Array]:
+def _nudged(settings: Array, row: int, group: list[int], reach: float) -> tuple[Array, Array]:
     """Settings with one quantity of some joints changed inside its bounds, and by how much.
 
-    The second is in coordinates, shape (n,). What cannot go up is turned down where that is asked.
+    The second is in coordinates, shape (n,).
     """
-    q = QUANTITIES[row]
-    size = side * (_NUDGE if q.scale == 0.0 else _PART)
     place = coordinates(settings)
     moved = place.copy()
-    moved[row, group] += size
-    if turn:
-        high = np.log(q.high) if q.scale == 0.0 else q.high / q.scale
-        moved[row] = np.where(moved[row] > high, place[row] - size, moved[row])
+    moved[row, group] += reach * (_NUDGE if QUANTITIES[row].scale == 0.0 else _PART)
     changed = settings_at(moved)
     return changed, coordinates(changed)[row] - place[row]
 
@@ -203,7 +198,6 @@ def fit(
     prior: Prior,
     rounds: int = 15,
     heard: Heard | None = None,
-    central: bool = False,
 ) -> Fit:
     """The most probable settings near a start.
 
@@ -214,16 +208,16 @@ def fit(
         prior: what is believed of them.
         rounds: most steps.
         heard: is told round and rms [rad].
-        central: whether derivatives are made to both sides.
     """
     pairs = np.argwhere(free)
     at = tuple(pairs.T)
-    settings, damping, taken = start, 1e-2, 0
+    settings, damping, taken = start, np.full(start.shape[1], 1e-2), 0
+    reach = 1.0
     residuals = setup.residuals(settings)
     informed = setup.seconds / _MEMORY_S
     cost = _cost(setup, settings, free, prior, residuals, informed)
     for _ in range(rounds):
-        made = columns(setup, settings, free, residuals, central=central)
+        made = columns(setup, settings, free, reach)
         weight = informed / len(residuals) / np.mean(residuals**2, axis=0)
         hessian, slope = _pull(settings, free, prior)
         hessian += np.einsum("asj,bsj,j->ab", made, made, weight, optimize=True)
@@ -231,7 +225,7 @@ def fit(
         place, before = coordinates(settings), cost
         loose = np.flatnonzero(~_stopped(settings, free, slope))
         for _ in range(_TRIES):
-            lifted = hessian + damping * np.diag(np.diag(hessian))
+            lifted = hessian + np.diag(damping[at[1]] * np.diag(hessian))
             step = np.zeros(len(pairs))
             step[loose] = np.linalg.solve(lifted[np.ix_(loose, loose)], slope[loose])
             moved = place.copy()
@@ -239,16 +233,19 @@ def fit(
             trial = settings_at(moved)
             left = setup.residuals(trial)
             new = _cost(setup, trial, free, prior, left, informed)
+            worse = np.mean(left**2, axis=0) > np.mean(residuals**2, axis=0)
             if new < cost:
                 settings, residuals, cost = trial, left, new
-                damping = max(damping / 5, 1e-6)
+                damping = np.where(worse, damping * 5, np.maximum(damping / 5, 1e-6))
                 taken += 1
                 break
-            damping *= 5
+            damping = np.where(worse | ~worse.any(), damping * 5, damping)
         if heard is not None:
             heard(taken, float(np.sqrt(np.mean(residuals**2))))
         if before - cost < _ENOUGH * informed:
-            break
+            if reach == NEAR:
+                break
+            reach = NEAR
     return Fit(settings, free, residuals, cost, taken)
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ident.dynamics.compiled_chain import chain_of, torques
 from ident.model.arm import Arm
 from ident.output_error.first_guess import first_guess
-from ident.output_error.fit import Fit, Prior, Setup, Stretch, fit
+from ident.output_error.fit import SLOPE_STEP_S, Fit, Prior, Setup, Stretch, fit
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.recordings import pieces, settled
 from ident.output_error.selection import PARTS, Chosen, Part, chosen
@@ -23,7 +23,6 @@ from wamctl.arm.robot import cad_parameters
 
 _PIECE_S = 8.0
 _SEARCHED_S = 150.0  # more than this tells the search nothing new
-_SEARCH_STEP_S = 0.002  # the error of a coarser one passes for play and planned speed
 _MOVES = 0.02  # a joint that spans less is held [rad]
 _SD = 3.0
 _SAME = {"stiffness": 0.03, "rate_gain": 0.3, "profile_acceleration": 0.03, "delay": 0.2}
@@ -150,7 +149,6 @@ def fit_of_all(begun: Prepared, start: Fit, tell: Tell) -> Fit:
         begun.prior,
         _ROUNDS,
         lambda k, rms: tell("fitting all recordings", min(k / _ROUNDS, 1.0)),
-        central=True,
     )
 
 
@@ -175,7 +173,7 @@ def _folds(setup: Setup) -> tuple[Setup, Setup]:
         thin = cut
     searched = tuple(s for i, s in enumerate(thin) if i % 3 != 2)
     other = tuple(s for i, s in enumerate(thin) if i % 3 == 2)
-    coarse = replace(setup, step=_SEARCH_STEP_S)
+    coarse = replace(setup, step=SLOPE_STEP_S)
     return replace(coarse, stretches=searched), replace(coarse, stretches=other)
 
 

@@ -6,6 +6,7 @@ where held-out pieces are simulated better with it.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,8 @@ from ident.signals.arrays import Array
 BASE = ("stiffness", "armature", "damping", "coulomb", "delay")
 """What every joint has."""
 
-_ROUNDS = 4
+_ROUNDS = 6
+_SHARES = (1.0, 0.5, 0.1)  # of what a part stands in for
 _LEAST_GAIN = 0.02  # nats per sample, of a joint's held-out error: 2 % smaller
 
 
@@ -32,6 +34,7 @@ class Part:
         sizes: of the deciding one, to begin with; empty: where it is.
         relative: quantity that the sizes are parts of.
         of_servo: whether joints with the same servo have it alike.
+        instead: quantity that grows where the part is left out, because it lags alike.
     """
 
     name: str
@@ -39,18 +42,24 @@ class Part:
     sizes: tuple[float, ...] = ()
     relative: str = ""
     of_servo: bool = False
+    instead: str = ""
 
 
 PARTS = (
     Part("zero", ("zero",)),
     Part(
-        "profile", ("profile_acceleration",), (3.0, 6.0, 12.0, 25.0, 50.0, 100.0, 200.0), "", True
+        "profile",
+        ("profile_acceleration",),
+        (3.0, 6.0, 12.0, 25.0, 50.0, 100.0, 200.0),
+        "",
+        True,
+        "armature",
     ),
     Part("torque_limit", ("torque_limit",), (0.03, 0.06, 0.12, 0.25), "stiffness"),
     Part("rate_gain", ("rate_gain",), (0.15, 0.4, 0.8), "damping", True),
     Part("load_friction", ("load_friction",), (0.05, 0.15, 0.4)),
     Part("stribeck", ("stribeck", "stribeck_speed"), (0.1, 0.3, 0.8), "coulomb"),
-    Part("half_play", ("half_play",), (1e-3, 2e-3, 4e-3, 8e-3, 0.016)),
+    Part("half_play", ("half_play",), (1e-3, 2e-3, 4e-3, 8e-3, 0.016), instead="coulomb"),
     Part("compliance", ("compliance",), (2e-3, 8e-3, 0.03)),
     Part("offset", ("offset",), (-0.3, 0.3), "coulomb"),
     Part("integral", ("integral",), (0.3, 1.0, 4.0), "stiffness", True),
@@ -120,7 +129,7 @@ def chosen(
     free = np.zeros(may.shape, dtype=bool)
     free[[ROW[name] for name in BASE]] = True
     tell("fitting servo and friction", 0.0)
-    best = fit(searched, start, free & may, prior, 2 * _ROUNDS)
+    best = fit(searched, start, free & may, prior, _ROUNDS)
     judged, trials = rms(other, best.settings), []
     for k, part in enumerate(parts):
         tell(f"trying {part.name.replace('_', ' ')}", (k + 1) / (len(parts) + 1))
@@ -131,7 +140,7 @@ def chosen(
         if not new.any():
             continue
         alike = part.of_servo and same_servo
-        began = _scanned(searched, best, part, new, alike)
+        began = scanned(searched, best, part, np.any(new, axis=0), prior, alike=alike)
         loose = best.free | new
         loose[ROW["zero"]] &= new[ROW["zero"]]  # held while others are tried: they take long
         with_it = fit(searched, began, loose, prior, _ROUNDS)
@@ -154,16 +163,37 @@ def chosen(
     return Chosen(best, judged, tuple(trials))
 
 
-def _scanned(setup: Setup, best: Fit, part: Part, new: NDArray[np.bool_], alike: bool) -> Array:
-    """Each joint at the size that fits best with all else held; all at one where they are alike."""
+def scanned(
+    setup: Setup, best: Fit, part: Part, places: NDArray[np.bool_], prior: Prior,
+    *, alike: bool = False,
+) -> Array:  # fmt: skip
+    """Each joint where it fits best with a part at one of its sizes, shape (22, n).
+
+    All else is as in the arm so far, or as in the first guess: settings that were fitted without
+    the part may have gone far to make up for it. What it stands in for is also tried smaller.
+
+    Args:
+        setup: pieces that are fitted.
+        best: the arm so far.
+        part: what is tried.
+        places: joints that get it, shape (n,).
+        prior: what is believed; its centre is the first guess.
+        alike: whether all joints have one size.
+    """
     row, q = ROW[part.quantities[0]], QUANTITIES[ROW[part.quantities[0]]]
-    began, left = best.settings.copy(), np.full(new.shape[1], np.inf)
-    for size in part.sizes:
-        unit = best.settings[ROW[part.relative]] if part.relative else 1.0
-        tried = best.settings.copy()
-        tried[row] = np.where(new[row], np.clip(size * unit, q.low, q.high), tried[row])
+    basic = [ROW[name] for name in BASE]
+    fresh = best.settings.copy()
+    fresh[basic] = np.where(best.free[basic], prior.center[basic], fresh[basic])
+    began, left = best.settings.copy(), np.full(len(places), np.inf)
+    shares = _SHARES if part.instead else (1.0,)
+    for origin, size, share in product((best.settings, fresh), part.sizes, shares):
+        unit = origin[ROW[part.relative]] if part.relative else 1.0
+        tried = np.where(places, origin, best.settings)
+        tried[row] = np.where(places, np.clip(size * unit, q.low, q.high), tried[row])
+        if part.instead:
+            tried[ROW[part.instead]] *= np.where(places, share, 1.0)
         error = np.log(rms(setup, tried))
         error = np.full_like(error, error.mean()) if alike else error
-        began[row] = np.where(error < left, tried[row], began[row])
-        left = np.minimum(error, left)
+        better = places & (error < left)
+        began, left = np.where(better, tried, began), np.where(better, error, left)
     return began

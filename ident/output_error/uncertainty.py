@@ -42,7 +42,7 @@ def knowledge(setup: Setup, found: Fit, prior: Prior) -> Knowledge:
     A joint's settings are taken by themselves: those of others hardly move it.
     """
     pairs = np.argwhere(found.free)
-    made = columns(setup, found.settings, found.free, found.residuals, central=True)
+    made = columns(setup, found.settings, found.free)
     speed = _speeds(setup, found.settings)
     n, samples = found.settings.shape[1], len(found.residuals)
     blocks = max(int(setup.seconds / _BLOCK_S), 8)

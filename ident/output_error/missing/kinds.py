@@ -14,15 +14,12 @@ class EffectKind:
         part: its quantities, the deciding one first, and sizes to begin with.
         reported: name of each quantity in the result file.
         equation: how the simulation forms it.
-        instead_of_friction: whether it is begun in place of dry friction: what lets the joint lag
-            as far.
     """
 
     name: str
     part: Part
     reported: tuple[str, ...]
     equation: str
-    instead_of_friction: bool = False
 
     @property
     def further(self) -> int:
@@ -51,10 +48,9 @@ KINDS = (
     ),
     EffectKind(
         "backlash",
-        Part("half_play", ("half_play",), (1e-3, 2e-3, 4e-3, 8e-3, 0.016)),
+        Part("half_play", ("half_play",), (1e-3, 2e-3, 4e-3, 8e-3, 0.016), instead="coulomb"),
         ("half_play",),
         "no torque passes the gears while |q_rotor,j - q_j| < b",
-        instead_of_friction=True,
     ),
     EffectKind(
         "joint_elasticity",

@@ -25,7 +25,7 @@ def promising(
         least: nats per sample in first order, below which it is not worth a fit.
     """
     residuals = setup.residuals(best.settings)
-    bases = tangents(setup, best, residuals)
+    bases = tangents(setup, best)
     left = np.array([r - Q @ (Q.T @ r) for r, Q in zip(residuals.T, bases, strict=True)]).T
     found = {}
     for kind, places in asked.items():
@@ -40,13 +40,10 @@ def promising(
     return found
 
 
-def tangents(setup: Setup, best: Fit, residuals: Array) -> list[Array]:
+def tangents(setup: Setup, best: Fit) -> list[Array]:
     """What the free settings of each joint can do to its positions, orthonormal, (S, p_j) each."""
-    made, at = (
-        columns(setup, best.settings, best.free, residuals, central=False),
-        np.argwhere(best.free),
-    )
-    return [np.linalg.qr(made[at[:, 1] == j, :, j].T)[0] for j in range(residuals.shape[1])]
+    made, at = columns(setup, best.settings, best.free), np.argwhere(best.free)
+    return [np.linalg.qr(made[at[:, 1] == j, :, j].T)[0] for j in range(best.free.shape[1])]
 
 
 def at_sizes(best: Fit, kind: EffectKind, places: Places) -> list[tuple[Array, Array]]:

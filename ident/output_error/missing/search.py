@@ -175,7 +175,7 @@ def _accepted(
     ordered: Sequence[Trial], joint: int, errors: Array, null: Nulls, resolution: Array,
     settings: GapBySimulation,
 ) -> Accepted | None:  # fmt: skip
-    first, others = ordered[0], ordered[1:]
+    first = ordered[0]
     asked = max(settings.least_gain, settings.null_factor * null.gain[first.kind.name])
     asked += settings.per_quantity * first.kind.further
     size = float(explained(errors, first.errors)[joint])
@@ -183,6 +183,8 @@ def _accepted(
     noise = settings.seen * resolution[joint] / np.sqrt(12.0)
     if first.gain[joint] < asked or sure < settings.sure or size < noise:
         return None
+    own = set(first.kind.part.quantities)  # what holds them all and more is the same again
+    others = [t for t in ordered[1:] if not own <= set(t.kind.part.quantities)]
     names = [Rival(t.kind.name, float(t.gain[joint])) for t in others]
     rivals = [
         r

@@ -1,7 +1,6 @@
 """An effect put into the simulated arm at many joints at once, fitted, and judged by joint."""
 
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +9,8 @@ from ident.output_error.fit import Fit, Prior, fit
 from ident.output_error.missing.folds import Fold
 from ident.output_error.missing.judging import block_errors, gain
 from ident.output_error.missing.kinds import EffectKind
-from ident.output_error.parameters import QUANTITIES, ROW
-from ident.output_error.selection import BASE, rms
+from ident.output_error.parameters import ROW
+from ident.output_error.selection import scanned
 from ident.signals.arrays import Array
 
 Places = NDArray[np.bool_]
@@ -58,7 +57,7 @@ def tried(
     """
     new = np.zeros_like(best.free)
     new[[ROW[name] for name in kind.part.quantities]] = places
-    began = _scanned(fold, best, kind, places, prior)
+    began = scanned(fold.fitted, best, kind.part, places, prior)
     loose = best.free | new
     if not new[ROW["zero"]].any():
         loose[ROW["zero"]] = False  # held while others are tried: they take long
@@ -66,28 +65,3 @@ def tried(
     found = replace(found, free=best.free | new)
     errors = block_errors(fold.judged, found.settings)
     return Trial(kind, places, found, errors, np.where(places, gain(judged, errors), 0.0))
-
-
-def _scanned(fold: Fold, best: Fit, kind: EffectKind, places: Places, prior: Prior) -> Array:
-    """Each joint where it fits best with the effect at one of a few sizes.
-
-    All else is as in the arm so far, or as in the first guess: settings that were fitted without
-    the effect may have gone far to make up for it. What lets a joint lag as friction does is also
-    tried with less friction.
-    """
-    row, q = ROW[kind.part.quantities[0]], QUANTITIES[ROW[kind.part.quantities[0]]]
-    dry, stiff, basic = ROW["coulomb"], ROW["stiffness"], [ROW[name] for name in BASE]
-    fresh = best.settings.copy()
-    fresh[basic] = np.where(best.free[basic], prior.center[basic], fresh[basic])
-    began, left = best.settings.copy(), np.full(len(places), np.inf)
-    shares = (0.0, 0.5, 1.0) if kind.instead_of_friction else (0.0,)
-    for origin, size, share in product((best.settings, fresh), kind.part.sizes, shares):
-        unit = origin[ROW[kind.part.relative]] if kind.part.relative else 1.0
-        settings = np.where(places, origin, best.settings)
-        settings[row] = np.where(places, np.clip(size * unit, q.low, q.high), settings[row])
-        less = np.maximum(settings[dry] - share * size * settings[stiff], 0.05 * settings[dry])
-        settings[dry] = np.where(places & (share > 0.0), less, settings[dry])
-        error = np.log(rms(fold.fitted, settings))
-        better = places & (error < left)
-        began, left = np.where(better, settings, began), np.where(better, error, left)
-    return began

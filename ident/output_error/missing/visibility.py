@@ -16,7 +16,7 @@ def smallest(found: Search, resolution: Array, settings: GapBySimulation) -> dic
     """
     setup, end = found.folds[0].judged, found.end
     residuals = setup.residuals(end.settings)
-    bases = tangents(setup, end, residuals)
+    bases = tangents(setup, end)
     sizes = {}
     for kind, places in found.asked.items():
         asked = max(settings.least_gain, settings.null_factor * found.nulls.gain[kind.name])

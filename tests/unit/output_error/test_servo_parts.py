@@ -1,0 +1,48 @@
+"""Which parts of a servo a search keeps."""
+
+import numpy as np
+import pytest
+from servo_arm import STEP_RAD, URDF
+
+from ident.dynamics.compiled_chain import chain_of
+from ident.output_error.first_guess import neutral
+from ident.output_error.fit import Prior, Setup, Stretch
+from ident.output_error.parameters import QUANTITIES, ROW
+from ident.output_error.plant import Motion
+from ident.output_error.recordings import pieces
+from ident.output_error.selection import PARTS, chosen
+from ident.regression.progress import silent
+from wamctl.arm.robot import cad_parameters, load_robot
+
+TRUTH = {
+    "stiffness": 10.0, "damping": 0.6, "coulomb": 0.1, "armature": 1e-3, "delay": 0.004,
+    "profile_acceleration": 40.0,
+}  # fmt: skip
+
+
+def test_planned_acceleration_is_found_though_a_rotor_passed_for_it():
+    """A hobby servo that plans its motion, along a sweep beyond what it plans."""
+    robot = load_robot(URDF, ("elbow",))
+    settings = neutral(1)
+    for name, value in TRUTH.items():
+        settings[ROW[name]] = value
+    t = np.arange(0.0, 40.0, 0.02)
+    hz = 0.2 * 20.0 ** (t / t[-1])
+    command = 0.15 * np.sin(2 * np.pi * np.cumsum(hz) * 0.02)[:, None]
+    motion = Motion(t, t.copy(), command, command[0].copy(), np.zeros(1))
+    robot_and_links = chain_of(robot), cad_parameters(robot), np.array([True])
+    empty = Setup(*robot_and_links, (Stretch(motion, command),), 0.002)
+    (q,) = empty.replay(settings)
+    cut = pieces([Stretch(motion, np.round(q / STEP_RAD) * STEP_RAD)], 10)
+    fitted, judged = (
+        Setup(*robot_and_links, tuple(c for i, c in enumerate(cut) if (i % 3 == 2) is side), 0.002)
+        for side in (False, True)
+    )
+    start = neutral(1)
+    prior = Prior(start, np.full(start.shape, 3.0), np.full(len(QUANTITIES), np.inf))
+    profile = [p for p in PARTS if p.name == "profile"]
+    may = np.ones(start.shape, dtype=bool)
+    found = chosen(fitted, judged, start, prior, may, profile, False, silent)
+    assert found.trials[0].kept.all()
+    assert found.fit.settings[ROW["profile_acceleration"], 0] == pytest.approx(40.0, rel=0.03)
+    assert found.held_out[0] < STEP_RAD
