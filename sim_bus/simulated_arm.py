@@ -3,14 +3,12 @@
 from collections.abc import Container, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sim_bus.can_bus.frame import Frame
 from sim_bus.node import MotorNode, Node
 from sim_bus.plant.encoders import Encoders
 from sim_bus.plant.plant import Plant
-
-Array = NDArray[np.floating]
+from wamctl.arm.arrays import Array
 
 
 class SimulatedArm:

@@ -5,19 +5,18 @@ from typing import Any, Literal, overload
 
 from ident.api.arm import Arm
 from ident.api.commanded import commanded
-from ident.api.inputs import checked
+from ident.api.inputs import Progress, checked, told
 from ident.api.named import NamedEffects
-from ident.api.progress import Progress, told
 from ident.api.recording import Recording
 from ident.api.score import Score, score
-from ident.api.servo_gap import ServoGap
 from ident.gap.data.experiment import of_arm, with_reference_model
 from ident.gap.options import Options
 from ident.model.identified_model import Model
 from ident.output_error.missing.settings import GapBySimulation
+from ident.output_error.servo_model import ServoModel
 from ident.workflows.gap import Gap as GapRun
 from ident.workflows.gap import gap_of
-from ident.workflows.output_error.gap import gap_of_servos
+from ident.workflows.output_error.gap import GapOfServos, gap_of_servos
 
 
 class Gap(NamedEffects[GapRun]):
@@ -39,6 +38,19 @@ class Gap(NamedEffects[GapRun]):
             DataError: the recording moves joints that the model knows nothing about.
         """
         return score(self.model, recording)
+
+
+class ServoGap(NamedEffects[GapOfServos]):
+    """Where the simulated positions of an arm with servos differ from the measured ones, and why.
+
+    Attributes:
+        run: the search with all its figures.
+    """
+
+    @property
+    def model(self) -> ServoModel:
+        """The arm with the effects added."""
+        return self.run.model
 
 
 @overload
@@ -93,17 +105,11 @@ def find_gap(
     """
     chosen = checked(arm, recordings)
     if method == "simulation":
-        return _by_simulation(arm, chosen, null_runs, progress)
+        known, found = commanded(arm, chosen)
+        by_simulation = GapBySimulation(null_runs=null_runs)
+        return ServoGap(gap_of_servos(known, found, by_simulation, told(progress)))
     described = arm.of_recording(chosen[0].joints, **settings)
     source = of_arm(described, arm.file, [r.log for r in chosen], [r.name for r in chosen])
     if model is not None:
         source = with_reference_model(source, model)
     return Gap(gap_of(source, Options(null_runs=null_runs), told(progress)))
-
-
-def _by_simulation(
-    arm: Arm, recordings: Sequence[Recording], null_runs: int, progress: Progress | None
-) -> ServoGap:
-    known, found = commanded(arm, recordings)
-    settings = GapBySimulation(null_runs=null_runs)
-    return ServoGap(gap_of_servos(known, found, settings, told(progress)))

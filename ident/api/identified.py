@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 from ident.api.arm import Arm
-from ident.api.inputs import checked
-from ident.api.progress import Progress, told
+from ident.api.inputs import Progress, checked, told
 from ident.api.recording import Recording
 from ident.api.result import Result
 from ident.api.score import Score, score

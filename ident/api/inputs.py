@@ -1,10 +1,13 @@
 """What the functions of the Python interface are given."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from ident.api.arm import Arm
 from ident.api.recording import Recording
+from ident.regression.progress import Tell, silent
 from wamctl.arm.errors import DataError
+
+Progress = Callable[[str, float | None], None]
 
 
 def checked(arm: Arm, recordings: Recording | Sequence[Recording]) -> list[Recording]:
@@ -28,3 +31,10 @@ def checked(arm: Arm, recordings: Recording | Sequence[Recording]) -> list[Recor
                 " Recording(t, q, tau, joints=names) takes arrays."
             )
     return given
+
+
+def told(progress: Progress | None) -> Tell:
+    """A caller's function as the work calls it: the share that is done is often not known."""
+    if progress is None:
+        return silent
+    return lambda what, share=None: progress(what, share)

@@ -22,12 +22,12 @@ from ident.commands.options import (
     Strict,
     TorqueChoice,
     hold,
+    refuse_with_simulation,
     rules_of,
     speaks_against_input,
     verdict_printed,
 )
 from wamctl.arm.command_line import is_quiet, next_step
-from wamctl.arm.errors import ConfigurationError
 
 
 def gap(
@@ -75,7 +75,8 @@ def gap(
         if chosen == Method.SIMULATION:
             from ident.workflows.output_error.gap import gap_simulation
 
-            _refuse_unused(model, with_suspected)
+            given = {"--model": model, "--with-suspected": with_suspected}
+            refuse_with_simulation([name for name, value in given.items() if value])
             settings = GapBySimulation(null_runs=null_runs)
             text, sentences = gap_simulation(logs, robot, out, reading, settings, tell, remarks)
         else:
@@ -110,19 +111,6 @@ def _next(content: Mapping[str, Any], logs: Sequence[Path], out: Path) -> list[o
         place = ":".join([first["name"], *map(str, first["joints"][:1])])
         return ["ident design --config ARM.yaml --for", place]
     return ["ident validate OTHER.mcap --model", out / "model.yaml"]
-
-
-def _refuse_unused(model: Path | None, with_suspected: bool) -> None:
-    """Options of the regression say nothing to a simulation.
-
-    Raises:
-        ConfigurationError: some were given.
-    """
-    given = [*(["--model"] if model else []), *(["--with-suspected"] if with_suspected else [])]
-    if given:
-        raise ConfigurationError(
-            "--method simulation", [f"{', '.join(given)} belongs to the regression; leave it out"]
-        )
 
 
 class _Told:

@@ -142,6 +142,18 @@ def rules_of(renames: list[str] | None) -> tuple[tuple[str, str], ...]:
     return tuple(rules)
 
 
+def refuse_with_simulation(given: Sequence[str]) -> None:
+    """Options of the regression say nothing to a simulation.
+
+    Raises:
+        ConfigurationError: some were given.
+    """
+    if given:
+        raise ConfigurationError(
+            "--method simulation", [f"{', '.join(given)} belongs to the regression; leave it out"]
+        )
+
+
 def verdict_printed(content: Mapping[str, Any], verdict: str = "verdict") -> None:
     """Print the verdict of a result file, and its remarks."""
     sentences = [r["sentence"] for r in content["remarks"]]

@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -22,11 +22,11 @@ from ident.commands.options import (
     TorqueChoice,
     hold,
     next_after,
+    refuse_with_simulation,
     rules_of,
     settings_of,
     verdict_printed,
 )
-from wamctl.arm.errors import ConfigurationError
 
 
 def run(
@@ -75,7 +75,9 @@ def run(
         if chosen == Method.SIMULATION:
             from ident.workflows.output_error.run import run_simulation
 
-            _refuse_unused(effects, changes)
+            refuse_with_simulation(
+                [*(["--effects"] if effects else []), *(f"--set {name}" for name in changes)]
+            )
             text = run_simulation(logs, robot, out, reading, tell, remarks)
         else:
             text = run_logs(logs, robot, out, reading, tell, effects, **changes)
@@ -94,16 +96,3 @@ def run(
     usual = ["ident validate OTHER.mcap --model", out / "model.yaml"]
     next_after(content["verdict"], content["remarks"], usual, logs)
     hold(content["verdict"], strict)
-
-
-def _refuse_unused(effects: Path | None, changes: dict[str, Any]) -> None:
-    """Settings of the regression say nothing to a simulation.
-
-    Raises:
-        ConfigurationError: some were given.
-    """
-    given = [*(["--effects"] if effects else []), *(f"--set {name}" for name in changes)]
-    if given:
-        raise ConfigurationError(
-            "--method simulation", [f"{', '.join(given)} belongs to the regression; leave it out"]
-        )

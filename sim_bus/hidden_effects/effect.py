@@ -4,13 +4,12 @@ from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from sim_bus.plant.physics import Act, EncoderModel, Physics
+from wamctl.arm.arrays import Array
 from wamctl.arm.config import Section
 
-Array = NDArray[np.floating]
 Number = Annotated[float, Field(allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Sizes = Number | tuple[Number, ...]

@@ -1,11 +1,9 @@
 """The motors' encoders."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sim_bus.plant.plant import Plant
-
-Array = NDArray[np.floating]
+from wamctl.arm.arrays import Array
 
 
 class Encoders:

@@ -10,7 +10,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.floating]
+from wamctl.arm.arrays import Array
 
 _MOST_CHANGES = 200
 _RIDGE = 1e-12  # keeps frictions that hold the same joints apart

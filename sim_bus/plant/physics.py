@@ -4,11 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sim_bus.plant.truth import Truth
-
-Array = NDArray[np.floating]
+from wamctl.arm.arrays import Array
 
 
 @dataclass

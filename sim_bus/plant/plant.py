@@ -4,13 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from sim_bus.plant.friction_step import step
 from sim_bus.plant.physics import Physics, StepState
+from wamctl.arm.arrays import Array
 from wamctl.arm.robot import Robot, with_parameters
-
-Array = NDArray[np.floating]
 
 _NS = 1e-9
 

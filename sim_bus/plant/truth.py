@@ -5,13 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.config import SimulationSection, TransmissionSection
 from wamctl.arm.inertial import from_pseudo_inertia, pseudo_inertia
 from wamctl.arm.robot import Robot, cad_parameters
-
-Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

@@ -10,15 +10,13 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sim_bus.can_bus.frame import Frame
 from sim_bus.puck.codec import DecodedFrame, Mode, SafetyState, answer, mode_broadcast
 from sim_bus.puck.firmware import motor_ids, safety_ids, width
 from sim_bus.puck.memory import Memory
 from sim_bus.puck.safety_speed import SafetySpeed
-
-Array = NDArray[np.floating]
+from wamctl.arm.arrays import Array
 
 HEARTBEAT_NS = 90_000_000
 """Assumed; below the 100 ms by which libbarrett and OWD take the fault to have come."""

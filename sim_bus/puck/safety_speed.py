@@ -3,10 +3,8 @@
 from collections import deque
 from math import cos, dist, sin
 
-import numpy as np
-from numpy.typing import NDArray
+from wamctl.arm.arrays import Array
 
-Array = NDArray[np.floating]
 Point = tuple[float, float, float]
 
 HISTORY = 5

@@ -5,12 +5,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.errors import ConfigurationError
 from wamctl.arm.robot import Robot
-
-Array = NDArray[np.floating]
 
 _JOINTS_APART = 3
 

@@ -4,12 +4,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.config import ControllerSection
 from wamctl.arm.robot import Robot
-
-Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,8 @@
 """The ten inertial parameters of a link, in the paper's order, and their change of frame."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.floating]
+from wamctl.arm.arrays import Array
 
 INERTIAL_NAMES = ("xx", "xy", "xz", "yy", "yz", "zz", "x", "y", "z", "m")
 """Order of (8) without friction: Lxx Lxy Lxz Lyy Lyz Lzz [kg m^2], lx ly lz [kg m], m [kg]."""

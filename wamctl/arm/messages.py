@@ -3,14 +3,10 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
+from wamctl.arm.arrays import Array
 from wamctl.arm.recording import JOINT_COMMANDS, JOINT_REFERENCE, JOINT_STATES
 from wamctl.arm.ros2.cdr import JOINT_STATE, TRAJECTORY_POINT, Kind, encode
 from wamctl.arm.ros2.template import Template
-
-Array = NDArray[np.floating]
 
 DIAGNOSTICS = "/diagnostics"
 

@@ -2,13 +2,11 @@
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.config import LimitsSection
 from wamctl.arm.robot import Robot
 from wamctl.arm.trajectory import Reference
-
-Array = NDArray[np.floating]
 
 _SHARE = 0.5  # of every limit: a move is no part of the measurement and need not hurry
 _PEAKS = (15.0 / 8.0, 10.0 / np.sqrt(3.0), 60.0)

@@ -6,16 +6,13 @@ from pathlib import Path
 from types import TracebackType
 from typing import NoReturn
 
-import numpy as np
 from mcap.writer import Writer
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.messages import DIAGNOSTICS, TOPICS, Messages, Status
 from wamctl.arm.recording import JOINT_COMMANDS, JOINT_REFERENCE, JOINT_STATES, Recording
 from wamctl.arm.ros2.message_definition import definition
-
-Array = NDArray[np.floating]
 
 CHUNK_NS = 300_000_000
 """A chunk is closed when it spans this much time [ns], so that a cut loses no more."""

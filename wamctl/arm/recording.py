@@ -8,6 +8,7 @@ import numpy as np
 from mcap.records import Attachment, Metadata
 from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.ros2.bag import parts
 from wamctl.arm.ros2.joint_messages import (
@@ -22,7 +23,6 @@ from wamctl.arm.ros2.joint_trajectory import TRAJECTORY_TYPE, CommandedMotion
 from wamctl.arm.ros2.magnitudes import POSITION, excess
 from wamctl.arm.ros2.part import Batch, Cut, Topic
 
-Array = NDArray[np.floating]
 Stamps = NDArray[np.int64]
 
 JOINT_STATES = "/joint_states"

@@ -9,12 +9,11 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.errors import ConfigurationError
 from wamctl.arm.inertial import INERTIAL_NAMES, PINOCCHIO_INDEX, change_of_frame, parameter_name
 from wamctl.arm.urdf.mimic import in_the_way, named, pairs_of
 from wamctl.arm.urdf.numbers import number_faults
-
-Array = NDArray[np.floating]
 
 _BLOCK = 256  # samples whose regressor stays in the processor's cache
 

@@ -6,12 +6,10 @@ from typing import Any
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.config import Positive, Section, Vector, find_file, read_yaml, validate
-
-Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

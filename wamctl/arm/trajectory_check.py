@@ -3,16 +3,14 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.collision import CollisionShapes, collision_shapes, distances
 from wamctl.arm.config import ArmFile, LimitsSection
 from wamctl.arm.motion import kinetic_energy, point_speeds
 from wamctl.arm.robot import Robot, inverse_dynamics
 from wamctl.arm.trajectory import Reference, Trajectory, reference
 from wamctl.arm.transmission import transmission
-
-Array = NDArray[np.floating]
 
 _GRID_S = 0.001
 

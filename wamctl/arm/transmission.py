@@ -3,12 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.config import TransmissionSection
 from wamctl.arm.errors import ConfigurationError
-
-Array = NDArray[np.floating]
 
 _LARGEST_CONDITION = 1e6
 

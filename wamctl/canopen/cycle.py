@@ -2,8 +2,8 @@
 
 import can
 import numpy as np
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.config import BusSection, CanopenDrivesSection
 from wamctl.canopen import ds402, pdo
 from wamctl.canopen import identifiers as ids
@@ -15,8 +15,6 @@ from wamctl.drives.answer_cycle import AnswerCycle
 from wamctl.drives.answers import Answers
 from wamctl.drives.bus import Channel
 from wamctl.drives.interface import CycleTiming, Readings
-
-Array = NDArray[np.floating]
 
 _OPERATIONAL = 0x05
 _HEARTBEAT_S = 0.1

@@ -7,8 +7,8 @@ from types import MappingProxyType
 import can
 import canopen
 import numpy as np
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.config import ArmFile, CanopenDrivesSection
 from wamctl.canopen import dictionary as od
 from wamctl.canopen import ds402, sdo, set_up
@@ -18,8 +18,6 @@ from wamctl.canopen.ds402 import Goal, State
 from wamctl.drives.bus import Channel
 from wamctl.drives.interface import Counters, CycleTiming, Readings
 from wamctl.errors import BusError, DrivesError
-
-Array = NDArray[np.floating]
 
 _START, _PRE_OPERATIONAL = 0x01, 0x80
 

@@ -5,14 +5,12 @@ from typing import Protocol
 
 import can
 import numpy as np
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.drives.answers import Answers
 from wamctl.drives.bus import Channel, next_frame, send_all
 from wamctl.drives.interface import CycleTiming, Readings
 from wamctl.errors import BusStopError
-
-Array = NDArray[np.floating]
 
 _MOST_FRAMES = 200  # taken from the bus at one go: a flood must not hold the cycle for ever
 _BUS_OFF = 0x40  # class of an error frame, in SocketCAN's identifier bits

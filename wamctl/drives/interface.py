@@ -5,10 +5,8 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import can
-import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.floating]
+from wamctl.arm.arrays import Array
 
 WINDOW = 0.8
 """Share of the period in which the drives' answers to SYNC must have come."""

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.config import ArmFile
 from wamctl.arm.control import ComputedTorque, Setpoint
 from wamctl.arm.robot import Robot
@@ -25,7 +25,6 @@ from wamctl.telemetry.logger import Logger
 from wamctl.telemetry.phase import Phase
 from wamctl.telemetry.status import LoopStatus
 
-Array = NDArray[np.floating]
 Law = Callable[[ArmState], tuple[Setpoint, Array]]
 """From the arm's state to the reference and the joint torque [N m], shape (n,)."""
 

@@ -13,9 +13,8 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.floating]
+from wamctl.arm.arrays import Array
 
 _MOST_ODDS = 1e6
 SHARES = (0.1, 0.25, 0.5, 0.75, 0.9)

@@ -4,11 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.robot import Robot
-
-Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

@@ -3,11 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.telemetry import ring as shared
-
-Array = NDArray[np.floating]
 
 _SEEN_AT_MOST = shared.SLOTS // 4
 """Older records may be overwritten while they are read."""

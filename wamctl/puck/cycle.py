@@ -2,8 +2,8 @@
 
 import can
 import numpy as np
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.config import PuckDrivesSection
 from wamctl.drives.answer_cycle import AnswerCycle
 from wamctl.drives.answers import Answers
@@ -14,8 +14,6 @@ from wamctl.puck.effective_torque import EffectiveTorque
 from wamctl.puck.enumerations import HOST
 from wamctl.puck.supervision import Supervision
 from wamctl.puck.wiring import CycleFrames, is_plain, message
-
-Array = NDArray[np.floating]
 
 _REPEAT = 10  # cycles after which an order to idle that was not followed is sent again
 

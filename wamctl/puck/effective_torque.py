@@ -3,11 +3,9 @@
 import time
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.puck.wiring import PUCKS_PER_TORQUE_FRAME
-
-Array = NDArray[np.floating]
 
 TORQUE_FRAME_S = 123e-6
 """One packed torque frame on the wire: 111 us without stuff bits, 135 us with the most."""

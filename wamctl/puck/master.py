@@ -6,8 +6,8 @@ from types import MappingProxyType
 
 import can
 import numpy as np
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.config import ArmFile, PuckDrivesSection
 from wamctl.drives.answers import Answers
 from wamctl.drives.bus import Channel
@@ -21,8 +21,6 @@ from wamctl.puck.exchange import Exchange
 from wamctl.puck.properties import motor_properties, safety_properties
 from wamctl.puck.supervision import Supervision
 from wamctl.puck.wiring import cycle_frames
-
-Array = NDArray[np.floating]
 
 NOT_ASKED = -1
 

@@ -4,14 +4,12 @@ import math
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.config import ArmFile
 from wamctl.arm.robot import Robot
 from wamctl.errors import SafetyStopError
 from wamctl.safety.state_estimator import ArmState
-
-Array = NDArray[np.floating]
 
 _GROWTH = 1.05  # what braking may make of a speed or energy
 _FLOOR = 0.05  # share of the limit below which a speed is no danger, and its growth no sign

@@ -10,12 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.robot import Robot
 from wamctl.arm.transmission import Transmission
-
-Array = NDArray[np.floating]
 
 _CAD = 0.1  # deviation of a link's mass, and of its centre in radii of gyration
 _FRICTION_LEFT = 0.03  # share of the friction that a mean over whole periods keeps

@@ -1,16 +1,14 @@
 """Whether every motor does what it is told, and its encoder sees it."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.config import ArmFile
 from wamctl.arm.robot import Robot
 from wamctl.arm.transmission import Transmission
 from wamctl.errors import SafetyStopError
 from wamctl.safety.state_estimator import ArmState
 from wamctl.safety.torque_residual import TorqueResidual
-
-Array = NDArray[np.floating]
 
 _CYCLES = 2  # in a row with too much torque left over
 _STILL_S = 0.012

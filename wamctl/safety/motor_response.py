@@ -8,12 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.robot import Robot
 from wamctl.arm.transmission import Transmission
-
-Array = NDArray[np.floating]
 
 LEAST_MOTION = 0.25
 """Share of the wanted motion below which a motor has not moved: friction leaves more of it."""

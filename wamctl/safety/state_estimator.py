@@ -4,12 +4,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.transmission import Transmission
 from wamctl.drives.interface import Readings
-
-Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

@@ -4,16 +4,14 @@ import math
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.config import ArmFile
 from wamctl.arm.control import Setpoint
 from wamctl.arm.robot import Robot
 from wamctl.arm.transmission import Transmission
 from wamctl.errors import SafetyStopError
 from wamctl.safety.state_estimator import ArmState
-
-Array = NDArray[np.floating]
 
 _JUMP = 2.0  # times the fastest allowed motion: what one cycle may not exceed
 _STUCK = 0.5  # share of the tracking limit that a motor's reference may go while its encoder rests

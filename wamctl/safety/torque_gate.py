@@ -3,11 +3,9 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.errors import SafetyStopError
-
-Array = NDArray[np.floating]
 
 
 class TorqueGate:

@@ -4,13 +4,11 @@ import math
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.robot import Robot
 from wamctl.arm.transmission import Transmission
 from wamctl.safety.state_estimator import ArmState
-
-Array = NDArray[np.floating]
 
 _CUTOFF_HZ = 10.0  # as fast as an acceleration from whole encoder counts allows
 

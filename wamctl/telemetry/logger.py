@@ -8,9 +8,7 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager, nullco
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
+from wamctl.arm.arrays import Array
 from wamctl.arm.control import Setpoint
 from wamctl.arm.errors import DataError, UserError
 from wamctl.errors import OutsideStopError
@@ -21,8 +19,6 @@ from wamctl.telemetry.phase import Phase
 from wamctl.telemetry.ring import Ring
 from wamctl.telemetry.status import LoopStatus, store
 from wamctl.telemetry.writer import CLOSED, DONE, READY
-
-Array = NDArray[np.floating]
 
 _START_S = 60.0
 _CLOSE_S = 20.0

@@ -3,13 +3,9 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from wamctl.arm.arrays import Array
 from wamctl.arm.messages import Status
 from wamctl.telemetry.phase import Phase
-
-Array = NDArray[np.floating]
 
 _OK, _WARN = 0, 1
 

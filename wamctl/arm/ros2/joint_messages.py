@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from rosbags.serde import SerdeError
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.ros2.cdr import JOINT_STATE, TRAJECTORY_POINT, columns
 from wamctl.arm.ros2.joint_series import JointSeries, ReferenceSeries, Stamps
-
-Array = NDArray[np.floating]
 
 JOINT_STATE_TYPE = "sensor_msgs/msg/JointState"
 TRAJECTORY_POINT_TYPE = "trajectory_msgs/msg/JointTrajectoryPoint"

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.floating]
+from wamctl.arm.arrays import Array
+
 Stamps = NDArray[np.int64]
 
 

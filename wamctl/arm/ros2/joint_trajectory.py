@@ -11,13 +11,11 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.ros2.joint_messages import decoded
 from wamctl.arm.ros2.joint_series import JointSeries
-
-Array = NDArray[np.floating]
 
 TRAJECTORY_TYPE = "trajectory_msgs/msg/JointTrajectory"
 

@@ -3,11 +3,10 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wamctl.arm.arrays import Array
 from wamctl.arm.ros2.cdr import Fields, Kind, encode, layout
 
-Array = NDArray[np.floating]
 _NS = 1_000_000_000
 
 
