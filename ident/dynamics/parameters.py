@@ -71,23 +71,25 @@ def standard_parameters(robot: Robot, terms: Terms) -> tuple[Parameter, ...]:
     Offset, rotor inertia, and the friction of coupled motors follow the paper's two friction
     parameters.
     """
-    return tuple(p for k in range(1, robot.dof + 1) for p in _of_link(k, terms, turns(robot, k)))
+    return tuple(
+        p for k in range(1, robot.dof + 1) for p in _of_link(k, terms, is_revolute(robot, k))
+    )
 
 
-def turns(robot: Robot, joint: int) -> bool:
+def is_revolute(robot: Robot, joint: int) -> bool:
     """Whether a joint, from 1, turns; the others slide."""
     """Whether a joint is revolute; Pinocchio calls sliding ones JointModelPX and the like."""
     return not str(robot.model.joints[joint].shortname()).startswith("JointModelP")
 
 
-def _of_link(k: int, terms: Terms, turns: bool) -> list[Parameter]:
-    force, metre = ("N m", "rad") if turns else ("N", "m")
+def _of_link(k: int, terms: Terms, revolute: bool) -> list[Parameter]:
+    force, metre = ("N m", "rad") if revolute else ("N", "m")
     units = ["kg m^2"] * 6 + ["kg m"] * 3 + ["kg"]
     link = [
         Parameter(parameter_name(s, k), unit, "inertial", k)
         for s, unit in zip(INERTIAL_NAMES, units, strict=True)
     ]
-    viscous_unit, inertia_unit = f"{force} s/{metre}", "kg m^2" if turns else "kg"
+    viscous_unit, inertia_unit = f"{force} s/{metre}", "kg m^2" if revolute else "kg"
     on_motor = terms.motor_friction and k in terms.coupled_motors
     choices: list[tuple[bool, Kind, str]] = [
         (terms.viscous, "fv", viscous_unit),

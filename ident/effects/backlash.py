@@ -6,7 +6,7 @@ import numpy as np
 
 from ident.effects.candidate import Candidate, Coefficient, NonlinearParameter
 from ident.effects.effect import Array, Effect, ExperimentMotion
-from ident.effects.motor_link import LIGHT, Transmission, mass_in
+from ident.effects.motor_link import MIN_INERTIA, Transmission, mass_in
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
@@ -71,7 +71,7 @@ class Backlash(Effect[_Play]):
     def candidates(self, arm: ArmFacts) -> list[Candidate[_Play]]:
         """One for each joint, half play and part of the friction that is rubbed by the link."""
         mass = np.diag(mass_in(arm.pose, arm.chain, arm.delta))
-        motor = np.maximum(_MOTOR * mass, LIGHT)
+        motor = np.maximum(_MOTOR * mass, MIN_INERTIA)
         play, rubbing, _ = self.nonlinear
         return [
             self.at((j,), _Play(b, part, float(motor[j])), rows=range(arm.dof))
@@ -83,7 +83,7 @@ class Backlash(Effect[_Play]):
     def columns(self, seen: Observed, candidate: Candidate[_Play]) -> Array:
         """Change of the torque with the link's motion in the play, per half play."""
         play = candidate.parameters.play
-        return _tie(candidate, play).change(seen, candidate.joints[0])[:, :, None] / play
+        return _tie(candidate, play).torque_change(seen, candidate.joints[0])[:, :, None] / play
 
     def static_columns(self, seen: Observed, candidate: Candidate[_Play]) -> Array:
         """The same where the link rests beside its motor."""
@@ -95,7 +95,7 @@ class Backlash(Effect[_Play]):
         self, arm: SimulatedArm, candidate: Candidate[_Play], values: Array
     ) -> SimulatedArm:
         """A motor of its own, with the encoder, that carries the joint within the play."""
-        return _tie(candidate, float(values[0])).between(arm, candidate.joints[0])
+        return _tie(candidate, float(values[0])).insert_motor(arm, candidate.joints[0])
 
 
 def _tie(candidate: Candidate[_Play], half_play: float) -> Transmission:

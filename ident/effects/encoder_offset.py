@@ -38,9 +38,9 @@ class EncoderOffset(Effect):
 
     def simulated(self, arm: SimulatedArm, candidate: Candidate, values: Array) -> SimulatedArm:
         """An encoder that reads less."""
-        zero = arm.zero.copy()
-        zero[candidate.joints[0]] += values[0]
-        return replace(arm, zero=zero)
+        offset = arm.encoder_offset.copy()
+        offset[candidate.joints[0]] += values[0]
+        return replace(arm, encoder_offset=offset)
 
 
 EFFECT = EncoderOffset()

@@ -6,7 +6,7 @@ import numpy as np
 
 from ident.effects.candidate import Candidate, Coefficient, NonlinearParameter
 from ident.effects.effect import Array, Effect, ExperimentMotion
-from ident.effects.motor_link import LIGHT, Transmission, mass_in
+from ident.effects.motor_link import MIN_INERTIA, Transmission, mass_in
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
@@ -66,7 +66,7 @@ class JointElasticity(Effect[_Spring]):
         damped = self.nonlinear[2].grid[-1]
         found = []
         for j in arm.moving_joints:
-            inertia = max(float(mass[j]), LIGHT)
+            inertia = max(float(mass[j]), MIN_INERTIA)
             for swing in _SWINGS_HZ:
                 softness = 1.0 / (inertia * (2 * np.pi * swing) ** 2)
                 shape = _Spring(softness, 0.0, damped, _MOTOR * inertia)
@@ -76,7 +76,7 @@ class JointElasticity(Effect[_Spring]):
     def columns(self, seen: Observed, candidate: Candidate[_Spring]) -> Array:
         """Change of the torque with the link's swing, per compliance."""
         give = candidate.parameters.give
-        return _tie(candidate, give).change(seen, candidate.joints[0])[:, :, None] / give
+        return _tie(candidate, give).torque_change(seen, candidate.joints[0])[:, :, None] / give
 
     def static_columns(self, seen: Observed, candidate: Candidate[_Spring]) -> Array:
         """The same where the link rests beside its motor."""
@@ -88,7 +88,7 @@ class JointElasticity(Effect[_Spring]):
         self, arm: SimulatedArm, candidate: Candidate[_Spring], values: Array
     ) -> SimulatedArm:
         """A motor of its own, with the encoder, on a spring."""
-        return _tie(candidate, float(values[0])).between(arm, candidate.joints[0])
+        return _tie(candidate, float(values[0])).insert_motor(arm, candidate.joints[0])
 
 
 def _tie(candidate: Candidate[_Spring], give: float) -> Transmission:

@@ -13,7 +13,7 @@ from ident.simulation.arm import SimulatedArm
 
 _SUBSTEPS = 5
 _TURNED = 0.005  # rad/s: the motor's friction has turned round
-LIGHT = 1e-6
+MIN_INERTIA = 1e-6
 """No link or motor is lighter [kg m^2]."""
 
 
@@ -35,7 +35,7 @@ class Transmission:
     rubbing: float
     motor_inertia: float
 
-    def change(self, seen: Observed, joint: int) -> Array:
+    def torque_change(self, seen: Observed, joint: int) -> Array:
         """What the link's motion beside its motor changes in the joints' torque, shape (S, n)."""
         j, slopes = joint, seen.slopes(joint)
         load = seen.load[:, j] + seen.carried[:, j]
@@ -69,19 +69,20 @@ class Transmission:
             beside = -self.half_play * np.sign(pushed)
         return seen.slopes(joint).position * beside[:, None]
 
-    def between(self, arm: SimulatedArm, joint: int) -> SimulatedArm:
+    def insert_motor(self, arm: SimulatedArm, joint: int) -> SimulatedArm:
         """The arm whose joint has a motor of its own, with the encoder, tied to it so."""
         fields = {
-            f: getattr(arm, f).copy() for f in ("motor", "slack", "give", "damped", "rubbing")
+            name: getattr(arm, name).copy()
+            for name in ("motor", "backlash", "compliance", "damping", "link_friction_share")
         }
-        fields["motor"][joint] = max(self.motor_inertia, LIGHT)
+        fields["motor"][joint] = max(self.motor_inertia, MIN_INERTIA)
         if self.half_play < np.inf:
-            fields["slack"][joint] += self.half_play
+            fields["backlash"][joint] += self.half_play
         mass = mass_in(np.zeros(len(arm.motor)), arm.chain, arm.delta) + arm.armature
-        link = max(float(mass[joint, joint]) - self.motor_inertia, LIGHT)
-        fields["give"][joint] += self.compliance
-        fields["damped"][joint] += 2.0 * self.damped * np.sqrt(self.compliance * link)
-        fields["rubbing"][joint] = self.rubbing
+        link = max(float(mass[joint, joint]) - self.motor_inertia, MIN_INERTIA)
+        fields["compliance"][joint] += self.compliance
+        fields["damping"][joint] += 2.0 * self.damped * np.sqrt(self.compliance * link)
+        fields["link_friction_share"][joint] = self.rubbing
         return replace(arm, **fields)
 
 
@@ -105,12 +106,14 @@ def _change(motion, load, slopes, joint, friction, tie, start, period):
     inertia, pull, grip = np.empty(samples), np.empty(samples), np.zeros(samples)
     drag = np.empty((2, samples))
     for k in range(samples):
-        inertia[k] = max(by_change[k, joint] - motor, LIGHT)
+        inertia[k] = max(by_change[k, joint] - motor, MIN_INERTIA)
         pull[k] = qdd[k] - (load[k] - motor * qdd[k]) / inertia[k]
         drag[0, k], drag[1, k] = friction[0] / inertia[k], friction[1] / inertia[k]
         if compliance > 0.0:
             grip[k] = 1.0 / (compliance * inertia[k])
-    beside, rubbed = way((q, qd), pull, drag, (grip, damped), start, half_play, period)
+    beside, rubbed = integrate_link_motion(
+        (q, qd), pull, drag, (grip, damped), start, half_play, period
+    )
     rate, change = rates(beside, period)
     torque = np.empty((samples, n))
     for k in range(samples):
@@ -122,7 +125,7 @@ def _change(motion, load, slopes, joint, friction, tie, start, period):
 
 
 @njit(cache=True)
-def way(motor, pull, drag, spring, start, half_play, period):
+def integrate_link_motion(motor, pull, drag, spring, start, half_play, period):
     """Way of a link beside its motor's, and friction that it has beside what it would have there.
 
     Between its stops, +- half_play [rad] from the motor, the link moves freely, or is pulled back

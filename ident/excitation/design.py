@@ -21,7 +21,7 @@ from ident.excitation.problem.noise_model import Noise
 from ident.excitation.problem.regressor_columns import Columns, columns_of, exact_rows, joint_terms
 from ident.excitation.problem.trajectory_grid import coefficients_of, grid, series_of
 from ident.excitation.settings import DesignSettings, settled
-from ident.model.arm import arm_with
+from ident.model.arm import arm_from_config
 from ident.signals.arrays import Array
 from ident.simulation.arm import SimulatedArm
 from ident.simulation.configuration import controller_for, wire_for
@@ -183,7 +183,9 @@ def problem_of(place: DesignTask, settings: DesignSettings) -> Problem:
         raise ConfigurationError(
             "--model", [f"shows standard errors, which --objective {kind} does not ask for"]
         )
-    arm = arm_with(place.arm, place.robot, str(place.source)).with_settings(terms=settings.terms)
+    arm = arm_from_config(place.arm, place.robot, str(place.source)).with_settings(
+        terms=settings.terms
+    )
     rehearsal = ClosedLoopTrial(
         arm=arm,
         controller=controller_for(place.arm, place.robot),

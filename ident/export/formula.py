@@ -16,7 +16,16 @@ from ident.export.links import Link, held_joints, identified_links
 from ident.model.identified_model import Model
 from ident.signals.arrays import Array
 
-HELD = ("chain", "delta", "armature", "viscous", "friction_rows", "coulomb", "gain", "zero")
+HELD = (
+    "chain",
+    "delta",
+    "armature",
+    "viscous",
+    "friction_rows",
+    "coulomb",
+    "gain",
+    "encoder_offset",
+)
 """Fields of the simulated arm that a formula of one sample has a place for."""
 
 _NOT_PRINTED = re.compile(r"[^\x20-\x7e]|[\\*?\"@]")

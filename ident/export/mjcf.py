@@ -20,7 +20,7 @@ _TIMESTEP_S = 0.0005
 _RADIUS_M = 0.03
 _HELD = (
     *("chain", "delta", "armature", "viscous", "friction_rows", "coulomb"),
-    *("gain", "limit", "zero"),
+    *("gain", "limit", "encoder_offset"),
 )
 STIFF_FRICTION = {
     "solreffriction": "0.001 1",
@@ -108,7 +108,7 @@ def _joints(model: Model) -> _Joints:
         own_damping,
         model.parameter("fo") + sum((x.offset for x in known), np.zeros(n)),
         sum((x.stiffness for x in known), np.zeros(n)),
-        arm.zero,
+        arm.encoder_offset,
         arm.gain,
         arm.limit,
         tendons,

@@ -144,10 +144,10 @@ def _arm(file: RobotFile | ArmFile, urdf: str, urdf_source: str, source: str) ->
         file.robot.gravity_m_s2,
         urdf_source,
     )
-    return arm_with(file, robot, source)
+    return arm_from_config(file, robot, source)
 
 
-def arm_with(file: RobotFile | ArmFile, robot: Robot, source: str) -> Arm:
+def arm_from_config(file: RobotFile | ArmFile, robot: Robot, source: str) -> Arm:
     """The arm of a configuration whose robot is there already.
 
     Raises:

@@ -64,14 +64,14 @@ class SimulatedArm:
         gain: torque that acts per commanded torque, shape (n,).
         limit: the drives clip the commanded joint torque here [N m], shape (n,).
         delay_s: the command acts later by this much [s], shape (n,).
-        zero: encoders read the joint's position less this [rad], shape (n,).
+        encoder_offset: encoders read the joint's position less this [rad], shape (n,).
         motor: inertia of a motor that moves beside its joint and carries the encoder, on the
             joint's side, a part of the joint's [kg m^2], shape (n,); 0: it moves as the joint.
-        slack: half the play between such a motor and its joint [rad], shape (n,).
-        give: compliance of what ties them beyond the play [rad/(N m)], shape (n,).
-        damped: damping of that per its stiffness [s], shape (n,).
-        rubbing: part of the friction of such a joint that its link rubs, not its motor,
-            shape (n,).
+        backlash: half the play between such a motor and its joint [rad], shape (n,).
+        compliance: of what ties them beyond the play [rad/(N m)], shape (n,).
+        damping: of that per its stiffness [s], shape (n,).
+        link_friction_share: part of the friction of such a joint that acts on its link, not its
+            motor, shape (n,).
         terms: further torques.
     """
 
@@ -85,17 +85,17 @@ class SimulatedArm:
     gain: Array
     limit: Array
     delay_s: Array
-    zero: Array
+    encoder_offset: Array
     motor: Array
-    slack: Array
-    give: Array
-    damped: Array
-    rubbing: Array
+    backlash: Array
+    compliance: Array
+    damping: Array
+    link_friction_share: Array
     terms: tuple[Term, ...] = field(default=())
 
     @property
-    def loose(self) -> NDArray[np.int64]:
-        """The joints with a motor that moves beside them, from 0."""
+    def two_mass_joints(self) -> NDArray[np.int64]:
+        """The joints, from 0, with a motor that moves beside them."""
         return np.flatnonzero(self.motor > 0.0)
 
     def with_terms(self, *terms: Term) -> "SimulatedArm":
@@ -103,44 +103,44 @@ class SimulatedArm:
         return replace(self, terms=(*self.terms, *terms))
 
     @property
-    def seats(self) -> NDArray[np.int64]:
-        """The coordinate of each joint's motor: a loose one's comes after the joints'."""
-        seats, loose = np.arange(len(self.slack)), self.loose
-        seats[loose] = len(seats) + np.arange(len(loose))
-        return seats
+    def motor_index(self) -> NDArray[np.int64]:
+        """The coordinate of each joint's motor: after the joints' for two-mass joints."""
+        index, loose = np.arange(len(self.backlash)), self.two_mass_joints
+        index[loose] = len(index) + np.arange(len(loose))
+        return index
 
     @property
     def on_motor(self) -> Array:
-        """Part of each joint's friction that its motor rubs, shape (n,)."""
-        return np.where(self.motor > 0.0, 1.0 - self.rubbing, 1.0)
+        """Part of each joint's friction that acts on its motor, shape (n,)."""
+        return np.where(self.motor > 0.0, 1.0 - self.link_friction_share, 1.0)
 
     @property
     def drag(self) -> Array:
         """Viscous friction of each coordinate [N m s/rad]."""
-        drag = np.zeros(len(self.slack) + len(self.loose))
-        drag[: len(self.slack)] = self.viscous * (1.0 - self.on_motor)
-        drag[self.seats] += self.viscous * self.on_motor
+        drag = np.zeros(len(self.backlash) + len(self.two_mass_joints))
+        drag[: len(self.backlash)] = self.viscous * (1.0 - self.on_motor)
+        drag[self.motor_index] += self.viscous * self.on_motor
         return drag
 
     @property
-    def dry(self) -> tuple[Array, Array]:
-        """Level [N m] and bristle [rad] of each friction element, then of each loose link."""
-        n, loose = len(self.slack), self.loose
+    def coulomb_elements(self) -> tuple[Array, Array]:
+        """Level [N m] and bristle [rad] of each friction element, then of each such link."""
+        n, loose = len(self.backlash), self.two_mass_joints
         level = self.coulomb.copy()
         level[:n] *= self.on_motor
-        link = self.coulomb[loose] * self.rubbing[loose]
+        link = self.coulomb[loose] * self.link_friction_share[loose]
         return np.append(level, link), np.append(self.bristle, self.bristle[loose])
 
     @property
     def rows(self) -> Array:
-        """Speed of each element of `dry`, then of each tie, from all coordinates' speeds."""
-        (m, n), loose = self.friction_rows.shape, self.loose
+        """Speeds of the `coulomb_elements`, then of the ties, from all coordinates' speeds."""
+        (m, n), loose = self.friction_rows.shape, self.two_mass_joints
         links = m + np.arange(len(loose))
         ties = links + len(loose)
         rows = np.zeros((m + 2 * len(loose), n + len(loose)))
-        rows[:m, self.seats] = self.friction_rows
+        rows[:m, self.motor_index] = self.friction_rows
         rows[links, loose] = 1.0
-        rows[ties, loose], rows[ties, self.seats[loose]] = 1.0, -1.0
+        rows[ties, loose], rows[ties, self.motor_index[loose]] = 1.0, -1.0
         return rows
 
 
@@ -159,12 +159,12 @@ def simulated_arm(chain: Chain, delta: Array, viscous: Array, coulomb: Array) ->
         gain=np.ones(n),
         limit=np.full(n, np.inf),
         delay_s=none,
-        zero=none,
+        encoder_offset=none,
         motor=none,
-        slack=none,
-        give=none,
-        damped=none,
-        rubbing=none,
+        backlash=none,
+        compliance=none,
+        damping=none,
+        link_friction_share=none,
     )
 
 

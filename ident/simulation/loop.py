@@ -109,11 +109,11 @@ def run(
     for i, item in enumerate(arm.terms):
         settings[i, : len(item.settings)] = item.settings
     joints = np.array([t.joint for t in arm.terms] or [0])
-    loose = arm.loose
+    loose = arm.two_mass_joints
     plant = Plant(
-        arm.chain, arm.delta, arm.armature, arm.drag, arm.rows, *arm.dry,
-        arm.gain, arm.limit, arm.delay_s, arm.zero, arm.seats, arm.motor[loose],
-        arm.slack[loose], arm.give[loose], arm.damped[loose], joints, settings,
+        arm.chain, arm.delta, arm.armature, arm.drag, arm.rows, *arm.coulomb_elements,
+        arm.gain, arm.limit, arm.delay_s, arm.encoder_offset, arm.motor_index, arm.motor[loose],
+        arm.backlash[loose], arm.compliance[loose], arm.damping[loose], joints, settings,
     )  # fmt: skip
     smoothing = 1.0 - np.exp(-2 * np.pi * controller.velocity_cutoff_hz * wire.period_s)
     law = _Law(
@@ -137,7 +137,7 @@ def _simulate(functions, arm, law, q_ref, qd_ref, qdd_ref, noise):
     state = State(np.empty(size), np.zeros(size), np.zeros(n), np.zeros(m), np.zeros(elements))
     w, law_w, tmp = workspace(n), workspace(n), scratch(n, size, m, elements)
     _start(arm, state, q_ref[0], qd_ref[0], w, tmp)
-    acting, torque = np.zeros(n), np.zeros(n)
+    applied_torque, torque = np.zeros(n), np.zeros(n)
     velocity, last, alpha = qd_ref[0].copy(), np.zeros(n), np.empty(n)
     for k in range(samples):
         _read(arm, law, state, q_log[k])
@@ -155,10 +155,10 @@ def _simulate(functions, arm, law, q_ref, qd_ref, qdd_ref, noise):
         _round(law, torque)
         for s in range(_STEPS_PER_CYCLE):
             t = (k + s / _STEPS_PER_CYCLE) * law.period
-            _drive(arm, law, tau_log, k, t, acting)
+            _drive(arm, law, tau_log, k, t, applied_torque)
             for i in range(n):
-                acting[i] -= noise[k, i]
-            advance(functions, arm, state, w, tmp, acting, t, law.period / _STEPS_PER_CYCLE)
+                applied_torque[i] -= noise[k, i]
+            advance(functions, arm, state, w, tmp, applied_torque, t, law.period / _STEPS_PER_CYCLE)
     return q_log, tau_log
 
 
@@ -166,59 +166,55 @@ def _simulate(functions, arm, law, q_ref, qd_ref, qdd_ref, noise):
 def _start(arm, state, wanted, speed, w, tmp):
     """At the wanted speed, where encoders read what is wanted.
 
-    A tie that gives hangs by the arm's weight.
+    A compliant tie hangs by the arm's weight.
     """
     n = wanted.size
     for i in range(n):
-        state.q[i] = wanted[i] + arm.zero[i]
-        state.q[arm.seat[i]] = state.q[i]
+        state.q[i] = wanted[i] + arm.encoder_offset[i]
+        state.q[arm.motor_index[i]] = state.q[i]
         state.v[i] = speed[i]
-        state.v[arm.seat[i]] = speed[i]
+        state.v[arm.motor_index[i]] = speed[i]
     inverse_dynamics(arm.chain, arm.delta, state.q[:n], tmp.zero, tmp.zero, w, tmp.bias)
     for i in range(n):
-        if arm.seat[i] != i:
-            state.q[i] -= arm.give[arm.seat[i] - n] * tmp.bias[i]
+        if arm.motor_index[i] != i:
+            state.q[i] -= arm.compliance[arm.motor_index[i] - n] * tmp.bias[i]
 
 
 @njit(cache=True)
 def _read(arm, law, state, out):
     """Encoder positions: joint positions as the motors see them, in whole counts."""
-    n = out.size
-    seen = np.empty(n)
-    for i in range(n):
-        seen[i] = state.q[arm.seat[i]] - arm.zero[i]
-    counts = np.empty(n)
-    for i in range(n):
-        angle = 0.0
-        for j in range(n):
-            angle += law.motor[i, j] * seen[j]
-        counts[i] = np.floor(angle / law.angle_step[i] + 0.5) * law.angle_step[i]
-    for i in range(n):
-        out[i] = 0.0
-        for j in range(n):
-            out[i] += law.joint[i, j] * counts[j]
+    seen = np.empty(out.size)
+    for i in range(out.size):
+        seen[i] = state.q[arm.motor_index[i]] - arm.encoder_offset[i]
+    _in_whole_steps(law.motor, law.angle_step, law.joint, seen, out)
 
 
 @njit(cache=True)
 def _round(law, torque):
     """Joint torque as whole steps of motor torque give it."""
-    n = torque.size
-    steps = np.empty(n)
-    for i in range(n):
-        motor = 0.0
-        for j in range(n):
-            motor += law.joint[j, i] * torque[j]
-        steps[i] = np.floor(motor / law.step[i] + 0.5) * law.step[i]
-    for i in range(n):
-        torque[i] = 0.0
-        for j in range(n):
-            torque[i] += law.motor[j, i] * steps[j]
+    _in_whole_steps(law.joint.T, law.step, law.motor.T, torque, torque)
 
 
 @njit(cache=True)
-def _drive(arm, law, tau_log, k, t, acting):
+def _in_whole_steps(to_motor, step, to_joint, values, out):
+    """Values of the joints, each rounded to whole steps on the motors' side."""
+    n = out.size
+    motor = np.empty(n)
+    for i in range(n):
+        value = 0.0
+        for j in range(n):
+            value += to_motor[i, j] * values[j]
+        motor[i] = np.floor(value / step[i] + 0.5) * step[i]
+    for i in range(n):
+        out[i] = 0.0
+        for j in range(n):
+            out[i] += to_joint[i, j] * motor[j]
+
+
+@njit(cache=True)
+def _drive(arm, law, tau_log, k, t, applied_torque):
     """Joint torque that acts at time t: commanded a delay ago, clipped, times the gain."""
-    for i in range(acting.size):
+    for i in range(applied_torque.size):
         at = int(np.floor((t - arm.delay[i]) / law.period + 1e-9))
         command = tau_log[max(0, min(k, at)), i]
-        acting[i] = arm.gain[i] * min(max(command, -arm.limit[i]), arm.limit[i])
+        applied_torque[i] = arm.gain[i] * min(max(command, -arm.limit[i]), arm.limit[i])

@@ -28,12 +28,12 @@ class Plant(NamedTuple):
     gain: Array
     limit: Array
     delay: Array
-    zero: Array
-    seat: NDArray[np.int64]
+    encoder_offset: Array
+    motor_index: NDArray[np.int64]
     motor: Array
-    slack: Array
-    give: Array
-    damped: Array
+    backlash: Array
+    compliance: Array
+    damping: Array
     joints: NDArray[np.int64]
     settings: Array
 
@@ -49,7 +49,7 @@ class State(NamedTuple):
     v: Array
     a: Array
     stretch: Array
-    push: Array
+    impulse: Array
 
 
 class Scratch(NamedTuple):
@@ -68,7 +68,7 @@ class Scratch(NamedTuple):
     response: Array
     mobility: Array
     speed: Array
-    give: Array
+    compliance: Array
 
 
 @njit(cache=True)
@@ -82,9 +82,9 @@ def scratch(n, size, m, elements):
 
 
 @njit(cache=True)
-def advance(functions, arm, state, w, tmp, acting, t, h):
+def advance(functions, arm, state, w, tmp, applied_torque, t, h):
     """One semi-implicit step: friction and viscous drag act on the velocity at its end."""
-    n, (elements, size) = arm.seat.size, arm.rows.shape
+    n, (elements, size) = arm.motor_index.size, arm.rows.shape
     q, v = state.q[:n], state.v[:n]
     inverse_dynamics(arm.chain, arm.delta, q, v, tmp.zero, w, tmp.bias)
     mass_matrix(arm.chain, arm.delta, w, tmp.inertia)
@@ -95,18 +95,18 @@ def advance(functions, arm, state, w, tmp, acting, t, h):
     copy(arm.coulomb, tmp.level)
     for f in range(len(functions)):
         functions[f](t, q, v, tmp.load, arm.joints[f], arm.settings[f], tmp.resistance, tmp.level)
-    _momentum(arm, state, tmp, acting, h)
+    _momentum(arm, state, tmp, applied_torque, h)
     invert(tmp.system, tmp.inverse)
     _times(tmp.inverse, arm.rows, tmp.response)
     for i in range(size):
         tmp.free[i] = 0.0
         for j in range(size):
             tmp.free[i] += tmp.inverse[i, j] * tmp.momentum[j]
-    _stick(arm, state, tmp, h)
+    _friction_impulses(arm, state, tmp, h)
     for i in range(size):
         after = tmp.free[i]
         for e in range(elements):
-            after -= tmp.response[i, e] * state.push[e]
+            after -= tmp.response[i, e] * state.impulse[e]
         if i < n:
             state.a[i] = (after - state.v[i]) / h
         state.v[i] = after
@@ -114,15 +114,15 @@ def advance(functions, arm, state, w, tmp, acting, t, h):
 
 
 @njit(cache=True)
-def _momentum(arm, state, tmp, acting, h):
+def _momentum(arm, state, tmp, applied_torque, h):
     """Inertia with viscous drag, and the momentum that it will have without dry friction."""
-    n, size = arm.seat.size, state.q.size
+    n, size = arm.motor_index.size, state.q.size
     _inertia(arm, tmp)
     if size > n:
         invert(tmp.system, tmp.inverse)
         _inertia(arm, tmp)
         for i in range(n):
-            k = arm.seat[i]
+            k = arm.motor_index[i]
             if k != i:
                 motor = min(arm.motor[k - n], _MOST / tmp.inverse[i, i])
                 tmp.system[i, i] -= motor
@@ -132,7 +132,7 @@ def _momentum(arm, state, tmp, acting, h):
         for j in range(size):
             tmp.momentum[i] += tmp.system[i, j] * state.v[j]
     for i in range(n):
-        tmp.momentum[arm.seat[i]] += h * acting[i]
+        tmp.momentum[arm.motor_index[i]] += h * applied_torque[i]
     for i in range(size):
         tmp.system[i, i] += h * arm.drag[i]
 
@@ -140,7 +140,7 @@ def _momentum(arm, state, tmp, acting, h):
 @njit(cache=True)
 def _inertia(arm, tmp):
     """Mass matrix with rotors, as if no motor moved beside its joint."""
-    n, size = arm.seat.size, tmp.system.shape[0]
+    n, size = arm.motor_index.size, tmp.system.shape[0]
     for i in range(size):
         for j in range(size):
             linked = i < n and j < n
@@ -159,7 +159,7 @@ def _times(a, rows, out):
 
 
 @njit(cache=True)
-def _stick(arm, state, tmp, h):
+def _friction_impulses(arm, state, tmp, h):
     """Impulses [N m s] of the Coulomb elements and ties, by projected Gauss-Seidel.
 
     Each friction element is a bristle that breaks at its level: impulse = h level stretch, and the
@@ -177,37 +177,41 @@ def _stick(arm, state, tmp, h):
         most = h * max(tmp.level[e], 1e-12)
         ahead = 1.0 if tmp.speed[e] >= 0.0 else -1.0
         distance = arm.bristle[e] / max(1.0 - ahead * state.stretch[e], 1e-3)
-        tmp.give[e] = distance / (h * most)
-        tmp.speed[e] += tmp.give[e] * most * state.stretch[e]
-        state.push[e] = min(max(state.push[e], -most), most)
+        tmp.compliance[e] = distance / (h * most)
+        tmp.speed[e] += tmp.compliance[e] * most * state.stretch[e]
+        state.impulse[e] = min(max(state.impulse[e], -most), most)
     for _ in range(_SWEEPS if elements == m else _SWEEPS_WITH_TIES):
         for e in range(elements):
             rest = tmp.speed[e]
             for f in range(elements):
                 if f != e:
-                    rest -= tmp.mobility[e, f] * state.push[f]
+                    rest -= tmp.mobility[e, f] * state.impulse[f]
             if e < m:
                 most = h * max(tmp.level[e], 1e-12)
-                state.push[e] = min(max(rest / (tmp.give[e] + tmp.mobility[e, e]), -most), most)
+                state.impulse[e] = min(
+                    max(rest / (tmp.compliance[e] + tmp.mobility[e, e]), -most), most
+                )
             else:
-                state.push[e] = _pull(arm, state, e - m, rest, tmp.mobility[e, e], h)
+                state.impulse[e] = _constraint_impulse(
+                    arm, state, e - m, rest, tmp.mobility[e, e], h
+                )
     for e in range(m):
-        state.stretch[e] = state.push[e] / (h * max(tmp.level[e], 1e-12))
+        state.stretch[e] = state.impulse[e] / (h * max(tmp.level[e], 1e-12))
 
 
 @njit(cache=True)
-def _pull(arm, state, loose, speed, mobility, h):
+def _constraint_impulse(arm, state, loose, speed, mobility, h):
     """Impulse that ties a link, which else moves so fast beside its motor [rad/s], to it."""
-    n = arm.seat.size
+    n = arm.motor_index.size
     twist = h * speed - state.q[n + loose]
     for i in range(n):
-        if arm.seat[i] == n + loose:
+        if arm.motor_index[i] == n + loose:
             twist += state.q[i]
-    beyond = twist - min(max(twist, -arm.slack[loose]), arm.slack[loose])
+    beyond = twist - min(max(twist, -arm.backlash[loose]), arm.backlash[loose])
     if beyond == 0.0:
         return 0.0
-    damped = arm.damped[loose]
-    return (beyond + damped * speed) / (arm.give[loose] / h + mobility * (h + damped))
+    damping = arm.damping[loose]
+    return (beyond + damping * speed) / (arm.compliance[loose] / h + mobility * (h + damping))
 
 
 @njit(cache=True)

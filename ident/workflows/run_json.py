@@ -10,7 +10,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from ident.dynamics.parameters import turns
+from ident.dynamics.parameters import is_revolute
 from ident.estimation.regression_data import Log
 from ident.identification.cross_validation import HeldOut
 from ident.identification.identify import Identification
@@ -143,7 +143,7 @@ def log_content(log: Log) -> dict[str, Any]:
 
 def torque_units(robot: Robot) -> list[str]:
     """Unit of each joint's torque; a sliding joint has a force."""
-    return ["N m" if turns(robot, k) else "N" for k in range(1, robot.dof + 1)]
+    return ["N m" if is_revolute(robot, k) else "N" for k in range(1, robot.dof + 1)]
 
 
 def errors_content(errors: Errors) -> dict[str, Any]:

@@ -263,7 +263,7 @@ def distances(chain, shapes, q, reach, out):
 
 
 @njit(cache=True)
-def pull_distances(chain, shapes, q, bar, grad_q):
+def distances_vjp(chain, shapes, q, bar, grad_q):
     """Add the gradient of sum(bar * distances) to `grad_q`, shape (S, n)."""
     if len(shapes.pairs) == 0:
         return

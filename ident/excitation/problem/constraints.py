@@ -196,4 +196,4 @@ def pull(
     bar_squares = squares.reshape(samples, -1) / c.bounds.speed**2
     geometry.pull_speeds(c.chain, c.points, motion.q, motion.qd, bar_squares, slopes.q, slopes.qd)
     bar_apart = nearness.reshape(samples, -1) / -_SIGHT_M
-    geometry.pull_distances(c.chain, c.shapes, motion.q, bar_apart, slopes.q)
+    geometry.distances_vjp(c.chain, c.shapes, motion.q, bar_apart, slopes.q)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ident.effects.motor_link import way
+from ident.effects.motor_link import integrate_link_motion
 
 PERIOD = 0.01
 HALF = 2e-3
@@ -14,7 +14,9 @@ def beside(q, pull, dry, start=-HALF):
     t = PERIOD * np.arange(len(q))
     drag = np.array([np.full(len(q), dry), np.zeros(len(q))])
     pull, grip = np.full(len(q), pull), np.zeros(len(q))
-    return way((q, np.gradient(q, t)), pull, drag, (grip, 0.0), start, HALF, PERIOD)[0]
+    return integrate_link_motion(
+        (q, np.gradient(q, t)), pull, drag, (grip, 0.0), start, HALF, PERIOD
+    )[0]
 
 
 def test_a_link_falls_through_its_play_and_stays_at_the_end():
@@ -44,7 +46,9 @@ def on_spring(hertz, pull, damped, seconds=4.0):
     still = np.zeros(int(seconds / PERIOD))
     grip = np.full(len(still), (2 * np.pi * hertz) ** 2)
     none = np.zeros((2, len(still)))
-    return way((still, still), still + pull, none, (grip, damped), 0.0, np.inf, PERIOD)
+    return integrate_link_motion(
+        (still, still), still + pull, none, (grip, damped), 0.0, np.inf, PERIOD
+    )
 
 
 def test_a_link_on_a_spring_settles_where_it_balances_the_pull():
@@ -66,6 +70,6 @@ def test_a_loose_link_spares_the_motor_what_it_rubs():
     speed = np.full(40, q[-1] / (39 * PERIOD))
     drag = np.tile([[5.0], [0.0]], 40)
     still, none = np.zeros(40), np.zeros(40)
-    beside, rubbed = way((q, speed), still, drag, (none, 0.0), HALF, HALF, PERIOD)
+    beside, rubbed = integrate_link_motion((q, speed), still, drag, (none, 0.0), HALF, HALF, PERIOD)
     assert beside[1:] == pytest.approx(HALF - q[1:], abs=1e-6)
     assert rubbed[2:] == pytest.approx(np.full(38, -5.0), rel=0.01)
