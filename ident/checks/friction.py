@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.checks.case import Case
-from ident.regression.probe_fit import solution, weights_of
+from ident.regression.probe_fit import gram, solution, weights_of
 from ident.signals.arrays import Array
 
 _STRETCHES = 12
@@ -39,7 +39,7 @@ def friction_power(case: Case) -> FrictionPower:
     w = weights_of(c.tau)
     stretch = probe.log * _STRETCHES + np.arange(len(probe.t)) * _STRETCHES // len(probe.t)
     parts = [np.flatnonzero(stretch == s) for s in np.unique(stretch)]
-    grams = [_gram(c.W[p] * w[:, None], c.tau[p] * w) for p in parts]
+    grams = [gram(c.W[p] * w[:, None], c.tau[p] * w) for p in parts]
     A, y = np.sum([g[0] for g in grams], axis=0), np.sum([g[1] for g in grams], axis=0)
     size = np.sqrt(np.mean(c.tau**2, axis=0) * np.mean(probe.motion.qd**2, axis=0))
 
@@ -54,8 +54,3 @@ def friction_power(case: Case) -> FrictionPower:
     count = len(grams)
     spread = (count - 1) / count * np.sum((without - without.mean(axis=0)) ** 2, axis=0)
     return FrictionPower(power(solution(A, y)), np.sqrt(spread))
-
-
-def _gram(W: Array, tau: Array) -> tuple[Array, Array]:
-    rows = W.reshape(-1, W.shape[-1])
-    return rows.T @ rows, rows.T @ tau.ravel()

@@ -102,7 +102,7 @@ def held_out_residual(columns: Columns, weights: Array | None = None) -> Array:
     """
     w = weights_of(columns.tau) if weights is None else weights
     rows, goal = columns.W * w[:, None], columns.tau * w
-    grams = [_gram(rows[columns.fold == k], goal[columns.fold == k]) for k in range(FOLDS)]
+    grams = [gram(rows[columns.fold == k], goal[columns.fold == k]) for k in range(FOLDS)]
     result = columns.tau.copy()
     for k in range(FOLDS):
         others = [grams[i] for i in range(FOLDS) if i != k]
@@ -140,7 +140,8 @@ def held_out_squares(columns: Columns, taus: Array, inside: NDArray[np.bool_]) -
     return result
 
 
-def _gram(W: Array, tau: Array) -> tuple[Array, Array]:
+def gram(W: Array, tau: Array) -> tuple[Array, Array]:
+    """Normal equations of rows of any shape (.., c) and their goals: shapes (c, c) and (c,)."""
     rows = W.reshape(-1, W.shape[-1])
     return rows.T @ rows, rows.T @ tau.ravel()
 

@@ -66,7 +66,6 @@ class Cycle:
         self._choose_commands()
         self._sent_in = [0] * n
         self._arrived = False
-        self._settled = True
         self._count = 0
 
     def start(self) -> None:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ident.report.charts import row_chart
+from ident.report.gap.blocks import VERDICT_WORDS, parameter_table, where_blocks
 from ident.report.gap.report import GapReport
 from ident.report.gap.words import (
     evidence_text,
@@ -18,7 +19,6 @@ from ident.report.page import (
     Page,
     Points,
     Section,
-    Status,
     Table,
     Text,
     Verdict,
@@ -32,7 +32,6 @@ from ident.report.words import (
     known,
     number,
     percent,
-    plus_minus,
     share,
     unit_text,
 )
@@ -40,19 +39,12 @@ from wamctl.arm.joint_labels import listed
 
 Content = Mapping[str, Any]
 
-_WORDS: dict[str, tuple[Status, str]] = {
-    "no_gap": ("good", "nothing missing"),
-    "named": ("good", "missing effect named"),
-    "ambiguous": ("warning", "several explanations"),
-    "unknown": ("open", "unknown effect"),
-    "data_fault": ("bad", "fault in the data"),
-}
-
 _STEPS = {
     "rigid_body": "rigid body",
     "coulomb": "Coulomb friction",
     "viscous": "viscous friction",
 }
+_WHERE = "By joint and speed of the joint, in units of the noise there."
 _RESIDUAL = (
     "The residual is the measured torque minus the model's, averaged over windows of a fraction of"
     " a second, on the part of the recordings that no fit has seen. A joint slides where it moves"
@@ -69,7 +61,7 @@ def gap_page(report: GapReport) -> Page:
     sections = [
         *([] if report.named else [seen]),
         Section("What is missing", _effects(report)),
-        Section("Where it shows", _where(report)),
+        Section("Where it shows", where_blocks(content["where"], report.labels, _WHERE)),
         Section("Residual on held-out data", _held_out(report)),
         Section("Torque over time", report.torque),
         Section("Simulation against measurement", [*_forward(report), *report.motion]),
@@ -79,7 +71,7 @@ def gap_page(report: GapReport) -> Page:
         *([seen] if report.named else []),
         provenance_section(content),
     ]
-    status, word = _WORDS[content["verdict"]]
+    status, word = VERDICT_WORDS[content["verdict"]]
     first, *more = verdict_sentences(report)
     return Page(
         command="ident gap",
@@ -125,32 +117,9 @@ def _effects(report: GapReport) -> list[Block]:
             blocks.append(Text(evidence))
         blocks += [Text(text) for text in leaning_texts(report, effect)]
         curve = next(curves, None)
-        rows = [
-            [name.replace("_", " "), plus_minus(p["value"], p["sd"]), unit_text(p["unit"])]
-            for name, p in effect["parameters"].items()
-        ]
-        columns = [Column("parameter", "words"), Column("value"), Column("unit", "words")]
-        blocks += [Table("Its parameters, ± standard deviation.", columns, rows)] if rows else []
+        blocks += [parameter_table(effect)] if effect["parameters"] else []
         blocks += [curve] if curve is not None else []
     return blocks
-
-
-def _where(report: GapReport) -> list[Block]:
-    where = report.content["where"]
-    if not where:
-        return []
-    regions = [w["region"].replace("|qd| < ", "below ").replace("|qd| > ", "above ") for w in where]
-    names = [report.labels[w["joint"] - 1] for w in where]
-    rows = [f"{name}, {region}" for name, region in zip(names, regions, strict=True)]
-    shares = [100 * w["share_of_gap"] if known(w["share_of_gap"]) else None for w in where]
-    quantity = "share of the gap [%]"
-    chart = row_chart(quantity, quantity, rows, {"share": (Sign(BLUE, "bar"), shares)}, wide=True)
-    columns = [Column("joint", "words"), Column("speed", "words"), Column(quantity)]
-    cells = [list(row) for row in zip(names, regions, map(number, shares), strict=True)]
-    caption = "By joint and speed of the joint, in units of the noise there."
-    return [
-        Figure("Share of the gap", caption, [chart], Table("Share of the gap.", columns, cells))
-    ]
 
 
 def _held_out(report: GapReport) -> list[Block]:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ident.report.charts import Chart, Curve, Panel, kept_samples, line_chart, row_chart
+from ident.report.gap.blocks import VERDICT_WORDS, parameter_table, where_blocks
 from ident.report.page import (
     Block,
     Column,
@@ -15,7 +16,6 @@ from ident.report.page import (
     Page,
     Points,
     Section,
-    Status,
     Step,
     Table,
     Text,
@@ -24,18 +24,13 @@ from ident.report.page import (
 )
 from ident.report.provenance_section import provenance_section
 from ident.report.servos.run_page import ServoTrace
-from ident.report.style import AFTER, BEFORE, BLUE, FLOOR, MEASURED, WITH, WITHOUT, Sign
-from ident.report.words import kinds_text, number, plus_minus, share, unit_text
+from ident.report.style import AFTER, BEFORE, FLOOR, MEASURED, WITH, WITHOUT
+from ident.report.words import kinds_text, number, share
 from wamctl.arm.joint_labels import joint_labels, joints_text, listed
 
 Content = Mapping[str, Any]
 
-_WORDS: dict[str, tuple[Status, str]] = {
-    "no_gap": ("good", "nothing missing"),
-    "named": ("good", "missing effect named"),
-    "ambiguous": ("warning", "several explanations"),
-    "unknown": ("open", "unknown effect"),
-}
+_WHERE = "Squared error of the simulation without effects, in units of the noise."
 _MOST_RECORDINGS = 3
 
 
@@ -134,11 +129,11 @@ def _closed(report: ServoGap) -> str:
 def servo_gap_page(report: ServoGap) -> Page:
     """The page of a search by simulation."""
     content = report.content
-    status, word = _WORDS[content["verdict"]]
+    status, word = VERDICT_WORDS[content["verdict"]]
     first, *more = verdict_sentences(report)
     sections = [
         Section("What is missing", _effects(report)),
-        Section("Where it shows", _where(report)),
+        Section("Where it shows", where_blocks(content["where"], report.labels, _WHERE)),
         Section("Error on held-out motions", _held_out(report)),
         Section("Measured and simulated positions", _positions(report)),
         Section("Other explanations", _rivals(report)),
@@ -179,30 +174,8 @@ def _effects(report: ServoGap) -> list[Block]:
                 " with it."
             )
         )
-        rows = [
-            [name.replace("_", " "), plus_minus(p["value"], p["sd"]), unit_text(p["unit"])]
-            for name, p in e["parameters"].items()
-        ]
-        columns = [Column("parameter", "words"), Column("value"), Column("unit", "words")]
-        blocks.append(Table("Its parameters, ± standard deviation.", columns, rows))
+        blocks.append(parameter_table(e))
     return blocks
-
-
-def _where(report: ServoGap) -> list[Block]:
-    where = report.content["where"]
-    if not where:
-        return []
-    regions = [w["region"].replace("|qd| < ", "below ").replace("|qd| > ", "above ") for w in where]
-    names = [report.labels[w["joint"] - 1] for w in where]
-    rows = [f"{name}, {region}" for name, region in zip(names, regions, strict=True)]
-    shares = [100 * w["share_of_gap"] for w in where]
-    quantity = "share of the gap [%]"
-    chart = row_chart(quantity, quantity, rows, {"share": (Sign(BLUE, "bar"), shares)}, wide=True)
-    columns = [Column("joint", "words"), Column("speed", "words"), Column(quantity)]
-    cells = [list(row) for row in zip(names, regions, map(number, shares), strict=True)]
-    caption = "Squared error of the simulation without effects, in units of the noise."
-    table = Table("Share of the gap.", columns, cells)
-    return [Figure("Share of the gap", caption, [chart], table)]
 
 
 def _held_out(report: ServoGap) -> list[Block]:
