@@ -9,8 +9,11 @@ import numpy as np
 
 from ident.dynamics.compiled_chain import torques
 from ident.effects.simulated_model import simulation_of
+from ident.identification.validation import arm_of
 from ident.model.attachments import attached_config
 from ident.model.identified_model import Model
+from ident.recordings.loading import dataset_for
+from ident.recordings.log_summary import survey
 from ident.signals.arrays import Array
 from ident.simulation.configuration import controller_for, wire_for
 from ident.simulation.loop import Controller, Wire, run
@@ -55,6 +58,9 @@ def rms_of(replays: Sequence[Replay]) -> dict[str, list[float]]:
 def replay(mjcf: str, model: Model, recording: Recording, name: str) -> Replay:
     """Follow a recording's wanted motion with its controller, in MuJoCo and in the own simulation.
 
+    The whole recording is simulated; of a log of `wamctl excite`, the counted periods are compared,
+    not the test of the motors, the ramps, and the arm once its drives are disabled.
+
     Args:
         mjcf: the exported arm.
         model: the same.
@@ -81,9 +87,10 @@ def replay(mjcf: str, model: Model, recording: Recording, name: str) -> Replay:
     controller, wire = controller_for(file, model.robot), wire_for(file)
     own = run(simulation_of(model), controller, wire, motion).q
     moved = _in_mujoco(mjcf, controller, wire, motion)
-    count = min(len(recording.q), len(own))
-    t = (recording.stamp_ns[:count] - recording.stamp_ns[0]) * 1e-9
-    return Replay(name, joints, t, recording.q[:count, columns], moved[:count], own[:count])
+    counted = dataset_for(arm_of(model), survey(recording, name)).segments[0].used
+    span = slice(*(counted or (0, min(len(recording.q), len(own)))))
+    t = (recording.stamp_ns[span] - recording.stamp_ns[0]) * 1e-9
+    return Replay(name, joints, t, recording.q[span, columns], moved[span], own[span])
 
 
 def _in_mujoco(

@@ -133,11 +133,25 @@ def _clear(pairs: Sequence[_Pair]) -> list[_Pair]:
     return sorted(found, key=lambda p: -abs(p.apart))
 
 
+def _errors_apart(both: Comparison) -> str:
+    """A sentence where the held-out errors differ clearly, although the parameters may not."""
+    values = [_errors(run)["relative_error_percent"] for run in both.runs]
+    sds = [_errors(run)["relative_error_percent_sd"] or 0.0 for run in both.runs]
+    if abs(values[1] - values[0]) <= _CLEAR * hypot(*sds):
+        return ""
+    worse = both.names[int(values[1] > values[0])]
+    return (
+        f"The held-out errors do: {worse} predicts worse, and where a model misses an effect its"
+        " intervals are wide."
+    )
+
+
 def _verdict(both: Comparison, pairs: Sequence[_Pair]) -> Verdict:
     found = _clear(pairs)
+    errors = _errors_apart(both)
     limit = f"more than {setting(_CLEAR)} combined standard errors"
     if not found:
-        sentence = f"No base parameter of the two runs differs by {limit}."
+        sentence = f"No base parameter of the two runs differs by {limit}. {errors}".rstrip()
     else:
         sentence = (
             f"{len(found)} of {len(pairs)} base parameters differ by {limit}:"
@@ -153,8 +167,10 @@ def _verdict(both: Comparison, pairs: Sequence[_Pair]) -> Verdict:
         + (f", {run['verdict']}." if "verdict" in run else ".")
         for name, run in zip(both.names, both.runs, strict=True)
     ]
-    word = "different" if found else "alike"
-    return Verdict("warning" if found else "good", word, sentence, texts)
+    apart = bool(found or errors)
+    return Verdict(
+        "warning" if apart else "good", "different" if apart else "alike", sentence, texts
+    )
 
 
 def _summary(both: Comparison) -> Table:

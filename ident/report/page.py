@@ -164,7 +164,7 @@ class Page:
 def commands_as_code(sentence: str) -> Markup:
     """A sentence with what stands between backticks set as code; all of it escaped."""
     parts = str(sentence).split("`")
-    if len(parts) % 2 == 0:
+    if len(parts) % 2 == 0 or len(parts) == 1:
         return escape(sentence)
     return Markup().join(
         Markup("<code>{}</code>").format(part) if k % 2 else escape(part)

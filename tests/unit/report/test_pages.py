@@ -372,6 +372,11 @@ def test_compared_runs_differ_where_they_do(run_content: dict[str, Any]) -> None
     text = text_of(render(page))
     assert f"0.1437 ± {number(1.645 * 0.0035, 2)}" in text
     assert "ident gap /data/one.mcap --model old/model.yaml" in text
+    worse = copy.deepcopy(run_content)
+    worse["estimators"][worse["estimator"]]["held_out"]["relative_error_percent"] += 50.0
+    page = compare_page(Comparison(("old", "new"), (run_content, worse)))
+    assert page.verdict.status == "warning"
+    assert "The held-out errors do: new predicts worse" in page.verdict.sentence
     same = compare_page(Comparison(("old", "new"), (run_content, run_content)))
     assert same.verdict.status == "good"
 
