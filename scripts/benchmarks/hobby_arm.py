@@ -120,19 +120,21 @@ def main() -> None:
     found = ident.identify(arm, [recordings[k] for k in FITTED], method="simulation")
     spent = time.process_time() - start
     left = np.concatenate([s.q - found.model.replay(s) for s in judged])
-    table = {f"ident, {spent:.0f} s": np.sqrt(np.mean(left**2, axis=0))}
+    print("rms [mrad] by joint, and of all, on recordings that were not fitted")
+    row(f"ident, {spent:.0f} s", np.sqrt(np.mean(left**2, axis=0)))
     seconds = asked.seconds or spent
     thin = [p for s in fitted for p in pieces([s], max(round(s.motion.t[-1] / 8), 1))][::4]
-    for kind in GAINS:
-        for all_own in (False, True):
+    for all_own in (False, True):
+        for kind in GAINS:
             what = "all its parameters" if all_own else "zeros and gains"
-            table[f"MJCF ({kind}), {what}, {seconds:.0f} s"] = mjcf_error(
-                asked.folder, kind, thin, judged, all_own, seconds, asked.seed
-            )
-    print("rms [mrad] by joint, and of all, on recordings that were not fitted")
-    for name, rms in table.items():
-        joints = " ".join(f"{1e3 * x:6.2f}" for x in rms)
-        print(f"{name:44s} {joints}   {1e3 * np.sqrt(np.mean(rms**2)):6.2f}")
+            args = asked.folder, kind, thin, judged, all_own, seconds, asked.seed
+            row(f"MJCF ({kind}), {what}, {seconds:.0f} s", mjcf_error(*args))
+
+
+def row(name: str, rms: Array) -> None:
+    """Print a line of the table."""
+    joints = " ".join(f"{1e3 * x:6.2f}" for x in rms)
+    print(f"{name:44s} {joints}   {1e3 * np.sqrt(np.mean(rms**2)):6.2f}", flush=True)
 
 
 if __name__ == "__main__":

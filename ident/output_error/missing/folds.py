@@ -10,7 +10,8 @@ PIECE_S = 8.0
 LONGEST_S = 240.0
 """More than this tells the search little and takes long."""
 
-STEP_S = 0.004
+STEP_S = 0.002
+"""With 4 ms, backlash passed for a compliance."""
 
 
 @dataclass(frozen=True)
