@@ -4,9 +4,9 @@ Run: .venv/bin/python scripts/benchmarks/play_at_the_encoder.py FOLDER [--joint 
 
 Rotor and link of one joint of SAGE's SO-101, backlash between them, the encoder at the link, dry
 friction at the rotor and, unless left out, at the link as well; the servo plans its motion with a
-limited acceleration. CMA-ES fits all else to four motions with no backlash, with the gears' known
-half play, with it where the link has no friction of its own, and with free half play. The torques
-share one factor (no weight), so that the gain is given. Prints the rms of each motion.
+limited acceleration. CMA-ES fits all else to four motions with given half plays, with the known one
+also where the link has no friction of its own, and with a free one. The torques share one factor
+(no weight), so that the gain is given. Prints the rms of each motion.
 """
 
 import argparse
@@ -25,17 +25,16 @@ STEP_S = 2.5e-4
 GAIN = 10.4
 NAMES = (
     "damping", "rotor_friction", "link_friction", "rise", "rise_speed", "rotor", "link",
-    "acceleration", "delay",
+    "acceleration", "delay", "offset",
 )  # fmt: skip
 FIRST = np.array([0.65, 0.06, 0.03, 0.6, 0.07, 1e-3, 6e-3, 40.0, 0.003])
 SPREAD = np.array([1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.3, 1.0])
-KNOWN_HALF_PLAY = 0.0087
 
 
 @njit(cache=True)
 def simulated(t, command, start, p, half, out):
     """Positions of the link [rad] at each instant, commands held between samples."""
-    damping, dry, link_dry, rise, pace_0, rotor, link, hard, delay = p
+    damping, dry, link_dry, rise, pace_0, rotor, link, hard, delay, offset = p
     x, q, v, w, goal, pace, k, now = start, start, 0.0, 0.0, command[0], 0.0, 0, t[0]
     out[0], h = start, STEP_S
     for i in range(t.size - 1):
@@ -48,7 +47,7 @@ def simulated(t, command, start, p, half, out):
             change = (fast if far > 0.0 else -fast) - pace
             pace += min(max(change, -hard * h), hard * h)
             goal += h * pace
-            torque = GAIN * (goal - q)
+            torque = GAIN * (goal - q) + offset
             if half > 0.0:
                 twist = x - q
                 beyond = twist - min(max(twist, -half), half)
@@ -86,14 +85,14 @@ def searched(tables: list[Array], half: float | None, *, held: bool, evals: int)
     """Print the best that CMA-ES finds; `held`: the link has friction of its own."""
 
     def placed(y: Array) -> tuple[Array, float]:
-        p = FIRST * np.exp(SPREAD * y[: len(FIRST)])
+        p = np.append(FIRST * np.exp(SPREAD * y[: len(FIRST)]), 0.1 * y[len(FIRST)])
         p[2] *= held
-        return p, KNOWN_HALF_PLAY * np.exp(min(y[-1], 1.0)) if half is None else half
+        return p, 0.005 * np.exp(np.clip(y[-1], -4.0, 1.5)) if half is None else half
 
     def cost(y: Array) -> float:
         return float(np.log(errors(tables, *placed(y))).sum() + 1e-3 * y @ y)
 
-    count = len(FIRST) + (half is None)
+    count = len(FIRST) + 1 + (half is None)
     options = {"seed": 3, "verbose": -9, "maxfevals": evals}
     search = cma.CMAEvolutionStrategy([0.0] * count, 0.5, options)
     while not search.stop():
@@ -112,6 +111,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--joint", default="Rotation")
+    parser.add_argument("--half-play", type=float, nargs="*", help="mrad")
     parser.add_argument("--evals", type=int, default=1200)
     asked, tables = parser.parse_args(), []
     for name in MOTIONS:
@@ -120,13 +120,9 @@ def main() -> None:
         inside = (columns[0] > SPAN_S[0]) & (columns[0] < SPAN_S[1])
         tables.append([np.ascontiguousarray(c[inside]) for c in columns])
     print("rms of", ", ".join(MOTIONS))
-    for half, held in (
-        (0.0, True),
-        (KNOWN_HALF_PLAY, True),
-        (KNOWN_HALF_PLAY, False),
-        (None, True),
-    ):
-        searched(tables, half, held=held, evals=asked.evals)
+    for half in asked.half_play or [0.0, 4.0, 8.7, None]:
+        for held in (True, False) if half and half > 8.0 else (True,):
+            searched(tables, half and 1e-3 * half, held=held, evals=asked.evals)
 
 
 if __name__ == "__main__":
