@@ -3,6 +3,9 @@
 Usage: scripts/benchmarks/motor_matrix.py [--seeds N] [--loads KG...] [--faults F...]
        [--phases P...] [--verbose], from the root, with .venv's Python.
 
+`--faults operator` is a healthy arm that the operator stops at seven moments of each phase. Without
+`test` among the phases the motors are not tested, so that an arm with a load comes to move.
+
 For each load and protocol one run is forked at the moments at which the faults begin. An arm whose
 test of the motors ends with a stop (a load, say) has no later phases.
 
@@ -43,6 +46,7 @@ from wamctl.realtime.clock import LockstepClock
 
 PHASES = ("test", "move", "excite", "return")
 FAULTS = ("reversed", "dead", "doubled", "swapped", "x0.7", "x1.4")
+OPERATOR = "operator"
 MOST = 1.2
 FLOOR = 0.05
 PERIOD_NS = round(PERIOD_S * 1e9)
@@ -107,7 +111,9 @@ def motors_of(fault: str, motor: int):
         order = np.arange(7)
         order[[motor, (motor + 1) % 7]] = order[[(motor + 1) % 7, motor]]
         return lambda tau: tau[order]
-    scale = {"reversed": -1.0, "dead": 0.0, "doubled": 2.0, "healthy": 1.0}.get(fault)
+    scale = {"reversed": -1.0, "dead": 0.0, "doubled": 2.0, "healthy": 1.0, OPERATOR: 1.0}.get(
+        fault
+    )
     factors = np.ones(7)
     factors[motor] = float(fault[1:]) if scale is None else scale
     return lambda tau: factors * tau
@@ -131,12 +137,17 @@ class Case:
 
 @dataclass(frozen=True)
 class Ending:
-    """How it ended: largest joint speed, tool speed and energy up to the stop, and their growth."""
+    """How it ended: largest joint speed, tool speed and energy up to the stop, and their growth.
+
+    Attributes:
+        braked: to the end.
+    """
 
     stopped_in: str
     most: np.ndarray
     growth: np.ndarray
     cause: str
+    braked: bool
 
 
 def motion_of(arm: Arm) -> experiment.Motion:
@@ -151,7 +162,8 @@ def endings(
 ) -> list[tuple[Case, Ending]]:
     """All cases of an arm with a load: forks of one run, each from the moment of its fault."""
     drives = SimulatedDrives(arm, seed, load_kg, at_once)
-    loop = Loop(arm, drives, LockstepClock(PERIOD_S), ListLog(), lambda: None)
+    key: list[str] = []
+    loop = Loop(arm, drives, LockstepClock(PERIOD_S), ListLog(), lambda: next(iter(key), None))
     motion = motion_of(arm)
     lengths = {
         "test": 0,
@@ -173,34 +185,43 @@ def endings(
             for case in () if cases.is_case else plan.get((word, passed[word]), ()):
                 if cases.branch(case):
                     drives.motors = motors_of(case.fault, case.motor)
+                    key.extend(["a key"] * (case.fault == OPERATOR))
                     return
 
         drives.before_cycle = before_cycle
-        cases.end(ended(arm, drives, loop, motion))
+        cases.end(ended(arm, drives, loop, motion, "test" in asked.phases))
     return cases.results
 
 
-def ended(arm: Arm, drives: SimulatedDrives, loop: Loop, motion: experiment.Motion) -> Ending:
+def ended(
+    arm: Arm, drives: SimulatedDrives, loop: Loop, motion: experiment.Motion, tests: bool
+) -> Ending:
     """How an experiment ends."""
     try:
-        experiment.run(arm, drives, loop, motion)
+        experiment.run(arm, drives, loop, motion, tests_motors=tests)
     except StopError as stop:
         seen, limits = np.array(drives.seen), arm.file.limits
         at = min(round(stop.at_s / PERIOD_S), len(seen) - 1)
         energy_j = limits.kinetic_energy_j or np.inf
         floor = FLOOR * np.array([max(limits.velocity_rad_s), limits.tool_speed_m_s, energy_j])
         growth = seen[at:].max(axis=0) / np.maximum(seen[at], floor)
-        return Ending(str(stop.phase), seen[: at + 1].max(axis=0), growth, stop.cause)
-    return Ending("", np.array(drives.seen).max(axis=0), np.ones(3), "")
+        return Ending(
+            str(stop.phase),
+            seen[: at + 1].max(axis=0),
+            growth,
+            stop.cause,
+            "was braked" in stop.outcome,
+        )
+    return Ending("", np.array(drives.seen).max(axis=0), np.ones(3), "", braked=False)
 
 
 def rows(found: dict[tuple[str, str], list[Ending]]) -> Iterator[str]:
     """The lines of a Markdown table."""
     yield (
         "| fault | in | stopped | joint speed up to the stop | growth of joint speed, tool speed, "
-        f"energy | all at most {MOST} |"
+        f"energy | all at most {MOST} | braked to the end |"
     )
-    yield "| --- " * 6 + "|"
+    yield "| --- " * 7 + "|"
     for (fault, phase), endings in found.items():
         stopped = [e for e in endings if e.stopped_in]
         cells = [fault, phase, f"{len(stopped)} of {len(endings)}"]
@@ -210,6 +231,7 @@ def rows(found: dict[tuple[str, str], list[Ending]]) -> Iterator[str]:
             cells.append(f"{max(e.most[0] for e in stopped):.1f} rad/s")
             cells.append(", ".join(f"{g:.2f}" for g in growth.max(axis=0)))
             cells.append(f"{held} of {len(stopped)}")
+            cells.append(f"{sum(e.braked for e in stopped)} of {len(stopped)}")
         yield f"| {' | '.join(cells)} |"
 
 
