@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from types import TracebackType
 from typing import NoReturn
 
 from mcap.writer import Writer
@@ -100,24 +99,14 @@ class Recorder:
             tau_cmd: commanded torque that acts from this instant on [N m], shape (n,).
         """
         self.joint_states(stamp_ns, q, qd, effort)
-        self.joint_commands(stamp_ns, q_ref, qd_ref, tau_cmd)
-        self.joint_reference(stamp_ns, q_ref, qd_ref, qdd_ref)
+        self.add(JOINT_COMMANDS, stamp_ns, q_ref, qd_ref, tau_cmd)
+        self.add(JOINT_REFERENCE, stamp_ns, q_ref, qd_ref, qdd_ref)
 
     def joint_states(
         self, stamp_ns: int, q: Array, qd: Array | None = None, effort: Array | None = None
     ) -> None:
         """A measurement: position [rad], velocity [rad/s], joint torque [N m], shape (n,) each."""
         self.add(JOINT_STATES, stamp_ns, q, qd, effort)
-
-    def joint_commands(
-        self, stamp_ns: int, q: Array | None, qd: Array | None, effort: Array | None
-    ) -> None:
-        """A command: reference position [rad] and velocity [rad/s], commanded torque [N m]."""
-        self.add(JOINT_COMMANDS, stamp_ns, q, qd, effort)
-
-    def joint_reference(self, stamp_ns: int, q: Array, qd: Array, qdd: Array) -> None:
-        """The reference: position [rad], velocity [rad/s], acceleration [rad/s^2]."""
-        self.add(JOINT_REFERENCE, stamp_ns, q, qd, qdd)
 
     def diagnostics(self, stamp_ns: int, statuses: Sequence[Status]) -> None:
         """The states of drives, bus and loop."""
@@ -158,12 +147,7 @@ class Recorder:
     def __enter__(self) -> "Recorder":
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self.close()
 
 

@@ -137,7 +137,7 @@ class LogFile:
             DataError: no bag, no samples, no torque, or joints that do not fit; where only the end
                 of the file can tell, there.
         """
-        yield from _Pass(self).pieces()
+        return _Pass(self).pieces()
 
 
 def read_recording(
@@ -168,23 +168,19 @@ def recording_of(pieces: Iterable[Piece]) -> Recording:
         metadata |= piece.metadata
         attachments |= piece.attachments
         complete = complete and piece.complete
-    measured = joined(states)
+    measured, asked = joined(states), joined(commands) if commands else None
     return Recording(
         measured.joint_names,
         measured.stamp_ns,
         measured.positions,
         measured.qd,
         measured.effort,
-        _command(joined(commands)) if commands else None,
+        None if asked is None else Command(asked.stamp_ns, asked.q, asked.qd, asked.effort),
         _reference(references, len(measured.joint_names)),
         metadata,
         attachments,
         complete,
     )
-
-
-def _command(series: JointSeries) -> Command:
-    return Command(series.stamp_ns, series.q, series.qd, series.effort)
 
 
 def _reference(blocks: list[ReferenceSeries], n: int) -> ReferenceSeries | None:
