@@ -5,9 +5,11 @@ model gets wrong comes again with each period of the motion. So a recording is c
 much longer than the filter's memory, and the variance is the cluster-robust one with the
 correction for leverage of Bell and McCaffrey (2002): once with the stretches in which the motion
 repeats taken as one, once with all of them apart, as noise would have it. The larger one counts.
-What the choice of friction's curves at reversals leaves open is added: the spread of the parameters
-over fewer kinds of curves.
+What the treatment of friction's reversals leaves open is added: the spread of the parameters over
+fewer kinds of curves, and over weights that trust rows near a reversal less.
 """
+
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +43,7 @@ def standard_errors(evidence: RegressionData, weights: Array | None = None) -> A
     together = _cluster_robust(_summed(grams, motion.groups.ravel()))
     apart = _cluster_robust(_summed(grams, np.arange(len(grams))))
     variance = np.maximum(apart, motion.inflation * together)
-    return np.sqrt(variance + _of_curves(evidence))
+    return np.sqrt(variance + _of_reversals(evidence))
 
 
 def _summed(grams: Array, group: NDArray[np.int64]) -> Array:
@@ -71,9 +73,16 @@ def _cluster_robust(grams: Array) -> Array:
     return small_sample**2 * np.sum(moves**2, axis=0) / scale**2
 
 
-def _of_curves(evidence: RegressionData) -> Array:
-    """Mean square of what the parameters move by with other curves at reversals, shape (b,)."""
+def _of_reversals(evidence: RegressionData) -> Array:
+    """Mean square of what the parameters move by with other curves and weights, shape (b,).
+
+    The weights take errors near a reversal for noise. Where they come again with each reversal, as
+    those of a joint that sticks, steeper weights are right; both count alike.
+    """
     if evidence.products is None:
         return np.zeros(len(evidence.base.kept))
-    beta = least_squares_with(evidence.products, evidence.reversals)
-    return np.mean([(x - beta) ** 2 for x in other_solutions(evidence.products)], axis=0)
+    products, chosen = evidence.products, evidence.reversals
+    beta = least_squares_with(products, chosen)
+    curves = np.mean([(x - beta) ** 2 for x in other_solutions(products)], axis=0)
+    steeper = least_squares_with(products, replace(chosen, weights=chosen.weights**2))
+    return curves + 0.5 * (steeper - beta) ** 2
