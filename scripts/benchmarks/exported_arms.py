@@ -1,6 +1,7 @@
 """Models of `ident gap` with named effects: their torque on another motion, and their MJCF.
 
-Run: .venv/bin/python scripts/benchmarks/exported_arms.py [--arms N] [--seed S] [--out FILE]
+Run: .venv/bin/python scripts/benchmarks/exported_arms.py [--arms N] [--seed S] [--null-runs N]
+         [--out FILE]
      .venv/bin/python scripts/benchmarks/exported_arms.py --table FILE..
 
 Each arm is a simulated WAM (`own_plant.py`) with links and friction drawn anew and one hidden
@@ -14,6 +15,7 @@ another motion:
   simulation, at the joint where MuJoCo is worst beside it;
 - the effect's values: error in standard deviations.
 
+With `--null-runs 0` the thresholds are those of noise alone, and an arm takes a third of the time.
 `payload` is searched beside a model of the arm before. Seeds below 100 are for development.
 """
 
@@ -127,7 +129,7 @@ HIDDEN: dict[str, Draw] = {
 }
 
 
-def judged(seed: int, folder: Path) -> dict[str, Any]:
+def judged(seed: int, folder: Path, null_runs: int = 4) -> dict[str, Any]:
     """One arm: what was hidden, what was named, and how well model and export predict."""
     family = list(HIDDEN)[seed % len(HIDDEN)]
     hidden, values = HIDDEN[family](np.random.default_rng(seed))
@@ -138,7 +140,7 @@ def judged(seed: int, folder: Path) -> dict[str, Any]:
     log = recorded(arm, MOTION, PERIODS)
     other, other_free = (recorded(x, OTHER_MOTION, 1) for x in (arm, free))
     before = identified(recorded(free, MOTION, PERIODS)) if family == "payload" else None
-    found = searched(log, before)
+    found = searched(log, before, null_runs)
     plain = before or identified(log)
     true = replace(true_model(plain, truth), effects=NoEffects())
     errors = [
@@ -168,10 +170,10 @@ def identified(log: Recording) -> Model:
     return model_of(identify(source.datasets, source.arm))
 
 
-def searched(log: Recording, before: Model | None) -> Gap:
+def searched(log: Recording, before: Model | None, null_runs: int) -> Gap:
     """What `ident gap` makes of it."""
     source = replace(experiment([log], ["log"]), reference_model=before)
-    return gap_of(source, Options(), lambda _: None)
+    return gap_of(source, Options(null_runs=null_runs), lambda _: None)
 
 
 def true_model(found: Model, truth: Truth) -> Model:
@@ -226,6 +228,7 @@ def main() -> None:
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--arms", type=int, default=20)
     options.add_argument("--seed", type=int, default=0)
+    options.add_argument("--null-runs", type=int, default=4)
     options.add_argument("--out", type=Path)
     options.add_argument("--table", type=Path, nargs="+")
     chosen = options.parse_args()
@@ -236,7 +239,7 @@ def main() -> None:
     arms = []
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(chosen.seed, chosen.seed + chosen.arms):
-            arms.append(judged(seed, Path(folder)))
+            arms.append(judged(seed, Path(folder), chosen.null_runs))
             print(line(arms[-1]), flush=True)
             if chosen.out:
                 with chosen.out.open("a", encoding="utf-8") as file:

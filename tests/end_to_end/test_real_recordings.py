@@ -12,6 +12,10 @@ from pathlib import Path
 import pytest
 
 from ident.cli import main
+from ident.effects.bound_effects import load_model
+from ident.gap.data.experiment import read_experiment
+from ident.workflows.gap import counted
+from ident.workflows.model_errors import errors_on
 
 pytestmark = pytest.mark.data
 
@@ -180,3 +184,18 @@ def of_published(name: str, mine: dict[str, float]) -> float:
     if name == "Ia5":
         value += mine["ia6"]
     return -value if name in ("mx6", "my6", "Ixz6", "Iyz6") else value
+
+
+def test_kr300_one_model_has_one_error_in_every_command(real_data, tmp_path):
+    """Told by `ident run`, by `ident validate`, and as `ident gap` tells it of its own model."""
+    folder = real_data / "kuka_kr300"
+    log, robot = folder / "kr300_A.mcap", folder / "kr300.urdf"
+    command("run", log, "--robot", robot, "--out", tmp_path / "model")
+    model = tmp_path / "model" / "model.yaml"
+    command("validate", log, "--model", model, "--out", tmp_path / "seen")
+    (of_run,) = json.loads((tmp_path / "model" / "run.json").read_text())["errors"]
+    (of_validate,) = json.loads((tmp_path / "seen" / "validate.json").read_text())["logs"]
+    (of_gap,) = errors_on(load_model(model), counted(read_experiment([log], robot)))
+    for key in ("relative_error_percent", "mse", "cutoff_hz"):
+        assert of_validate[key] == pytest.approx(of_run[key], rel=1e-9)
+        assert of_gap[key] == pytest.approx(of_run[key], rel=1e-9)
