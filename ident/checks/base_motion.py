@@ -12,6 +12,10 @@ from ident.signals.arrays import Array
 
 _ADVICE = "Fasten the base and record again."
 _LEAST_HZ, _MOST_HZ = 0.1, 3.0
+_OF_CUTOFF = 0.2
+"""Of the probe's cut-off: slower sways are not told from what a model lacks, which has the motion's
+own frequencies."""
+
 _PER_BIN = 2.0
 """Frequencies that are tried for each that the recording tells apart."""
 
@@ -47,9 +51,10 @@ def _spectrum(case: Case) -> tuple[Array, Array]:
     first = case.probe.log == case.probe.log[0]
     seconds = float(np.ptp(t[first]))
     times = np.tile(t, residual.shape[1])
-    count = int(min(_MOST_FREQUENCIES, _PER_BIN * seconds * (_MOST_HZ - _LEAST_HZ)))
+    least = max(_LEAST_HZ, _OF_CUTOFF * case.probe.cutoff_hz)
+    count = int(min(_MOST_FREQUENCIES, _PER_BIN * seconds * (_MOST_HZ - least)))
     total = float(goal @ goal)
-    frequencies = np.linspace(_LEAST_HZ, _MOST_HZ, max(count, 2))
+    frequencies = np.linspace(least, _MOST_HZ, max(count, 2))
     explained = np.zeros(len(frequencies))
     for i, f in enumerate(frequencies):
         waves = [fixed * w(2 * np.pi * f * times)[:, None] for w in (np.cos, np.sin)]

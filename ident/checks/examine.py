@@ -35,7 +35,7 @@ from ident.checks.recorder_faults.glitches import glitch_remarks
 from ident.checks.remark import Grade, Remark, joints, numbers, verdict_of
 from ident.checks.samples import name_remarks, reference_remarks, sample_remarks, short_remarks
 from ident.checks.settings import DEFAULT, CheckSettings
-from ident.checks.torque import constant_effort, constant_joints, unexplained
+from ident.checks.torque import constant_effort, constant_joints, frozen_effort, unexplained
 from ident.checks.units import unit_factor, unit_remarks
 from ident.identification.drive_gains import DriveGains
 from ident.model.arm import Arm
@@ -141,6 +141,7 @@ def _signals(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
     jumps = jump_remarks(arm.robot, data, chunks, bounds)
     remarks = [
         *constant_effort(chunks, moving, names, bounds),
+        *frozen_effort(chunks, moving, names, bounds),
         *jumps,
         *([] if jumps else rate_remarks(data, chunks, bounds)),
         *little_motion(arm.robot, data, chunks, bounds),

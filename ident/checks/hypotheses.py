@@ -49,7 +49,8 @@ class Hypothesis:
 
     def remark(self, before: float, after: float) -> Remark:
         """The remark, with what the error falls from and to."""
-        return self.told(f"the error then falls from {100 * before:.3g} to {100 * after:.3g} %")
+        way = "falls" if after < before else "rises"
+        return self.told(f"the error then {way} from {100 * before:.3g} to {100 * after:.3g} %")
 
     def told(self, figures: str) -> Remark:
         """The remark with its evidence."""
@@ -64,10 +65,23 @@ def scanned(case: Case, bounds: CheckSettings) -> tuple[Case, list[Hypothesis], 
         best, without = nearest(case, list(_hypotheses(case)))
         if without.error > bounds.believed_ratio * case.error:
             break
+        if _weighed(case, bounds).error < without.error:
+            break  # a factor at each joint, which its size tells
         remarks.append(best.remark(case.error, without.error))
         found.append(best)
         case = without
     return case, found, remarks
+
+
+def _weighed(case: Case, bounds: CheckSettings) -> Case:
+    """The case with each joint's torque as large as the URDF's links require, where they tell."""
+    found = gains(case)
+    sure = (found.explained > bounds.gain_explained) & (found.value != 0.0)
+    size = np.abs(found.value[sure])
+    usual = float(np.median(size)) if sure.any() else 1.0
+    factors = np.full(case.robot.dof, 1.0 / usual)
+    factors[sure] = 1.0 / size
+    return case.with_torque(factors)
 
 
 def least_error(case: Case) -> float:
@@ -163,6 +177,10 @@ def _orders(case: Case, moving: list[int]) -> Iterator[Hypothesis]:
         whole = np.arange(n)
         whole[moving] = moving[::-1]
         yield from _exchanges(tuple(moving), whole, "all joints", "in reverse order")
+        for places in (1, -1):
+            shifted = np.arange(n)
+            shifted[moving] = np.roll(moving, places)
+            yield from _exchanges(tuple(moving), shifted, "all joints", "shifted by one joint")
         by_name = np.arange(n)
         by_name[moving] = np.argsort(np.argsort([names[k] for k in moving])) + moving[0]
         if sorted(by_name) == list(range(n)) and (by_name != np.arange(n)).any():
@@ -212,6 +230,14 @@ def _gravities(case: Case) -> Iterator[Hypothesis]:
     size = float(np.linalg.norm(present))
     if size == 0.0:
         size = 9.81
+    else:
+        text = "The torque appears to hold no gravity, as that of a controller that compensates it"
+        advice = (
+            "Record the whole torque, gravity included, or set robot.gravity_m_s2: [0, 0, 0] in the"
+            " arm's file to fit inertia and friction alone."
+        )
+        none = _fall(np.zeros(3))
+        yield Hypothesis("gravity_direction", (), text, advice, none, Grade.DOUBTFUL)
     for axis in range(3):
         for sign in (1.0, -1.0):
             wanted = np.zeros(3)

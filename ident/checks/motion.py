@@ -13,6 +13,11 @@ from ident.signals.arrays import Array
 from wamctl.arm.robot import Robot
 
 _DEGREE = np.pi / 180
+_ANOTHER_UNIT = "positions or stamps are in another unit, or their order is lost"
+_SOMETIMES = (
+    "either two arms publish on one topic, or samples were lost without a gap in the stamps, or an"
+    " encoder wraps around"
+)
 _UNLIMITED = 1e6
 """Velocity limits beyond this [rad/s] are none."""
 
@@ -80,24 +85,28 @@ def jump_remarks(
         rate = np.concatenate([np.abs(np.diff(c.q, axis=0)) * c.rate_hz for c in own])
         wild = rate > most
         share = float(wild.any(axis=1).mean())
-        if share > bounds.jump_share:
-            places = np.flatnonzero(wild.any(axis=0))
-            text = (
-                f"{one.name}: {joints(places, robot.joint_names)} jumped {int(wild.sum())} times"
-                f" between consecutive samples, at up to {rate.max():.3g} rad/s: either two arms"
-                " publish on one topic, or samples were lost without a gap in the stamps, or an"
-                " encoder wraps around."
-            )
-            grade = Grade.REFUSED if share > bounds.jump_share_refused else Grade.DOUBTFUL
-            advice = "Record one arm only, with continuous angles."
-            found.append(Remark("jumps", numbers(places), text, grade, advice))
-        elif _in_turn([c.q[:, one.moving] for c in own], bounds):
+        if _in_turn([c.q[:, one.moving] for c in own], bounds):
             text = (
                 f"{one.name}: the positions alternate between two motions from sample to sample:"
                 " two arms publish on one topic."
             )
             advice = "Record only one of them, or give their joints different names."
             found.append(Remark("jumps", (), text, Grade.REFUSED, advice))
+        elif share > bounds.jump_share:
+            places = np.flatnonzero(wild.any(axis=0))
+            always = share > bounds.jump_share_always
+            why = _ANOTHER_UNIT if always else _SOMETIMES
+            text = (
+                f"{one.name}: {joints(places, robot.joint_names)} jumped {int(wild.sum())} times"
+                f" between consecutive samples, at up to {rate.max():.3g} rad/s: {why}."
+            )
+            grade = Grade.REFUSED if share > bounds.jump_share_refused else Grade.DOUBTFUL
+            advice = (
+                "Give positions in rad and stamps in s, in the order in which they were recorded."
+                if always
+                else "Record one arm only, with continuous angles."
+            )
+            found.append(Remark("jumps", numbers(places), text, grade, advice))
     return found
 
 
@@ -171,7 +180,10 @@ def little_motion(
     )
     it = "it" if one else "them"
     advice = f"Move {it} farther and faster, or hold {it} still."
-    grade = Grade.REFUSED if len(places) == int(moving.sum()) else Grade.DOUBTFUL
+    everywhere = len(places) == int(moving.sum())
+    if everywhere and not little[moving].any():
+        advice = f"{advice[:-1]}; if {it} did move faster, correct the unit of the stamps."
+    grade = Grade.REFUSED if everywhere else Grade.DOUBTFUL
     return [Remark("poor_motion", numbers(places), text, grade, advice)]
 
 

@@ -28,6 +28,10 @@ class CheckSettings(BaseModel):
         default=0.05,
         description="the same, where it is no recording of one arm: one sample in twenty",
     )
+    jump_share_always: float = Field(
+        default=0.5,
+        description="the same, from which no accident is the reason, but a unit or the order",
+    )
     interpolation_doubtful: float = Field(
         default=0.02,
         description="error of every other sample, predicted from its neighbours, beside the"
@@ -109,6 +113,11 @@ class CheckSettings(BaseModel):
         default=1e-3,
         description="rms of the torque about its mean, beside the largest torque of the"
         " joint or 1e-6: less is a constant",
+    )
+    frozen_rad: float = Field(
+        default=0.2,
+        description="[rad or m] that a joint moves in both directions on one and the same torque"
+        " before that is called none: friction alone changes its sign there",
     )
     unexplained_joint: float = Field(
         default=0.95,

@@ -10,6 +10,9 @@ from ident.checks.settings import CheckSettings
 from ident.regression.probe import Chunk
 from ident.signals.arrays import Array
 
+_LEVELS = 64
+"""A torque of fewer different values comes in steps."""
+
 _SEARCH = "if they are right, let `ident gap` search for a missing effect."
 
 
@@ -43,6 +46,50 @@ def constant_effort(
         f" the joint{'s' * (len(places) > 1)} out of the arm."
     )
     return [Remark("zero_effort", numbers(places), text, grade, advice)]
+
+
+def frozen_effort(
+    chunks: Sequence[Chunk], moving: NDArray[np.bool_], names: Sequence[str], bounds: CheckSettings
+) -> list[Remark]:
+    """Joints that move to and fro while their effort stays the same for part of the time.
+
+    At the largest torque of the recording that is a limit, which `ident gap` finds.
+    """
+    tau = np.concatenate([c.tau for c in chunks])
+    low, high = tau.min(axis=0), tau.max(axis=0)
+    found: dict[tuple[float, float], list[int]] = {}
+    for k in np.flatnonzero(moving & ~constant_joints(chunks, moving, bounds)).tolist():
+        if len(np.unique(tau[:, k])) < _LEVELS:
+            continue  # torque in coarse steps may stay on one
+        for c in chunks:
+            start, end = _longest_run(c.tau[:, k])
+            q, value = c.q[start:end, k], c.tau[start, k]
+            there, back = q - np.minimum.accumulate(q), np.maximum.accumulate(q) - q
+            at_limit = value in (low[k], high[k]) and value != 0.0
+            if not at_limit and min(there.max(), back.max()) > bounds.frozen_rad:
+                times = c.start_s + start / c.rate_hz, c.start_s + end / c.rate_hz
+                found.setdefault(times, []).append(k)
+    advice = "Record again, or leave that stretch out."
+    return [
+        Remark("missing_data", numbers(p), _frozen(names, p, *times), Grade.DOUBTFUL, advice)
+        for times, p in found.items()
+    ]
+
+
+def _frozen(names: Sequence[str], places: list[int], start_s: float, end_s: float) -> str:
+    many = len(places) > 1
+    return (
+        f"The effort{'s' * many} of {joints(places, names)} {'stay' if many else 'stays'} the same"
+        f" from {start_s:.3g} to {end_s:.3g} s while the joint{'s move' if many else ' moves'} to"
+        " and fro: no torque was recorded there."
+    )
+
+
+def _longest_run(values: Array) -> tuple[int, int]:
+    """Begin and end of the longest stretch of equal values."""
+    edges = np.flatnonzero(np.diff(values, prepend=np.nan, append=np.nan) != 0)
+    k = int(np.argmax(np.diff(edges)))
+    return int(edges[k]), int(edges[k + 1])
 
 
 def unexplained(

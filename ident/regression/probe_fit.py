@@ -155,7 +155,10 @@ def shares(residual: Array, tau: Array) -> Array:
 
 
 def error_of(columns: Columns) -> float:
-    """Held-out relative error, the mean of the squares over the joints, square root of it."""
-    found = shares(held_out_residual(columns), columns.tau)
+    """Held-out relative error, the mean of the squares over the joints, square root of it.
+
+    Of a joint that is predicted worse than by no torque at all it does not matter how much worse.
+    """
+    found = np.minimum(shares(held_out_residual(columns), columns.tau), 1.0)
     used = np.any(columns.W != 0, axis=(0, 2))
     return float(np.sqrt(np.mean(found[used] ** 2))) if used.any() else 0.0

@@ -48,7 +48,7 @@ class Lag:
     error_ratio: float
 
     def believed(self, bounds: CheckSettings) -> bool:
-        """Whether it is a fault of the recording."""
+        """Whether it is a fault of the recording; a ratio of one is none."""
         most = bounds.late_ratio if self.joint is None else bounds.late_alone
         sure = abs(self.seconds) > bounds.late_deviations * self.sd
         return sure and abs(self.seconds) > bounds.late_s and self.ratio < most
@@ -123,7 +123,8 @@ def _lag(
     without = np.array([_lowest(delays, total - part) for part in parts])
     spread = (_STRETCHES - 1) / _STRETCHES * np.sum((without - without.mean()) ** 2)
     error, k, still = _mean_log(total), int(np.argmin(_mean_log(total))), delays == 0.0
-    ratio = float(np.exp(error[k] - error[still][0]))
+    at_end = k in (0, len(delays) - 1)  # beyond it less may be left: no delay, but no dependence
+    ratio = 1.0 if at_end else float(np.exp(error[k] - error[still][0]))
     overall = float(np.sqrt(shares[k].mean() / max(shares[still][0].mean(), 1e-300)))
     return Lag(joint, _lowest(delays, total), float(np.sqrt(spread)), ratio, overall)
 

@@ -19,6 +19,16 @@ def rounded_clock(**settings) -> Log:
     return log.with_(t=np.round(log.t / 0.002) * 0.002)
 
 
+def light_and_slow(seed: int) -> Log:
+    """A joint that carries no weight, beside which the sensors' noise is large."""
+    log, rng = recorded(joints=6, seconds=60.0, rate_hz=20.0, speed=0.1, seed=seed,
+                        friction=0.0, noise=0.0), np.random.default_rng(seed)  # fmt: skip
+    most = np.sqrt(np.mean(log.tau**2, axis=0)).max()
+    sign = np.tanh(np.gradient(log.q, log.t, axis=0) / 0.02)
+    noise = 5e-3 * rng.normal(size=log.tau.shape)
+    return log.with_(tau=log.tau + most * (noise + 3e-3 * sign))
+
+
 def heavier(factor: float, **settings) -> Log:
     """An arm that is not quite its URDF's: every link but the last by a factor."""
     log = recorded(**settings)
@@ -68,6 +78,10 @@ RIGHT: list[Right] = [
             set(),
         )
         for v in (0.5, 2.0, 3.0)
+    ),
+    *(
+        (f"light and slow, seed {s}", lambda s=s: light_and_slow(s), {"large_error"})
+        for s in (1, 2)
     ),
     *((f"masses by {f:g}", lambda f=f: heavier(f, joints=4), set()) for f in (0.6, 1.5, 2.5)),
 ]

@@ -77,6 +77,12 @@ def skipped(count: int) -> Log:
     return log.with_(t=log.t[: keep.sum()], q=log.q[keep], tau=log.tau[keep])
 
 
+def shuffled() -> Log:
+    log = right()
+    order = np.random.default_rng(8).permutation(len(log.t))
+    return log.with_(q=log.q[order], tau=log.tau[order])
+
+
 def holed(*holes: tuple[float, float]) -> Log:
     log = right()
     keep = np.ones(len(log.t), dtype=bool)
@@ -157,6 +163,21 @@ def late(samples: int, *joints: int, **settings) -> Log:
     rows = np.clip(np.arange(len(tau)) - samples, 0, len(tau) - 1)
     tau[:, places] = tau[np.ix_(rows, places)]
     return log.with_(tau=tau)
+
+
+def frozen(*joints: int) -> Log:
+    """A torque sensor that stays at its last reading from half the recording on."""
+    log = right()
+    tau, half = log.tau.copy(), len(log.t) // 2
+    tau[half:, list(joints)] = tau[half, list(joints)]
+    return log.with_(tau=tau)
+
+
+def weightless(**settings) -> Log:
+    """Torque that a controller reports beside its gravity compensation."""
+    log = right(**settings)
+    still = np.zeros_like(log.q)
+    return log.with_(tau=log.tau - inverse(log.urdf, log.q, still, still))
 
 
 def in_turn(joints: int) -> Log:
