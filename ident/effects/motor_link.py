@@ -43,22 +43,12 @@ class Transmission:
         if self.compliance == 0.0:
             start = (1.0 - self.rubbing) * load[0] + self.rubbing * seen.tau[0, j]
             start = np.copysign(self.half_play, start)
-        friction = (
-            self.rubbing * max(seen.coulomb[j], 0.0),
-            self.rubbing * max(seen.viscous[j], 0.0),
-        )
+        dry, viscous = (self.rubbing * max(x[j], 0.0) for x in (seen.coulomb, seen.viscous))
         motion = tuple(np.ascontiguousarray(x[:, j]) for x in (seen.q, seen.qd, seen.qdd))
+        by_motion = slopes.position, slopes.velocity, slopes.acceleration
         tie = self.compliance, self.damped, self.half_play, self.motor_inertia
-        return _change(
-            motion,
-            load,
-            (slopes.position, slopes.velocity, slopes.acceleration),
-            j,
-            friction,
-            tie,
-            -start,
-            1.0 / seen.rate_hz,
-        )
+        period = 1.0 / seen.rate_hz
+        return _change(motion, load, by_motion, j, (dry, viscous), tie, -start, period)
 
     def static_change(self, seen: Observed, joint: int) -> Array:
         """The same from each sample alone: hung by its load, or at the end of its play."""
@@ -93,7 +83,7 @@ def _change(motion, load, slopes, joint, friction, tie, start, period):
     Args:
         motion: the motor's position, velocity and acceleration on the joint's side, each (S,).
         load: torque that the link needs where it moves with the motor [N m], shape (S,).
-        slopes: of all joints' torque by this joint's position, velocity, acceleration, each (S, n).
+        slopes: of all joints' torque by that motion of this joint, each of shape (S, n).
         joint: from 0.
         friction: dry [N m] and viscous [N m s/rad] friction of the link.
         tie: compliance, damping, half play and motor's inertia, as of `Transmission`.

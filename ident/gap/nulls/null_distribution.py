@@ -139,13 +139,15 @@ def _run(plan: _Plan, draw: _Draw) -> _Outcome:
     parts = segments(data, plan.windows)
     reference = reference_torque(source)
     rows = windowed_rows(parts, plan.windows, facts, plan.base_parameters, reference)
-    return _searched(rows, plan.current, settings)
+    now, gains = _searched(rows, plan.current, settings)
+    left = remaining_structures(rows, now, settings.lack_of_fit)
+    return gains, max((x.gain for x in left), default=0.0)
 
 
 def _searched(
     rows: WindowedRows, current: CurrentFit, settings: GapSettings
-) -> tuple[dict[str, float], float]:
-    """Largest gain of each effect, and of structure, on rows without further effects."""
+) -> tuple[CurrentFit, dict[str, float]]:
+    """The model fitted to rows without further effects, and the largest gain of each effect."""
     now = nominal_fit(rows, current.model.facts)
     if current.accepted:
         now = extend(rows, now, current.accepted)
@@ -156,8 +158,7 @@ def _searched(
             gains[s.candidate.effect] = max(gains.get(s.candidate.effect, 0.0), s.gain)
     transient = find_transient(rows, now, settings.transients)
     gains[CONTACT.id] = 0.0 if transient is None else transient.gain
-    left = remaining_structures(rows, now, settings.lack_of_fit)
-    return gains, max((x.gain for x in left), default=0.0)
+    return now, gains
 
 
 def _above_chance(state: SelectionState, larger: CurrentFit, settings: GapSettings) -> Threshold:
@@ -193,9 +194,8 @@ def _above_reversals(
         rng = np.random.default_rng([options.seed, state.calibrations, draw])
         least = options.settings.thresholds.min_gain
         rows = with_foreign_reversals(state.rows, state.current, larger, least, rng)
-        found.append(_searched(rows, state.current, options.settings))
-    factor = options.settings.thresholds.safety_factor
-    return threshold.raised([g for g, _ in found], [0.0 for _ in found], factor)
+        found.append(_searched(rows, state.current, options.settings)[1])
+    return threshold.raised(found, [], options.settings.thresholds.safety_factor)
 
 
 def _disturbance(

@@ -109,21 +109,23 @@ def build_design_matrix(
     """
     effects = (*accepted, *candidates)
     index, widths = _index(effects, model.facts.dof)
-    formed = [_effect_columns(rows, model, effects, i) for i in range(len(rows.segments))]
+    formed = [
+        rows.cache.get(_key(h, model), lambda h=h: _effect_columns(rows, model, h)) for h in effects
+    ]
     base, reversals = np.concatenate(rows.base), np.concatenate(rows.reversals)
     viscous, torque = np.concatenate(rows.viscous), np.concatenate(rows.torque)
     layouts, columns = [], []
     for j in range(model.facts.dof):
         felt = np.flatnonzero(np.abs(base[:, j]).max(axis=0) > _ABSENT)
         layouts.append(Layout(felt, reversals.shape[2], widths[j]))
-        own = [base[:, j, felt], viscous[:, j], reversals[:, j]]
+        nominal = [base[:, j, felt], viscous[:, j], reversals[:, j]]
         extra = np.zeros((len(torque), widths[j]))
-        for where, parts in zip(index, zip(*formed, strict=True), strict=False):
+        for where, own in zip(index, formed, strict=True):
             if j in where.joints:
                 row = where.joints.index(j)
                 start = where.starts[row]
-                extra[:, start : start + where.width] = np.concatenate([p[:, row] for p in parts])
-        whole = np.column_stack([*own, extra, torque[:, j]])
+                extra[:, start : start + where.width] = own[:, row]
+        whole = np.column_stack([*nominal, extra, torque[:, j]])
         columns.append(whole if model.facts.moving[j] else whole[:0])
     region, fold, segment, t = _row_labels(rows, model)
     empty = NormalEquations(
@@ -164,17 +166,11 @@ def _index(effects: Sequence[Candidate], dof: int) -> tuple[tuple[ColumnIndex, .
     return tuple(index), widths
 
 
-def _effect_columns(
-    rows: WindowedRows, model: CurrentModel, effects: Sequence[Candidate], segment: int
-) -> list[Array]:
-    """Windowed columns of each effect in one segment, each of shape (R, len(rows), k)."""
-    count = len(rows.torque[segment])
-    return [
-        rows.cache.get(
-            _key(h, model, segment), lambda h=h: _mean_columns(rows, model, h, segment)[:count]
-        )
-        for h in effects
-    ]
+def _effect_columns(rows: WindowedRows, model: CurrentModel, h: Candidate) -> Array:
+    """Windowed columns of an effect in all segments, shape (R, len(rows), k)."""
+    return np.concatenate(
+        [_mean_columns(rows, model, h, i)[: len(t)] for i, t in enumerate(rows.torque)]
+    )
 
 
 def _mean_columns(rows: WindowedRows, model: CurrentModel, h: Candidate, segment: int) -> Array:
@@ -186,7 +182,7 @@ def _mean_columns(rows: WindowedRows, model: CurrentModel, h: Candidate, segment
     return rows.windows.mean(effect.columns(fine, h))
 
 
-def _key(h: Candidate, model: CurrentModel, segment: int) -> tuple[object, ...]:
+def _key(h: Candidate, model: CurrentModel) -> tuple[object, ...]:
     """Everything that the windowed columns of an effect depend on."""
     uses = catalogue()[h.effect].depends_on
     direction = model.shapes[list(h.joints)].tobytes() if "direction" in uses else b""
@@ -194,4 +190,4 @@ def _key(h: Candidate, model: CurrentModel, segment: int) -> tuple[object, ...]:
     if "friction" in uses or ("torque" in uses and not model.facts.commanded):
         whole = (model.facts.delta, model.viscous, model.coulomb, model.shapes)
         parameters = b"".join(x.tobytes() for x in (*whole, *(v for _, v in model.carried)))
-    return (segment, *h.key, direction, parameters)
+    return (*h.key, direction, parameters)

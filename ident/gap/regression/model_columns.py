@@ -66,17 +66,9 @@ class JointColumns:
         """The model's columns, shape (R, k), from all columns, shape (R, p)."""
         return columns[:, self.local] @ self.mix
 
-    def inner(self, products: Array) -> Array:
-        """Inner products of the model's columns, shape (..., k, k)."""
-        return self.mix.T @ products[..., self.local[:, None], self.local] @ self.mix
-
     def across(self, products: Array, others: NDArray[np.int64]) -> Array:
         """Inner products of the model's columns with others, shape (..., k, m)."""
         return self.mix.T @ products[..., self.local[:, None], others]
-
-    def torque(self, products: Array) -> Array:
-        """Inner products of the model's columns with the torque, shape (..., k)."""
-        return products[..., self.local, -1] @ self.mix
 
 
 def sizes(equations: NormalEquations, structure: ModelStructure) -> NDArray[np.int64]:

@@ -90,6 +90,7 @@ def stacked(equations: NormalEquations, structure: ModelStructure) -> StackedEqu
 def _in_order(columns: JointColumns, products: Array, size: int) -> tuple[Array, Array]:
     """A joint's inner products, shape (regions, p, p), and with the torque, shape (regions, p)."""
     whole, right = np.zeros((len(products), size, size)), np.zeros((len(products), size))
-    whole[:, columns.unknown[:, None], columns.unknown] = columns.inner(products)
-    right[:, columns.unknown] = columns.torque(products)
+    local, own = columns.local, columns.unknown
+    inner = columns.mix.T @ products[:, local[:, None], local] @ columns.mix
+    whole[:, own[:, None], own], right[:, own] = inner, products[:, local, -1] @ columns.mix
     return whole, right

@@ -25,9 +25,10 @@ def sprung(search, folds, until=np.inf):
     rows = replace(search.rows, cache=ColumnCache())
     current = nominal_fit(rows, facts)
     extend(rows, current, [spring])
+    fold = np.repeat([s.fold for s in rows.segments], [len(y) for y in rows.torque])
     for key, columns in list(rows.cache.columns.items()):
-        if spring.key == key[1 : 1 + len(spring.key)] and rows.segments[key[0]].fold not in folds:
-            rows.cache.columns[key] = 0.0 * columns
+        if spring.key == key[: len(spring.key)]:
+            rows.cache.columns[key] = columns * np.isin(fold, folds)[:, None, None]
     torque = []
     for s, y in zip(rows.segments, rows.torque, strict=True):
         there = (s.fold in folds) & (rows.windows.centres(s.t)[: len(y)] < until)
