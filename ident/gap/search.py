@@ -104,7 +104,7 @@ def _in_model_or_not(
         return state, tuple(replace(s, in_model=True) for s in suspected)
     if not options.terms_on_demand:
         return state, tuple(suspected)
-    terms = terms_on_demand(source, state, options.settings)
+    terms = terms_on_demand(source, state, suspected, options.settings)
     places = {s.effect.place for s in suspected}
     sure = [t for t in terms if t.is_sure and t.effect.place in places]
     state = state.with_only([*state.accepted, *(t.effect for t in sure)])

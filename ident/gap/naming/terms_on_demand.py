@@ -1,9 +1,11 @@
-"""Terms on demand: offsets and rotors without a name, where held-out data ask for them.
+"""Terms on demand: what stands in the model without a name, where held-out data ask for it.
 
-They are the usual terms of an arm's model. They need no name to be in it: it is enough that folds
-and recordings that they were not fitted to are predicted better with them.
+Offsets and rotors are the usual terms of an arm's model: it is enough that folds and recordings
+that they were not fitted to are predicted better with them. Another effect that is not sure enough
+to be named needs a second recording that asks for it: stretches of one motion look alike.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from ident.effects.candidate import Value
@@ -20,20 +22,27 @@ _NOT_CLEAR = "it helps prediction, but effect-free data of this arm may gain as 
 
 
 def terms_on_demand(
-    source: Experiment, state: SelectionState, settings: GapSettings
+    source: Experiment,
+    state: SelectionState,
+    suspected: Sequence[Suspected],
+    settings: GapSettings,
 ) -> tuple[Suspected, ...]:
-    """Offsets and rotors that predict better, beside the effects that are named.
+    """Offsets, rotors and suspected effects that predict better, beside those that are named.
 
     Args:
         source: the recordings.
         state: with the named effects.
+        suspected: what was set apart from them.
         settings: of the search.
     """
     least = least_threshold(settings.thresholds, source.reference_model is not None)
     state = replace(state, threshold=least, dropped=frozenset())
     named = len(state.accepted)
+    carried = {s.effect.place for s in suspected if (s.certainty.across or 0.0) > 0.0}
     left = [
-        h for h in all_candidates(state.current.model.facts) if catalogue()[h.effect].usual_term
+        h
+        for h in all_candidates(state.current.model.facts)
+        if catalogue()[h.effect].usual_term or (h.effect, h.joints) in carried
     ]
     while left:
         fresh, _ = next_effects(state, left, settings)
@@ -51,10 +60,10 @@ def _that_carry_over(
     """The terms that predict other recordings no worse, the worst left out first."""
     while len(state.accepted) > named:
         judged = certainties(source, state, settings)[named:]
-        gains = [1.0 if c.across is None else c.across for _, c in judged]
+        terms: list[AcceptedEffect] = list(state.accepted[named:])
+        gains = [_carried(a, c) for a, (_, c) in zip(terms, judged, strict=True)]
         worst = min(range(len(gains)), key=lambda i: gains[i])
         if gains[worst] > 0.0:
-            terms: list[AcceptedEffect] = list(state.accepted[named:])
             return tuple(
                 _term(a, values, c, c.doubt(settings.naming))
                 for a, (values, c) in zip(terms, judged, strict=True)
@@ -62,6 +71,13 @@ def _that_carry_over(
         kept = [a for i, a in enumerate(state.accepted) if i != named + worst]
         state = state.with_only(kept)
     return ()
+
+
+def _carried(effect: AcceptedEffect, c: Certainty) -> float:
+    """Gain on other recordings; none where that is not known, or the size may have either sign."""
+    if catalogue()[effect.candidate.effect].usual_term:
+        return 1.0 if c.across is None else c.across
+    return c.across if c.across is not None and c.deviations > 1.0 else 0.0
 
 
 def _term(effect: AcceptedEffect, values: dict[str, Value], c: Certainty, doubt: str) -> Suspected:

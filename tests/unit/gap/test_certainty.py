@@ -15,6 +15,7 @@ from ident.gap.data.windows import windows_for
 from ident.gap.naming.across_recordings import Across, with_spread
 from ident.gap.naming.certainty import Certainty, Suspected, deviations, set_apart, sure_in_the_end
 from ident.gap.naming.dependence import dependences
+from ident.gap.naming.terms_on_demand import terms_on_demand
 from ident.gap.regression.current_model import extend, nominal_fit
 from ident.gap.regression.rows import windowed_rows
 from ident.gap.results.verdict import Kind, decide
@@ -75,9 +76,11 @@ def test_what_changes_with_time_yields_to_what_does_not():
     assert not yields_to_constant(found("torque_offset"), [rotor], SETTINGS.rivals)
 
 
-def beside_an_offset(source, plain, name):
+def beside_an_offset(source, plain, name, drag=0.0):
     """Recordings with a real offset, and a state with it and another effect at the same joint."""
-    command = replace(plain.command, effort=plain.command.effort + OFFSET)
+    speed = plain.command.qd * (OFFSET > 0.0)
+    more = OFFSET + drag * np.abs(speed) * speed
+    command = replace(plain.command, effort=plain.command.effort + more)
     shifted = source_of(replace(plain, command=command))
     parts = segments(shifted.datasets, windows_for(500.0, 10.0))
     facts = facts_of(shifted)
@@ -85,7 +88,7 @@ def beside_an_offset(source, plain, name):
     nominal = nominal_fit(rows, facts)
     accepted = []
     for effect in ("torque_offset", name):
-        h = next(h for h in catalogue()[effect].candidates(facts) if h.joints == (4,))
+        h = [h for h in catalogue()[effect].candidates(facts) if h.joints == (4,)][-1]
         score = Score(0, h, extend(rows, nominal, [h]).fit, 0.1, 0.1)
         accepted.append(replace(found(effect), score=score, joints=(4,)))
     least = least_threshold(SETTINGS.thresholds)
@@ -165,6 +168,26 @@ def test_what_a_term_on_demand_makes_unsure_loses_its_name_and_stays(two_accepte
         "ident.gap.naming.certainty.certainties", lambda _, s, __: [({}, SURE)] * len(s.accepted)
     )
     assert sure_in_the_end(source, state.with_only([offset]), [term], SETTINGS)[1] == (term,)
+
+
+@pytest.mark.parametrize(
+    ("across", "size", "stands"),
+    [(0.1, 1.2, True), (0.1, 0.9, False), (None, 1.2, False), (-0.1, 1.2, False)],
+)
+def test_a_suspected_effect_stands_in_the_model_where_another_recording_asks_for_it(
+    source, plain, monkeypatch, across, size, stands
+):
+    source, state = beside_an_offset(source, plain, "nonlinear_viscous", drag=0.1)
+    offset, drag = state.accepted
+    unsure = replace(SURE, deviations=size, across=across)
+
+    def judged(source, state, settings):
+        return [({}, SURE if a.place == offset.place else unsure) for a in state.accepted]
+
+    monkeypatch.setattr("ident.gap.naming.terms_on_demand.certainties", judged)
+    suspected = [Suspected(drag, {}, unsure, "too small")]
+    terms = terms_on_demand(source, state.with_only([offset]), suspected, SETTINGS)
+    assert (drag.place in [t.effect.place for t in terms if t.in_model]) == stands
 
 
 def test_standard_deviations_span_the_recordings(source):
