@@ -51,7 +51,7 @@ class Designed:
         return report_beside(self.design, self.config, Path(path), self.settings)
 
 
-def design(arm: Arm, *, time_s: float = 240.0, **settings: Any) -> Designed:
+def design(arm: Arm, *, time_s: float = 15.0, **settings: Any) -> Designed:
     """Design a motion that makes an arm's parameters visible, as `ident design` does.
 
     Args:

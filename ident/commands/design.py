@@ -9,7 +9,14 @@ from typing import Annotated
 import typer
 
 from ident.commands.options import Force, Json, effect_names, listing
-from ident.excitation.settings import DesignSettings, design_settings, settings_from, settled
+from ident.excitation.optimisation.workers import workers
+from ident.excitation.settings import (
+    TRYING_S,
+    DesignSettings,
+    design_settings,
+    settings_from,
+    settled,
+)
 from wamctl.arm.command_line import next_step, shipped_names
 
 
@@ -45,7 +52,7 @@ def design(
         Path, typer.Option(help="Trajectory file to write; its report goes beside it, as .html.")
     ] = Path("trajectory.yaml"),
     seconds: Annotated[
-        float | None, typer.Option("--time", help="Search time [s]; default 240.")
+        float | None, typer.Option("--time", help="Search time [s]; default 15, with --model 240.")
     ] = None,
     seed: Annotated[int | None, typer.Option(help="Random seed; default 0.")] = None,
     objective: Annotated[
@@ -76,6 +83,8 @@ def design(
 
     Example: ident design --config wam7.yaml --out trajectory.yaml
     """
+    if purpose is None:
+        workers()  # they import while this process does
     from ident.commands.design_progress import Progress
     from ident.commands.outputs import file_written
     from ident.workflows.design import design_file, design_for, report_beside, view_beside
@@ -83,7 +92,8 @@ def design(
 
     wanted = {"time_s": seconds, "seed": seed, "objective": objective and objective.value}
     given = {name: value for name, value in wanted.items() if value is not None}
-    chosen = settled(design_settings(settings_from(settings) | given))
+    tried_out = {} if model is None else {"time_s": TRYING_S}
+    chosen = settled(design_settings(tried_out | settings_from(settings) | given))
     if purpose is not None and model is not None:
         raise ConfigurationError("--model", ["has no say in the fixed motions of --for"])
     if purpose is None:

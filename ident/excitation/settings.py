@@ -19,6 +19,10 @@ GOOD_CONDITION = 35.6
 have 48 to 62."""
 
 
+TRYING_S = 240.0
+"""Time of a search that tries its motions out in closed loop, unless another one is wished."""
+
+
 class DesignSettings(Section):
     """What to minimise, how, and when to stop."""
 
@@ -43,7 +47,9 @@ class DesignSettings(Section):
         default={}, description="of parameters or kinds, such as {ia: 2, fc4: 3}"
     )
     seed: int = Field(default=0, ge=0, description="of all random choices")
-    time_s: Positive = Field(default=240.0, description="time to search [s]")
+    time_s: Positive = Field(
+        default=15.0, description="time to search [s]; with --model, which tries motions out, 240"
+    )
     descents: int = Field(default=1_000_000, ge=1, description="of each process, at most")
     gain: NonNegative = Field(
         default=1e-3, description="an improvement of the objective by less does not count"

@@ -1,6 +1,7 @@
 """`wamctl investigate`: what is to be investigated, and what it may cost."""
 
 import sys
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 import typer
@@ -8,6 +9,8 @@ import typer
 from wamctl.arm.config import beside
 from wamctl.arm.configuration.known_change import KnownChangeError, known_change
 from wamctl.commands.text_output import say
+from wamctl.drives.bus import EMBEDDED, parse_channel
+from wamctl.drives.one_master import locked
 from wamctl.errors import UsageError
 from wamctl.experiment.preflight import load_arm, prepare
 from wamctl.investigation.budget import Budget, duration_s, limited
@@ -35,7 +38,7 @@ def investigated(
         answer: what the operator has done to the arm since the last session; empty for nothing.
 
     Raises:
-        UserError: it could not begin or go on.
+        UserError: it could not begin or go on, or another program has the bus.
     """
     path, arm = load_arm(request.config)
     prepare(request.config, request.trajectory)
@@ -49,8 +52,14 @@ def investigated(
         known_change(answer)
         if not resume:
             raise UsageError("--answer goes with --resume: it answers what an investigation asked.")
-    site = Site(out, arm, tuple(options), say, asked_in_terminal)
-    return investigate(site, full, bounds, resume, answer)
+    with _bus_of(request.bus) as lock:
+        site = Site(out, arm, tuple(options), say, asked_in_terminal, lock)
+        return investigate(site, full, bounds, resume, answer)
+
+
+def _bus_of(bus: str) -> AbstractContextManager[int | None]:
+    """The lock of the bus for as long as the investigation takes; the embedded arm needs none."""
+    return nullcontext() if bus == EMBEDDED else locked(parse_channel(bus))
 
 
 def asked_in_terminal(question: str) -> str:

@@ -4,18 +4,17 @@ import json
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from wamctl.arm.configuration.known_change import WORDS
 from wamctl.arm.errors import DataError
-from wamctl.investigation.budget import Budget
+from wamctl.investigation.budget import Budget, Cost
 from wamctl.investigation.decision import Decision, decided, ended
 from wamctl.investigation.intervention import question
 from wamctl.investigation.page import page
 from wamctl.investigation.programs import ProgramError
-from wamctl.investigation.rounds import Site, next_round, read
+from wamctl.investigation.rounds import BudgetSpentError, Site, next_round, read
 from wamctl.investigation.state import Request, State, begun, keep, write_whole
 
 _NO_MOTION = "ident plan", 6  # that command's exit code where no motion is left
@@ -62,7 +61,12 @@ def investigate(
             state = replace(state, pending=answer, wall_s=clock.wall_s())
             keep(site.out, state)
         try:
-            item = next_round(replace(site, tell=partial(_timed, site, state, clock)), state)
+            item = next_round(_watched(site, state, budget, clock), state)
+        except BudgetSpentError as spent:
+            decision = ended(state.rounds, spent.reached)
+            if state.pending:
+                break
+            continue
         except ProgramError as error:
             if (error.command, error.exit_code) != _NO_MOTION:
                 keep(site.out, replace(state, wall_s=clock.wall_s()))
@@ -87,10 +91,17 @@ def investigate(
     return Investigation(content, sentences)
 
 
-def _timed(site: Site, state: State, clock: "_Clock", what: str) -> None:
-    """Tell what happens; the time until then counts, also should the session be killed."""
-    keep(site.out, replace(state, wall_s=clock.wall_s()))
-    site.tell(what)
+def _watched(site: Site, state: State, budget: Budget, clock: "_Clock") -> Site:
+    """The site with an eye on budget and clock; time counts, also should the session be killed."""
+
+    def tell(what: str) -> None:
+        keep(site.out, replace(state, wall_s=clock.wall_s()))
+        site.tell(what)
+
+    def reached(further: Cost) -> str | None:
+        return budget.passed(state.cost.plus(further), clock.wall_s(), 0)
+
+    return replace(site, tell=tell, reached=reached)
 
 
 class _Clock:

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import typer
 
 from wamctl.arm.errors import UserError
+from wamctl.drives.one_master import handed_on
 
 _DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of Linux
 _END_S = 30.0
@@ -32,7 +33,7 @@ class ProgramError(UserError):
         return f"{self.said or f'{self.command} was silent'} ({self.command}; --resume goes on)."
 
 
-def call(module: str, arguments: Sequence[str]) -> None:
+def call(module: str, arguments: Sequence[str], lock: int | None = None) -> None:
     """Run a command to its end; what it says goes to standard error.
 
     A signal to this process goes on to the command, which ends as it always does: a moving arm is
@@ -41,6 +42,7 @@ def call(module: str, arguments: Sequence[str]) -> None:
     Args:
         module: `wamctl.cli` or `ident.cli`.
         arguments: of the command.
+        lock: of the bus, which the command shares with this process; None: it needs none.
 
     Raises:
         ProgramError: it failed.
@@ -48,7 +50,12 @@ def call(module: str, arguments: Sequence[str]) -> None:
     name = " ".join((module.split(".")[0], arguments[0]))
     command = [sys.executable, "-P", "-c", f"from {module} import main; main()", *arguments]
     with subprocess.Popen(
-        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, preexec_fn=_bound
+        command,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=_bound,
+        **({} if lock is None else handed_on(lock)),
     ) as process:
         try:
             said = _forwarded(process)

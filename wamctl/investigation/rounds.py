@@ -10,7 +10,7 @@ import numpy as np
 
 from wamctl.arm.config import CanopenDrivesSection
 from wamctl.arm.configuration.known_change import known_change
-from wamctl.arm.errors import DataError
+from wamctl.arm.errors import DataError, UserError
 from wamctl.experiment.loop import Arm
 from wamctl.investigation.budget import Cost, cost_of
 from wamctl.investigation.decision import NAMED, NO_GAP
@@ -44,6 +44,8 @@ class Site:
         options: further options of `wamctl excite`, such as the operator's word.
         tell: is told what happens.
         ask: asks the operator to do something to the arm; gives the answer, empty for none.
+        lock: of the bus, for the programs that move the arm; None: the simulated arm needs none.
+        reached: which bound of the budget a further cost would reach, in words; None: there is room.
     """
 
     out: Path
@@ -51,6 +53,19 @@ class Site:
     options: tuple[str, ...]
     tell: Callable[[str], None]
     ask: Callable[[str], str] = lambda _: ""
+    lock: int | None = None
+    reached: Callable[[Cost], str | None] = lambda _: None
+
+
+class BudgetSpentError(UserError):
+    """What is to be done next does not fit into the budget."""
+
+    def __init__(self, reached: str) -> None:
+        super().__init__(reached)
+        self.reached = reached
+
+    def __str__(self) -> str:
+        return f"The budget does not allow it: {self.reached}."
 
 
 def next_round(site: Site, state: State) -> Round:
@@ -59,6 +74,7 @@ def next_round(site: Site, state: State) -> Round:
     Raises:
         ProgramError: one of its commands has failed; what is done is kept.
         DataError: a result that cannot be used, or no motion is left.
+        BudgetSpentError: there is no room for the next motion, or for the rest of this one.
     """
     number = len(state.rounds) + 1
     folder = site.out / "rounds" / f"{number:02d}"
@@ -69,14 +85,12 @@ def next_round(site: Site, state: State) -> Round:
         reason = f"The operator answered {state.pending}. {reason}"
     site.tell(f"round {number}: {reason}")
     try:
-        logs = _recorded(site, state, folder, bool(plan))
+        logs = _recorded(site, state, folder, plan)
     except ProgramError as error:
         if error.exit_code != STOPPED or "operator" in error.said or not whole:
             raise
         return _stopped(state, folder, plan, reason, error.said)
-    cost = Cost()
-    for log in logs:
-        cost = cost.plus(cost_of(log, site.arm.transmission, _continuous_nm(site.arm)))
+    cost = _cost(site, logs)
     altered = bool(state.pending) and known_change(state.pending).alters_the_model
     if altered:
         verdict, answer = whole[-1].verdict, whole[-1].answer
@@ -141,6 +155,7 @@ def _verdict(gap: Mapping[str, Any]) -> str:
 
 def _planned(site: Site, state: State, folder: Path) -> dict[str, Any]:
     """Choose the next motion, and write down what each answer predicts of it."""
+    _check_room(site, Cost())
     site.tell("choosing the next motion, and writing down what each answer predicts")
     logs = logs_of(site.out, state)
     ran = [] if state.pending else [r.motion for r in state.rounds if r.motion]
@@ -170,25 +185,50 @@ def _reason(plan: Mapping[str, Any]) -> str:
     )
 
 
-def _recorded(site: Site, state: State, folder: Path, is_new: bool) -> list[Path]:
-    """The round's logs; a motion that is new runs at a quarter of its speed first."""
+def _recorded(site: Site, state: State, folder: Path, plan: Mapping[str, Any]) -> list[Path]:
+    """The round's logs; a motion that was planned runs at a quarter of its speed first.
+
+    Each run begins only if there is room for it.
+    """
     request = with_change(state.request, state.pending, folder)
-    motions = [("slow", folder / "plan" / "slow.yaml")] if is_new else []
-    if not is_new:
+    motions = [("slow", folder / "plan" / "slow.yaml")] if plan else []
+    if not plan:
         made(folder / "trajectory.yaml", lambda p: _copied(Path(str(request.trajectory)), p))
     motions.append(("log", folder / "trajectory.yaml"))
-    logs = []
+    logs = list[Path]()
     for name, trajectory in motions:
+        if not (folder / f"{name}.mcap").exists():
+            _check_room(site, _expected(plan) if name == "slow" else _cost(site, logs))
         site.tell("a quarter of the speed first" if name == "slow" else "the motion")
         options = ["--config", request.config, "--bus", request.bus, "--seed", str(request.seed)]
         options += ["--lockstep"] if request.lockstep else []
         options += ["--hidden", request.hidden] if request.hidden else []
         options += ["--trajectory", str(trajectory), *site.options]
-        logs.append(_run(folder / f"{name}.mcap", options))
+        logs.append(_run(folder / f"{name}.mcap", options, site.lock))
     return logs
 
 
-def _run(log: Path, options: Sequence[str]) -> Path:
+def _cost(site: Site, logs: Sequence[Path]) -> Cost:
+    """What runs have cost together."""
+    cost = Cost()
+    for log in logs:
+        cost = cost.plus(cost_of(log, site.arm.transmission, _continuous_nm(site.arm)))
+    return cost
+
+
+def _expected(plan: Mapping[str, Any]) -> Cost:
+    """What both runs of a planned motion will cost."""
+    motion = plan["motion"]
+    return Cost(float(motion["seconds"]), float(motion.get("energy_j", 0.0)))
+
+
+def _check_room(site: Site, cost: Cost) -> None:
+    reached = site.reached(cost)
+    if reached is not None:
+        raise BudgetSpentError(f"with the next motion {reached}")
+
+
+def _run(log: Path, options: Sequence[str], lock: int | None) -> Path:
     """The log of a run that came to its end; those of others stay beside it."""
     if log.exists():
         return log
@@ -196,7 +236,7 @@ def _run(log: Path, options: Sequence[str]) -> Path:
     if running.exists():
         earlier = len(list(log.parent.glob(f"{log.stem}-ended-*.mcap")))
         running.replace(log.with_name(f"{log.stem}-ended-{earlier + 1}.mcap"))
-    call("wamctl.cli", ["excite", *options, "--out", str(running)])
+    call("wamctl.cli", ["excite", *options, "--out", str(running)], lock)
     return running.replace(log)
 
 
@@ -233,9 +273,8 @@ def _continuous_nm(arm: Arm) -> tuple[float, ...]:
 
 
 def _asked_for_gap(logs: Sequence[Path], folder: Path) -> dict[str, Any]:
-    """`ident run` and `ident gap` on all logs; both leave their files in the round's folder."""
+    """`ident gap` on all logs, which identifies as well; its files go to the round's folder."""
     paths = [str(log) for log in logs]
-    made(folder / "run", lambda p: call("ident.cli", ["run", *paths, "--out", str(p)]))
     found = made(folder / "gap", lambda p: call("ident.cli", ["gap", *paths, "--out", str(p)]))
     for name in ("model.yaml", "report.html", "gap.json"):
         made(folder / name, lambda p, name=name: _copied(found / name, p))

@@ -42,18 +42,15 @@ class Stage:
 COARSE_STAGES = (
     Stage(Smoothness(8.0, 0.1), 100.0, 100),
     Stage(Smoothness(32.0, 0.1), 300.0, 100),
-    Stage(Smoothness(64.0, 0.05), 1000.0, 100),
-    Stage(Smoothness(64.0, 0.02), 1000.0, 100),
-    Stage(Smoothness(64.0, 0.02), 1000.0, 100),
 )
-"""For a start that nobody has chosen: smooth first, so that it does not stick at once."""
+"""For a start that nobody has chosen: smooth, so that it does not stick at once."""
 
 FINE_STAGES = (
     Stage(Smoothness(32.0, 0.05), 300.0, 80),
     Stage(Smoothness(64.0, 0.02), 1000.0, 80),
     Stage(Smoothness(64.0, 0.02), 1000.0, 80),
 )
-"""For a start that was a good design before part of it was changed."""
+"""For what the coarse ones leave, and for a good design of which a part was changed."""
 
 FINAL_STAGES = (
     Stage(Smoothness(200.0, 0.02), 1000.0, 200),

@@ -18,7 +18,8 @@ POOL = 6
 """So many motions are worth keeping."""
 
 UNSEEN = 100.0
-"""A motion that was not rehearsed is behind all that were, whatever the formula promises."""
+"""A motion that was not rehearsed is behind all that were, whatever the formula promises. It is not
+where its condition number passes the bound."""
 
 _SURPRISE = 0.1
 """A motion may catch up by so much, in the logarithm, when it is tried out once more."""
@@ -81,6 +82,8 @@ class Judge:
         found = candidate(self.problem, fitted)
         if self.problem.rehearsal is None:
             return [found]
+        if found.condition_number > self.problem.objective.most:
+            return [found.behind()]
         if self.deadline.over:
             return [] if kept else [found.behind()]
         try:

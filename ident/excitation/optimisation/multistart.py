@@ -1,12 +1,10 @@
 """The search on several processors at once, each from its own starts; the best design is kept."""
 
-import multiprocessing
 import queue
-import signal
 from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
-from multiprocessing.context import SpawnProcess
+from multiprocessing.context import ForkServerProcess
 from multiprocessing.queues import Queue
 from multiprocessing.synchronize import Event
 
@@ -15,6 +13,7 @@ import numpy as np
 from ident.excitation.optimisation.augmented_lagrangian import COARSE_STAGES
 from ident.excitation.optimisation.evaluate import Candidate
 from ident.excitation.optimisation.search import Effort, random_start, search
+from ident.excitation.optimisation.workers import workers
 from ident.excitation.problem.design_problem import Penalty, Problem, lagrangian
 from ident.excitation.problem.trajectory_grid import Grid
 from ident.signals.arrays import Array
@@ -54,35 +53,33 @@ def best_design(task: Task, processes: int, report: Report) -> Candidate | None:
         processes: number of islands.
         report: called with every better design, and with None in between.
     """
-    context = multiprocessing.get_context("spawn")
+    context = workers()
     found: Queue[Candidate | None] = context.Queue()
     compiled = context.Event()
-    workers = [
+    islands = [
         context.Process(target=_worker, args=(task, number, found, compiled), daemon=True)
         for number in range(processes)
     ]
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # the workers inherit it
-    for worker in workers:
-        worker.start()
-    signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+    for island in islands:
+        island.start()
     try:
-        return _collect(found, workers, report)
+        return _collect(found, islands, report)
     finally:
-        for worker in workers:
-            worker.terminate()
-            worker.join()
+        for island in islands:
+            island.terminate()
+            island.join()
 
 
 def _collect(
-    found: "Queue[Candidate | None]", workers: list[SpawnProcess], report: Report
+    found: "Queue[Candidate | None]", islands: list[ForkServerProcess], report: Report
 ) -> Candidate | None:
-    best, running = None, len(workers)
+    best, running = None, len(islands)
     try:
         while running:
             try:
                 candidate = found.get(timeout=_GLANCE_S)
             except queue.Empty:
-                if any(worker.exitcode for worker in workers):
+                if any(island.exitcode for island in islands):
                     raise RuntimeError("a search process died; see its message above") from None
                 report(None)
                 continue

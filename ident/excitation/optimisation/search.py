@@ -1,6 +1,6 @@
 """From many starts to one design: a few good motions, and changes of parts of them."""
 
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,14 +15,18 @@ from ident.excitation.optimisation.deadline import Deadline
 from ident.excitation.optimisation.evaluate import POOL, Candidate, Judge
 from ident.excitation.optimisation.scale_into_limits import scale_joints_into_limits
 from ident.excitation.problem.design_problem import Problem
+from ident.excitation.problem.regressor_columns import smooth_rows
 from ident.excitation.problem.trajectory_grid import Grid
 from ident.signals.arrays import Array
 
 _STARTS = 8
-_START_SHARE = 0.25
+_START_SHARE = 0.5
 """Of the time, at most, for descents from random starts; one is made in any case."""
 
-_POLISH_SHARE = 0.15
+_DRAWN = 200
+"""Random motions of each joint, of which a start has the best."""
+
+_POLISH_SHARE = 0.1
 _TOGETHER_SHARE = 0.65
 """Of the time, for the best of all families."""
 
@@ -34,6 +38,7 @@ _CENTRAL = 0.15
 """Starts are centred at least this part of the range away from its ends."""
 
 _WILD_RAD_S = 5.0
+_SHARP_RAD_S = 0.02
 
 
 _Kept = Generator[Candidate, None, list[Candidate]]
@@ -101,78 +106,59 @@ class _Population:
             more = yield from self._family(start, soon, _STALE)
             best = _keep(best + more)
         end, patience = self._effort.deadline, self._effort.patience
-        yield from self._improve(self._problem, best, iter(()), end, patience)
+        yield from self._improve(best, iter(()), end, patience)
 
     def _family(self, start: Array | None, deadline: Deadline, patience: int) -> _Kept:
-        """Random starts, or one that is given, and changes of them; gives the best few.
-
-        Where the condition number has a bound, nothing else is looked at until a motion keeps it.
-        """
+        """Random starts, or one that is given, and changes of them; gives the best few."""
         given = [] if start is None else [start]
         firsts = self._starts(deadline) if start is None else iter(given)
-        most = self._problem.objective.most
-        if np.isfinite(most):
-            objective = replace(self._problem.objective, kind="condition", most=np.inf)
-            aim = replace(self._problem, objective=objective, rehearsal=None)
-            kept = self._judged(aim, given, deadline)
-            all_along = self._effort.patience
-            kept = yield from self._improve(aim, kept, firsts, deadline, all_along, np.log(most))
-            given, firsts = [k.coefficients for k in kept], iter(())
-        kept = self._judged(self._problem, given, deadline)
-        return (yield from self._improve(self._problem, kept, firsts, deadline, patience))
+        judge, kept = self._judge(self._problem, deadline), list[Candidate]()
+        for coefficients in given:
+            kept = _keep(kept + judge.of(coefficients, kept))
+        return (yield from self._improve(kept, firsts, deadline, patience))
 
     def _starts(self, deadline: Deadline) -> Iterator[Array]:
-        """Random motions, for a part of the time: what is changed becomes good sooner."""
+        """Random motions with a good condition number, for a part of the time."""
+        objective = self._problem.objective
+        if np.isfinite(objective.most):
+            objective = replace(objective, kind="condition", most=np.inf)
+        aim = replace(self._problem, objective=objective)
         early = deadline.sooner(1.0 - _START_SHARE)
-        for _ in range(_STARTS):
-            if early.over:
+        for number in range(_STARTS):
+            if early.over and number > 0:
                 break
-            yield random_start(self._problem, self._rng)
-
-    def _judged(
-        self, aim: Problem, motions: Sequence[Array], deadline: Deadline
-    ) -> list[Candidate]:
-        judge, kept = self._judge(aim, deadline), list[Candidate]()
-        for coefficients in motions:
-            kept = _keep(kept + judge.of(coefficients, kept))
-        return kept
+            wild = random_start(self._problem, self._rng)
+            yield descend(aim, wild, COARSE_STAGES, deadline)
 
     def _improve(
-        self,
-        aim: Problem,
-        kept: list[Candidate],
-        firsts: Iterator[Array],
-        deadline: Deadline,
-        patience: int,
-        enough: float = -np.inf,
+        self, kept: list[Candidate], firsts: Iterator[Array], deadline: Deadline, patience: int
     ) -> _Kept:
         """Descents from first motions, then from changes of the best; gives those.
 
         Args:
-            aim: objective, constraints and the grid to optimise on.
             kept: motions to begin with, best first.
             firsts: motions to descend from.
             deadline: when to stop.
             patience: so many descents without gain end it.
-            enough: a motion with so small a value ends it, too.
         """
-        judge, last = self._judge(aim, deadline), aim is self._problem
-        yield from [k if last else k.behind() for k in kept[:1]]
+        judge = self._judge(self._problem, deadline)
+        yield from kept[:1]
         idle = 0
         while self._goes_on(deadline) and not (kept and idle >= patience):
             best = kept[0].value if kept else np.inf
-            if best <= enough:
-                break
-            first, stages = next(firsts, None), COARSE_STAGES
-            if first is None and kept:
-                first, stages = _changed(self._problem, kept, self._rng), FINE_STAGES
-            elif first is None:
-                first = random_start(self._problem, self._rng)
+            first = next(firsts, None)
+            if first is None:
+                first = (
+                    _changed(self._problem, kept, self._rng)
+                    if kept
+                    else random_start(self._problem, self._rng)
+                )
             self._descents += 1
-            kept = _keep(kept + judge.of(descend(aim, first, stages, deadline), kept))
+            found = descend(self._problem, first, FINE_STAGES, deadline)
+            kept = _keep(kept + judge.of(found, kept))
             idle = 0 if kept and kept[0].value < best - self._effort.gain else idle + 1
             if kept and kept[0].value < best:
-                yield kept[0] if last else kept[0].behind()
+                yield kept[0]
         return kept
 
     def _goes_on(self, deadline: Deadline) -> bool:
@@ -183,12 +169,34 @@ class _Population:
 
 
 def random_start(problem: Problem, rng: np.random.Generator) -> Array:
-    """A motion whose joints use their limits, torque, speed and clearance aside."""
+    """A motion whose joints use their limits, torque, speed and clearance aside.
+
+    Of many random ones each joint has the one that shows its own parameters best: they are what the
+    smallest singular values of W see, and other joints' motion hardly changes them.
+    """
+    drawn = np.array([_wild(problem, rng) for _ in range(_DRAWN)])
+    seen = np.array([_own_singular_values(problem, motion) for motion in drawn])
+    joints = np.arange(drawn.shape[2])
+    return drawn[seen.argmax(axis=0), :, joints].T
+
+
+def _wild(problem: Problem, rng: np.random.Generator) -> Array:
     middle, half = problem.constraints.bounds.middle, problem.constraints.bounds.kinematic[0]
     shape = (problem.grid.position.shape[1], len(middle))
     wild = _WILD_RAD_S * rng.normal(size=shape)
     wild[-1] = middle + half * rng.uniform(2 * _CENTRAL - 1, 1 - 2 * _CENTRAL, shape[1])
     return scale_joints_into_limits(problem, problem.grid, wild)
+
+
+def _own_singular_values(problem: Problem, coefficients: Array) -> Array:
+    """The smallest one of each joint's own columns, such as its friction's, shape (n,)."""
+    columns = problem.columns
+    rows = smooth_rows(columns, problem.grid.motion(coefficients), _SHARP_RAD_S)
+    own = [[i for i, _, of in columns.own if of == joint] for joint in range(len(rows))]
+    pairs = zip(rows, own, strict=True)
+    return np.array(
+        [np.linalg.svd(r[:, c], compute_uv=False).min(initial=np.inf) for r, c in pairs]
+    )
 
 
 def _keep(candidates: list[Candidate]) -> list[Candidate]:
@@ -202,8 +210,8 @@ def _keep(candidates: list[Candidate]) -> list[Candidate]:
 
 
 def _changed(problem: Problem, kept: list[Candidate], rng: np.random.Generator) -> Array:
-    """One of the kept motions with a part of it changed."""
-    changed = kept[rng.integers(len(kept))].coefficients.copy()
+    """One of the kept motions, a good one more often, with a part of it changed."""
+    changed = kept[rng.integers(len(kept), size=2).min()].coefficients.copy()
     joint = rng.integers(changed.shape[1])
     change = _CHANGES[rng.integers(len(_CHANGES))]
     other = kept[rng.integers(len(kept))].coefficients

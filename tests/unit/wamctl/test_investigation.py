@@ -49,7 +49,7 @@ class Programs:
         self.changed: list[str] = []
         self.hidden: list[str] = []
 
-    def __call__(self, module: str, arguments: list[str]) -> None:
+    def __call__(self, module: str, arguments: list[str], lock: int | None = None) -> None:
         command = arguments[0]
         self.calls.append(command)
         out = Path(arguments[arguments.index("--out") + 1])
@@ -63,9 +63,6 @@ class Programs:
     def _excite(self, out: Path, arguments: list[str]) -> None:
         self.hidden.append(arguments[arguments.index("--hidden") + 1])
         out.write_text("log")
-
-    def _run(self, out: Path, _: list[str]) -> None:
-        out.mkdir()
 
     def _gap(self, out: Path, arguments: list[str]) -> None:
         verdict = self.verdicts[sum(a.endswith(".mcap") for a in arguments) - 1]
@@ -257,20 +254,24 @@ def test_a_rival_that_predicts_better_keeps_no_gap_from_being_final(outcome):
     assert (found["verdict"], found["confirmed"]) == ("no_gap", False)
 
 
-@pytest.mark.parametrize("call", range(1, 10))
-def test_a_killed_investigation_goes_on_to_the_same_result(outcome, call):
+BUS_FAULT = ProgramError("wamctl excite", 4, "Bus socketcan:can0 is off: the arm was braked")
+
+
+@pytest.mark.parametrize("end", [KeyboardInterrupt(), BUS_FAULT], ids=["kill", "bus fault"])
+@pytest.mark.parametrize("call", range(1, 8))
+def test_an_investigation_cut_short_goes_on_to_the_same_result(outcome, call, end):
     whole = outcome(Programs(["named", "named"], 5.0, {}), "whole")
-    programs = Programs(["named", "named"], 5.0, {call: KeyboardInterrupt()})
-    with pytest.raises(KeyboardInterrupt):
-        outcome(programs, "killed")
-    resumed = outcome(programs, "killed", resume=True)
-    assert len(programs.calls) == 10  # the one that was killed, once more
+    programs = Programs(["named", "named"], 5.0, {call: end})
+    with pytest.raises(type(end)):
+        outcome(programs, "cut short")
+    resumed = outcome(programs, "cut short", resume=True)
+    assert len(programs.calls) == 8  # the one that was cut short, once more
     assert resumed | {"wall_s": 0.0} == whole | {"wall_s": 0.0}
 
 
 def test_a_motion_that_a_limit_ends_is_evidence_and_counts(outcome):
     stop = ProgramError("wamctl excite", 5, "joint 4 was 0.6 rad from its reference")
-    found = outcome(Programs(["named", "named"], 5.0, {5: stop}))
+    found = outcome(Programs(["named", "named"], 5.0, {4: stop}))
     assert found["rounds"][1]["stopped"] == "joint 4 was 0.6 rad from its reference"
     assert found["budget"]["used"]["stops"] == 1
     assert found["verdict"] == "named"
@@ -278,7 +279,7 @@ def test_a_motion_that_a_limit_ends_is_evidence_and_counts(outcome):
 
 def test_the_operators_stop_ends_it_and_it_can_be_resumed(outcome, tmp_path):
     stop = ProgramError("wamctl excite", 5, "the operator pressed a key")
-    programs = Programs(["named", "named"], 5.0, {5: stop})
+    programs = Programs(["named", "named"], 5.0, {4: stop})
     with pytest.raises(ProgramError) as raised:
         outcome(programs)
     assert raised.value.exit_code == 5
@@ -291,6 +292,23 @@ def test_a_budget_that_is_used_up_ends_it(outcome):
     found = outcome(Programs(["named"] * 4, 5.0, {}), motion_s=40.0)
     assert (found["verdict"], len(found["rounds"])) == ("ambiguous", 1)
     assert "motion_s is 50 of 40" in found["why"]
+
+
+def test_a_motion_that_does_not_fit_into_the_budget_is_not_begun(outcome):
+    programs = Programs(["named"] * 4, 5.0, {})
+    found = outcome(programs, motion_s=105.0)
+    assert (found["verdict"], found["confirmed"], len(found["rounds"])) == ("ambiguous", False, 1)
+    assert "with the next motion motion_s is 110 of 105" in found["why"]
+    assert programs.calls == ["excite", "gap", "plan"]
+
+
+def test_the_budget_is_looked_at_after_the_slow_run_and_a_larger_one_goes_on(outcome):
+    programs = Programs(["named"] * 4, 5.0, {})
+    found = outcome(programs, energy_j=40.0)  # 20 J a run, and none were expected of the next
+    assert "with the next motion energy_j is 40 of 40" in found["why"]
+    assert programs.calls == ["excite", "gap", "plan", "excite"]
+    assert outcome(programs, resume=True)["confirmed"]
+    assert programs.calls[4:] == ["excite", "gap", "weigh"]
 
 
 def test_it_is_not_begun_over_another_one(outcome):
