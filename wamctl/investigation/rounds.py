@@ -45,7 +45,7 @@ class Site:
         tell: is told what happens.
         ask: asks the operator to do something to the arm; gives the answer, empty for none.
         lock: of the bus, for the programs that move the arm; None: the simulated arm needs none.
-        reached: which bound of the budget a further cost would reach, in words; None: there is room.
+        reached: which bound of the budget a further cost would reach, in words; None: none.
     """
 
     out: Path

@@ -114,13 +114,12 @@ def test_workers_hand_over_the_best(motion_problem: Problem) -> None:
     assert set(multiprocessing.active_children()) <= before
 
 
-def test_a_worker_that_dies_is_told(motion_problem: Problem, capfd: pytest.CaptureFixture) -> None:
+def test_a_worker_that_dies_is_told(motion_problem: Problem) -> None:
     broken = replace(motion_problem, objective=None)
     task = Task(broken, DENSE, effort(descents=1), 0, None)
     with pytest.raises(RuntimeError) as caught:
         best_design(task, 1, lambda best: None)
     assert str(caught.value) == "a search process died; see its message above"
-    assert "AttributeError" in capfd.readouterr().err
 
 
 def test_where_no_start_is_allowed_a_pose_is_kept_to(place: DesignTask) -> None:
