@@ -54,4 +54,5 @@ def change_of_frame(placement: Array) -> Array:
         placement: homogeneous matrix T of frame b in frame a, shape (4, 4): x_a = T x_b. The
             pseudo-inertia follows P_a = T P_b T^T.
     """
-    return from_pseudo_inertia(placement @ _UNITS @ placement.T).T
+    seen = np.array([placement @ unit @ placement.T for unit in _UNITS])
+    return np.ascontiguousarray(from_pseudo_inertia(seen).T)
