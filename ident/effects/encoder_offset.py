@@ -38,9 +38,9 @@ class EncoderOffset(Effect):
 
     def simulated(self, arm: SimulatedArm, candidate: Candidate, values: Array) -> SimulatedArm:
         """An encoder that reads less."""
-        offset = arm.encoder_offset.copy()
+        offset = arm.encoder_zero.copy()
         offset[candidate.joints[0]] += values[0]
-        return replace(arm, encoder_offset=offset)
+        return replace(arm, encoder_zero=offset)
 
 
 EFFECT = EncoderOffset()

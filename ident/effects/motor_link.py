@@ -61,19 +61,24 @@ class Transmission:
 
     def insert_motor(self, arm: SimulatedArm, joint: int) -> SimulatedArm:
         """The arm whose joint has a motor of its own, with the encoder, tied to it so."""
-        fields = {
-            name: getattr(arm, name).copy()
-            for name in ("motor", "backlash", "compliance", "damping", "link_friction_share")
-        }
-        fields["motor"][joint] = max(self.motor_inertia, MIN_INERTIA)
+        motor, backlash, compliance = arm.motor.copy(), arm.backlash.copy(), arm.compliance.copy()
+        damping, link_share = arm.damping.copy(), arm.link_friction_share.copy()
+        motor[joint] = max(self.motor_inertia, MIN_INERTIA)
         if self.half_play < np.inf:
-            fields["backlash"][joint] += self.half_play
+            backlash[joint] += self.half_play
         mass = mass_in(np.zeros(len(arm.motor)), arm.chain, arm.delta) + arm.armature
         link = max(float(mass[joint, joint]) - self.motor_inertia, MIN_INERTIA)
-        fields["compliance"][joint] += self.compliance
-        fields["damping"][joint] += 2.0 * self.damped * np.sqrt(self.compliance * link)
-        fields["link_friction_share"][joint] = self.rubbing
-        return replace(arm, **fields)
+        compliance[joint] += self.compliance
+        damping[joint] += 2.0 * self.damped * np.sqrt(self.compliance * link)
+        link_share[joint] = self.rubbing
+        return replace(
+            arm,
+            motor=motor,
+            backlash=backlash,
+            compliance=compliance,
+            damping=damping,
+            link_friction_share=link_share,
+        )
 
 
 @njit(cache=True)

@@ -24,7 +24,7 @@ HELD = (
     "friction_rows",
     "coulomb",
     "gain",
-    "encoder_offset",
+    "encoder_zero",
 )
 """Fields of the simulated arm that a formula of one sample has a place for."""
 

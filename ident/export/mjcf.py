@@ -20,7 +20,7 @@ _TIMESTEP_S = 0.0005
 _RADIUS_M = 0.03
 _HELD = (
     *("chain", "delta", "armature", "viscous", "friction_rows", "coulomb"),
-    *("gain", "limit", "encoder_offset"),
+    *("gain", "limit", "encoder_zero"),
 )
 STIFF_FRICTION = {
     "solreffriction": "0.001 1",
@@ -108,7 +108,7 @@ def _joints(model: Model) -> _Joints:
         own_damping,
         model.parameter("fo") + sum((x.offset for x in known), np.zeros(n)),
         sum((x.stiffness for x in known), np.zeros(n)),
-        arm.encoder_offset,
+        arm.encoder_zero,
         arm.gain,
         arm.limit,
         tendons,

@@ -73,7 +73,7 @@ def _numbers(formula: Formula, rows: Rows) -> dict[str, str]:
         "tensor": rows(np.array([x.tensor.ravel() for x in links])),
         "mass": listed([x.mass for x in links]),
         "gravity": listed(arm.chain.gravity),
-        "zero": listed(arm.encoder_offset),
+        "zero": listed(arm.encoder_zero),
         "gain": listed(arm.gain),
         "offset": listed(formula.offset),
         "armature": rows(arm.armature),

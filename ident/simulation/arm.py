@@ -64,7 +64,7 @@ class SimulatedArm:
         gain: torque that acts per commanded torque, shape (n,).
         limit: the drives clip the commanded joint torque here [N m], shape (n,).
         delay_s: the command acts later by this much [s], shape (n,).
-        encoder_offset: encoders read the joint's position less this [rad], shape (n,).
+        encoder_zero: encoders read the joint's position less this [rad], shape (n,).
         motor: inertia of a motor that moves beside its joint and carries the encoder, on the
             joint's side, a part of the joint's [kg m^2], shape (n,); 0: it moves as the joint.
         backlash: half the play between such a motor and its joint [rad], shape (n,).
@@ -85,7 +85,7 @@ class SimulatedArm:
     gain: Array
     limit: Array
     delay_s: Array
-    encoder_offset: Array
+    encoder_zero: Array
     motor: Array
     backlash: Array
     compliance: Array
@@ -159,7 +159,7 @@ def simulated_arm(chain: Chain, delta: Array, viscous: Array, coulomb: Array) ->
         gain=np.ones(n),
         limit=np.full(n, np.inf),
         delay_s=none,
-        encoder_offset=none,
+        encoder_zero=none,
         motor=none,
         backlash=none,
         compliance=none,

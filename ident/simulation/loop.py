@@ -112,7 +112,7 @@ def run(
     loose = arm.two_mass_joints
     plant = Plant(
         arm.chain, arm.delta, arm.armature, arm.drag, arm.rows, *arm.coulomb_elements,
-        arm.gain, arm.limit, arm.delay_s, arm.encoder_offset, arm.motor_index, arm.motor[loose],
+        arm.gain, arm.limit, arm.delay_s, arm.encoder_zero, arm.motor_index, arm.motor[loose],
         arm.backlash[loose], arm.compliance[loose], arm.damping[loose], joints, settings,
     )  # fmt: skip
     smoothing = 1.0 - np.exp(-2 * np.pi * controller.velocity_cutoff_hz * wire.period_s)
@@ -170,7 +170,7 @@ def _start(arm, state, wanted, speed, w, tmp):
     """
     n = wanted.size
     for i in range(n):
-        state.q[i] = wanted[i] + arm.encoder_offset[i]
+        state.q[i] = wanted[i] + arm.encoder_zero[i]
         state.q[arm.motor_index[i]] = state.q[i]
         state.v[i] = speed[i]
         state.v[arm.motor_index[i]] = speed[i]
@@ -185,7 +185,7 @@ def _read(arm, law, state, out):
     """Encoder positions: joint positions as the motors see them, in whole counts."""
     seen = np.empty(out.size)
     for i in range(out.size):
-        seen[i] = state.q[arm.motor_index[i]] - arm.encoder_offset[i]
+        seen[i] = state.q[arm.motor_index[i]] - arm.encoder_zero[i]
     _in_whole_steps(law.motor, law.angle_step, law.joint, seen, out)
 
 

@@ -28,7 +28,7 @@ class Plant(NamedTuple):
     gain: Array
     limit: Array
     delay: Array
-    encoder_offset: Array
+    encoder_zero: Array
     motor_index: NDArray[np.int64]
     motor: Array
     backlash: Array

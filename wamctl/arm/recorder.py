@@ -9,8 +9,8 @@ from mcap.writer import Writer
 
 from wamctl.arm.arrays import Array
 from wamctl.arm.errors import DataError
-from wamctl.arm.messages import DIAGNOSTICS, TOPICS, Messages, Status
 from wamctl.arm.recording import JOINT_COMMANDS, JOINT_REFERENCE, JOINT_STATES, Recording
+from wamctl.arm.ros2.log_messages import DIAGNOSTICS, TOPICS, Messages, Status
 from wamctl.arm.ros2.message_definition import definition
 
 CHUNK_NS = 300_000_000

@@ -23,9 +23,9 @@ from foxglove.messages import (
     Vector3,
 )
 
-from wamctl.arm.messages import DIAGNOSTICS, TOPICS, Messages
 from wamctl.arm.recording import JOINT_COMMANDS, JOINT_REFERENCE, JOINT_STATES
 from wamctl.arm.robot import load_robot
+from wamctl.arm.ros2.log_messages import DIAGNOSTICS, TOPICS, Messages
 from wamctl.arm.ros2.message_definition import definition
 from wamctl.live.gate import Gate
 from wamctl.live.pose import Links, Placement

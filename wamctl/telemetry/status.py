@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass
 
 from wamctl.arm.arrays import Array
-from wamctl.arm.messages import Status
+from wamctl.arm.ros2.log_messages import Status
 from wamctl.telemetry.phase import Phase
 
 _OK, _WARN = 0, 1

@@ -17,8 +17,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from wamctl.arm.errors import DataError
-from wamctl.arm.messages import Status
 from wamctl.arm.recorder import Recorder
+from wamctl.arm.ros2.log_messages import Status
 from wamctl.telemetry import ring as shared
 from wamctl.telemetry.status import diagnostics
 

@@ -15,9 +15,9 @@ from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
 
 from wamctl.arm.errors import DataError
-from wamctl.arm.messages import Status
 from wamctl.arm.recorder import Recorder, write_recording
 from wamctl.arm.recording import read_recording
+from wamctl.arm.ros2.log_messages import Status
 from wamctl.arm.ros2.message_definition import definition
 
 JOINTS = ("wam/base_yaw_joint", "wam/elbow_pitch_joint", "j3")

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
 
-from wamctl.arm.messages import Status, _diagnostic_array
 from wamctl.arm.ros2.cdr import JOINT_STATE, TRAJECTORY_POINT, columns, encode, layout
 from wamctl.arm.ros2.joint_messages import joint_series, reference_series
+from wamctl.arm.ros2.log_messages import Status, _diagnostic_array
 
 STORE = get_typestore(Stores.LATEST)
 numbers = st.floats(allow_nan=False)
