@@ -29,6 +29,7 @@ KEYS = {
 def started(configure, folder, **options):
     config, log = configure(folder), folder / "log.mcap"
     words = [WAMCTL, "excite", "--config", config, "--bus", "sim", "--lockstep", "--out", log]
+    words += ["--skip-test-motion", "wam7"]  # in it nothing is braked
     options = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, **options}
     return subprocess.Popen(list(map(str, words)), start_new_session=True, **options), log
 
@@ -43,7 +44,7 @@ def wait_for_rows(log, process):
 
 def ended(process, log, said, cause):
     assert process.returncode == 5
-    assert said.startswith(f"{cause}, ")
+    assert f"{cause}, " in said
     assert "the arm was braked for 0.08 s with" in said
     assert f"the log {log} holds {len(read_recording(log).q)} cycles." in said
     assert read_recording(log).complete
