@@ -166,6 +166,10 @@ class Transients(_Section):
     loudness: float = _positive(
         9.0, "Mean square in units of the noise from which a joint is affected [1]: three sigma."
     )
+    friction_share: float = _share(
+        0.01,
+        "Least torque of an interval, as a share of the joint's Coulomb friction [1], as in names.",
+    )
     end_margin: float = _share(
         0.01, "Share of its range by which a joint must go further than ever for an end stop [1]."
     )

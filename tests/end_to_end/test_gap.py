@@ -28,8 +28,8 @@ FIELDS = {
 HIDDEN = {
     "effect": "stribeck",
     "joints": [4],
-    "extra_nm": 0.9,
-    "speed_rad_s": 0.07,
+    "extra_nm": 0.5,
+    "speed_rad_s": 0.2,
     "form": "exponential",
 }
 
@@ -72,8 +72,8 @@ def test_the_hidden_effect_is_named_with_its_joint_and_size(results):
     (effect,) = content["effects"]
     assert (effect["name"], effect["joints"]) == ("stribeck", [4])
     values = effect["parameters"]
-    assert values["extra_friction"]["value"] == pytest.approx(0.9, rel=0.05)
-    assert values["speed"]["value"] == pytest.approx(0.07, rel=0.05)
+    assert values["extra_friction"]["value"] == pytest.approx(0.5, rel=0.05)
+    assert values["speed"]["value"] == pytest.approx(0.2, rel=0.05)
     assert values["speed"]["unit"] == "rad/s"
     assert values["exponent"] == {"value": 1.0, "sd": 0.0, "unit": "1"}
     assert all(values[name]["sd"] > 0.0 for name in ("extra_friction", "speed"))
@@ -102,7 +102,7 @@ def test_gap_json_holds_every_field_of_the_contract(results):
     forward = content["forward_simulation"]
     assert forward["after"]["rms_q_by_joint"][3] < 0.7 * forward["before"]["rms_q_by_joint"][3]
     assert {"name": "payload", "joints": []} in content["not_observable"]
-    assert content["minimum_detectable"]["stribeck"]["4"] < 0.9
+    assert content["minimum_detectable"]["stribeck"]["4"] < 0.5
     assert content["seconds"] > 0.0
 
 
@@ -134,7 +134,7 @@ def test_validating_the_model_counts_its_effects(results, log):
         assert call("validate", log, "--model", model, "--out", out) == 0
         (entry,) = json.loads((out / "validate.json").read_text())["logs"]
         errors.append(entry["rms_by_joint"])
-    assert errors[1][3] < errors[0][3] * 0.95  # most of it is left while the joint sticks
+    assert errors[1][3] < errors[0][3] * 0.9  # the rest is left while the joint sticks
     assert errors[1][0] == pytest.approx(errors[0][0], rel=0.05)
 
 

@@ -77,16 +77,16 @@ def find_transient(
     log, usual, structure = rows.log[design.segment], current.fit, current.fit.structure
     chosen = np.zeros(0, dtype=bool)
     for _ in range(_ROUNDS):
-        power = _power(design, usual)
+        power = _power(design, usual, settings)
         found = _loudest_interval(power, log, design.t, rows.hop_s)
         if found is None:
             return None
         chosen = _extended(found, power, log, settings.loudness)
         rest = design.with_folds(np.where(chosen, EXCLUDED, design.fold))
         usual = fit(rest.equations.of(range(FOLDS)), structure, usual.sigma)
-    squares, count = _power(design, usual)
+    squares, count = _power(design, usual, settings)
     left = residuals(design, usual)
-    joints, torque = affected_joints(left, usual, chosen, settings.loudness)
+    joints, torque = _affected(left, usual, chosen, settings)
     if not joints:
         return None
     before = fit(design.equations.of(range(FOLDS)), structure, current.fit.sigma)
@@ -97,7 +97,7 @@ def find_transient(
         float(t.max()),
         joints,
         torque,
-        _gain(before, usual, left, chosen),
+        _gain(before, usual, left, chosen, settings),
         chosen,
         squares / np.maximum(count, 1.0),
     )
@@ -113,7 +113,7 @@ def with_affected_joints(
     left = residuals(current.design(rows), current.fit)
     found = []
     for b in transients:
-        joints, torque = affected_joints(left, current.fit, b.rows, settings.loudness)
+        joints, torque = _affected(left, current.fit, b.rows, settings)
         found.append(replace(b, joints=joints, torque=torque) if joints else b)
     return found
 
@@ -146,30 +146,46 @@ def _reach(x: Array, chosen: NDArray[np.bool_]) -> float:
     return float(x[chosen].max(initial=-np.inf))
 
 
-def affected_joints(
-    left: Sequence[Residual], now: Fit, chosen: NDArray[np.bool_], loudness: float
+def _affected(
+    left: Sequence[Residual], usual: Fit, chosen: NDArray[np.bool_], settings: Transients
 ) -> tuple[tuple[int, ...], Array]:
-    """Joints with a loud residual in some rows, and its mean on each of them [N m].
+    """Joints with a loud residual while they slide, and its mean on each joint [N m], shape (n,).
 
-    Args:
-        left: residuals of each joint.
-        now: the fit, with the usual noise.
-        chosen: the rows, shape (R,).
-        loudness: mean square in units of the noise from which a joint is affected.
+    A joint at rest tells nothing: dry friction answers a push up to its own size.
     """
-    usual = now.sigma[:, int(Region.SLIDING)]
-    square = [float(np.mean(r.values[chosen] ** 2)) if len(r.values) else 0.0 for r in left]
-    joints = tuple(j for j, x in enumerate(square) if x > loudness * usual[j] ** 2)
-    return joints, np.array([left[j].values[chosen].mean() for j in joints])
+    noise = _noise(usual, settings)[:, int(Region.SLIDING)]
+    joints, torque = [], np.zeros(len(left))
+    for j, r in enumerate(left):
+        inside = r.values[chosen & _slides(r)] if len(r.values) else r.values
+        if len(inside):
+            torque[j] = inside.mean()
+            if _mean_square(inside) > settings.loudness * noise[j] ** 2:
+                joints.append(j)
+    return tuple(joints), torque
 
 
-def _power(design: DesignMatrix, usual: Fit) -> tuple[Array, Array]:
+def _slides(r: Residual) -> NDArray[np.bool_]:
+    return r.region != Region.REVERSAL
+
+
+def _noise(usual: Fit, settings: Transients) -> Array:
+    """Usual noise of each joint and region, or the least torque that counts [N m], shape (n, 3)."""
+    least = settings.friction_share * np.abs(usual.coulomb)
+    return np.maximum(usual.sigma, least[:, None])
+
+
+def _mean_square(values: Array) -> float:
+    return float(np.mean(values**2))
+
+
+def _power(design: DesignMatrix, usual: Fit, settings: Transients) -> tuple[Array, Array]:
     """Squared residuals of all sliding joints in units of their noise, and how many slide, (R,)."""
     total, joints = np.zeros(len(design.t)), np.zeros(len(design.t))
+    noise = _noise(usual, settings)
     for j, r in enumerate(residuals(design, usual)):
         if len(r.values):
-            sliding = (r.region != Region.REVERSAL) & ~r.excluded
-            total += np.where(sliding, (r.values / usual.sigma[j][r.region]) ** 2, 0.0)
+            sliding = _slides(r) & ~r.excluded
+            total += np.where(sliding, (r.values / noise[j][r.region]) ** 2, 0.0)
             joints += sliding
     return total, joints
 
@@ -218,15 +234,23 @@ def _extended(
     return extended
 
 
-def _gain(before: Fit, usual: Fit, left: list[Residual], chosen: NDArray[np.bool_]) -> float:
+def _gain(
+    before: Fit,
+    usual: Fit,
+    left: list[Residual],
+    chosen: NDArray[np.bool_],
+    settings: Transients,
+) -> float:
     """Sum over joints of the mean log ratio, with a noise of its own in the interval."""
+    old, new = _noise(before, settings), _noise(usual, settings)
     gain = 0.0
     for j, r in enumerate(left):
-        if not len(r.values):
+        inside = chosen & _slides(r) if len(r.values) else np.zeros(0, dtype=bool)
+        if not inside.any():
             continue
-        n = before.counts[j].sum()
-        transient = np.sqrt(np.mean(r.values[chosen] ** 2)) + usual.sigma[j].min()
-        old = (np.log(before.sigma[j]) * before.counts[j]).sum()
-        new = (np.log(usual.sigma[j]) * usual.counts[j]).sum() + np.log(transient) * chosen.sum()
-        gain += (old - new) / max(n, 1)
+        sliding = slice(int(Region.SLIDING), None)
+        total = np.log(old[j, sliding]) @ before.counts[j, sliding]
+        total -= np.log(new[j, sliding]) @ usual.counts[j, sliding]
+        transient = np.sqrt(_mean_square(r.values[inside])) + new[j].min()
+        gain += (total - np.log(transient) * inside.sum()) / before.counts[j].sum()
     return float(gain)

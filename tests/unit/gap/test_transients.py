@@ -6,8 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 
 from ident.effects.catalogue import catalogue
+from ident.gap.data.noise_regions import Region
+from ident.gap.regression.residuals import Residual
 from ident.gap.settings import Transients
-from ident.gap.transients.detect import Transient, at_end_stop
+from ident.gap.transients import detect
+from ident.gap.transients.detect import Transient, at_end_stop, with_affected_joints
 from ident.gap.transients.exclude import Excluded, in_presliding_transient, still_stand_out
 
 SETTINGS = Transients()
@@ -62,3 +65,22 @@ def test_transients_beyond_every_free_position_may_be_an_end_stop():
     assert at_end_stop(rows, elsewhere, SETTINGS) == ()
     leaning = SimpleNamespace(log=1, t=t, q=np.ones_like(q), qd=np.zeros_like(q))
     assert at_end_stop(SimpleNamespace(segments=(*rows.segments, leaning)), tops, SETTINGS) == (1,)
+
+
+def test_a_joint_is_affected_where_it_slides_and_by_torque_that_counts(monkeypatch):
+    def residual(torque: float, region: Region) -> Residual:
+        values = np.array([0.0, torque, torque, 0.0])
+        return Residual(values, np.full(4, region), np.zeros(4, int), np.zeros(4, bool))
+
+    found = [
+        residual(2.0, Region.SLIDING),
+        residual(2.0, Region.REVERSAL),  # dry friction may answer the push
+        residual(1e-3, Region.SLIDING),  # loud in a simulation without noise, and next to nothing
+    ]
+    monkeypatch.setattr(detect, "residuals", lambda design, fit: found)
+    fit = SimpleNamespace(sigma=np.full((3, 3), 1e-5), coulomb=np.array([1.0, 1.0, 1.0]))
+    current = SimpleNamespace(design=lambda rows: None, fit=fit)
+    event = replace(PUSH, rows=np.array([False, True, True, False]))
+    (told,) = with_affected_joints(None, [event], current, SETTINGS)
+    assert told.joints == (0,)
+    assert told.torque[0] == 2.0
