@@ -26,6 +26,7 @@ from ident.commands.options import (
     rules_of,
     speaks_against_input,
     verdict_printed,
+    with_input,
 )
 from wamctl.arm.command_line import is_quiet, next_step
 
@@ -90,14 +91,14 @@ def gap(
         for sentence in sentences:
             typer.echo(sentence)
         typer.echo(f"{out / 'report.html'}")
-    next_step(*_next(content, logs, out))
+    next_step(*_next(content, with_input(logs, robot, reading), out))
     hold(content["trust"], strict)
 
 
-def _next(content: Mapping[str, Any], logs: Sequence[Path], out: Path) -> list[object]:
+def _next(content: Mapping[str, Any], recordings: Sequence[object], out: Path) -> list[object]:
     """The command that the verdict suggests."""
     if content["verdict"] == "data_fault":
-        return ["record again, then: ident gap", *logs]
+        return ["record again, then: ident gap", *recordings]
     if speaks_against_input(content["remarks"]):
         return [CORRECTED]
     if content.get("method") == "simulation":
@@ -105,7 +106,7 @@ def _next(content: Mapping[str, Any], logs: Sequence[Path], out: Path) -> list[o
     if any(effect["separating_experiment"] for effect in content["effects"]):
         return ["ident design --config ARM.yaml --for", out / "gap.json"]
     if content["effects"]:
-        return ["ident run", *logs, "--effects", out / "model.yaml"]
+        return ["ident run", *recordings, "--effects", out / "model.yaml"]
     if content["suspected"]:
         first = content["suspected"][0]
         place = ":".join([first["name"], *map(str, first["joints"][:1])])

@@ -4,7 +4,7 @@ import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 import yaml
@@ -14,6 +14,9 @@ from ident.checks.remark import verdict_said
 from wamctl.arm.command_line import next_step, shipped_names
 from wamctl.arm.config import IdentificationSection
 from wamctl.arm.errors import ConfigurationError, did_you_mean
+
+if TYPE_CHECKING:
+    from ident.recordings.loading import Reading
 
 
 class Torque(StrEnum):
@@ -165,7 +168,7 @@ def next_after(
     verdict: str,
     remarks: Sequence[Mapping[str, Any]],
     usual: Sequence[object],
-    logs: Sequence[Path],
+    recordings: Sequence[object],
 ) -> None:
     """Tell the next step: the usual one only where nothing speaks against the result.
 
@@ -173,14 +176,31 @@ def next_after(
         verdict: on the recordings.
         remarks: of the result file.
         usual: the command that follows a trustworthy result.
-        logs: the recordings.
+        recordings: with the options that say how they are read.
     """
     if verdict == "trustworthy":
         next_step(*usual)
     elif speaks_against_input(remarks):
         next_step(CORRECTED)
     else:
-        next_step("ident gap", *logs)
+        next_step("ident gap", *recordings)
+
+
+def with_input(logs: Sequence[Path], robot: Path | None, reading: "Reading") -> list[object]:
+    """The recordings, and the options that say how they are read, as they are typed."""
+    usual = type(reading)()
+    words = list[object](logs)
+    if robot is not None:
+        words += ["--robot", robot]
+    if reading.joint_states != usual.joint_states:
+        words += ["--joint-states", reading.joint_states]
+    if reading.joint_commands != usual.joint_commands:
+        words += ["--joint-commands", reading.joint_commands]
+    if reading.torque is not None:
+        words += ["--torque", reading.torque]
+    for old, new in reading.rules:
+        words += ["--rename", f"{old}={new}"]
+    return words
 
 
 def speaks_against_input(remarks: Sequence[Mapping[str, Any]]) -> bool:

@@ -1,8 +1,9 @@
 """`ident run`: recordings in; model, numbers, and report out."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -26,6 +27,7 @@ from ident.commands.options import (
     rules_of,
     settings_of,
     verdict_printed,
+    with_input,
 )
 
 
@@ -94,5 +96,17 @@ def run(
                 typer.echo(sentence)
         typer.echo(f"{out / 'report.html'}")
     usual = ["ident validate OTHER.mcap --model", out / "model.yaml"]
-    next_after(content["verdict"], content["remarks"], usual, logs)
+    recordings = with_input(logs, robot, reading)
+    if not effects and _misses_much(content):
+        usual = ["ident gap", *recordings]
+    next_after(content["verdict"], content["remarks"], usual, recordings)
     hold(content["verdict"], strict)
+
+
+def _misses_much(content: Mapping[str, Any]) -> bool:
+    """Whether some joint's torque is so badly predicted that an effect may be missing."""
+    errors = [log["relative_error_percent_by_joint"] for log in content.get("errors", ())]
+    return max((x or 0.0 for joints in errors for x in joints), default=0.0) > _LARGE_PERCENT
+
+
+_LARGE_PERCENT = 25.0  # of a joint's torque

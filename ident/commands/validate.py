@@ -22,6 +22,7 @@ from ident.commands.options import (
     rules_of,
     settings_of,
     verdict_printed,
+    with_input,
 )
 
 
@@ -74,9 +75,10 @@ def validate(
                 f" (raw torque {log['raw_torque']['relative_error_percent']:.2f} %)"
             )
         typer.echo(f"{out / 'report.html'}")
+    recordings = with_input(logs, None, reading)
     if content.get("method") == "simulation":
         usual = ["ident export", model, "--to mjcf --out arm.xml"]
     else:
-        usual = ["ident gap", *logs, "--model", model]
-    next_after(content["verdict"], content["remarks"], usual, logs)
+        usual = ["ident gap", *recordings, "--model", model]
+    next_after(content["verdict"], content["remarks"], usual, recordings)
     hold(content["verdict"], strict)

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -11,10 +12,11 @@ import pytest
 import yaml
 
 from ident.cli import main
-from ident.commands.options import next_after
+from ident.commands.options import next_after, with_input
 from ident.commands.outputs import file_written, folder_written
+from ident.recordings.loading import Reading
 from wamctl.arm import command_line
-from wamctl.arm.command_line import can_missing
+from wamctl.arm.command_line import can_missing, next_step
 from wamctl.arm.config import find_file, load_robot_file, shipped_file
 from wamctl.arm.errors import ConfigurationError, DataError
 
@@ -197,6 +199,16 @@ def remark(code: str, advice: str = "Record again.") -> dict:
 def test_the_next_step_follows_from_the_verdict(verdict, remarks, said, capsys) -> None:
     next_after(verdict, remarks, ["ident validate b.mcap"], [Path("a.mcap")])
     assert capsys.readouterr().err.startswith(f"Next: {said}")
+
+
+def test_the_next_step_can_be_pasted_into_a_shell(capsys) -> None:
+    reading = Reading(joint_states="/arm/states", torque="measured", rules=(("fer", "panda"),))
+    next_step("ident gap", *with_input([Path("my logs/a.mcap")], Path("my arm.urdf"), reading))
+    assert shlex.split(capsys.readouterr().err.removeprefix("Next: ")) == [
+        *("ident", "gap", "my logs/a.mcap", "--robot", "my arm.urdf"),
+        *("--joint-states", "/arm/states", "--torque", "measured", "--rename", "fer=panda"),
+    ]
+    assert with_input([Path("a.mcap")], None, Reading()) == [Path("a.mcap")]
 
 
 def test_a_replaced_file_is_kept_beside(tmp_path, capsys) -> None:

@@ -2,9 +2,11 @@
 
 import importlib.metadata
 import os
+import shlex
 import subprocess
 import sys
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -56,9 +58,10 @@ def is_quiet() -> bool:
 
 
 def next_step(*words: object) -> None:
-    """Tell, on standard error, the command that usually comes next."""
+    """Tell, on standard error, the command that usually comes next, ready for a shell."""
     if not is_quiet():
-        sys.stderr.write(f"Next: {' '.join(map(str, words))}\n")
+        quoted = [shlex.quote(str(w)) if isinstance(w, Path) else str(w) for w in words]
+        sys.stderr.write(f"Next: {' '.join(quoted)}\n")
 
 
 def hidden_names(incomplete: str) -> list[str]:
