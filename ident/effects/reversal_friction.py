@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.optimize
+from numpy.typing import NDArray
 
 from ident.effects.bristle import stretch
 from ident.effects.smoothed_segment import DIRECTION_HZ
@@ -18,7 +19,8 @@ from ident.model.fit_filter import ReversalPart
 from ident.signals.arrays import Array
 
 _WIDTHS = (0.001, 0.002, 0.003, 0.0045, 0.0065, 0.009, 0.013, 0.018, 0.026, 0.035)
-_TAILED = (0.001, 0.002, 0.004, 0.008)
+_TAILED = (0.001, 0.002, 0.004, 0.008, 0.016, 0.022)
+_LONG_TAIL = 0.01
 _DISTANCES = (1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3)
 _USUAL_WIDTH = 0.0065
 _NARROW = 0.0045  # [rad/s]: for other speeds, where the joint itself turns round by distance only
@@ -73,6 +75,9 @@ BASIS = (
     *(SmoothedSign(d, None) for d in _DISTANCES),
 )
 """What is mixed."""
+
+ENDING = np.array([not t.tailed or t.scale < _LONG_TAIL for t in BASIS])
+"""Those without a long tail: it would make up for the form of any effect over the speed."""
 
 USUAL = np.array([float(t == SmoothedSign(_USUAL_WIDTH, 1)) for t in BASIS])
 """Where the choice begins."""
@@ -142,13 +147,18 @@ class MaxwellSlipMixture:
         return np.sum([p / total * t.along(speed) for p, t in turnings], axis=0)
 
 
-def best_mixture(products: Array, right: Array) -> tuple[Array, float]:
+def best_mixture(
+    products: Array, right: Array, usable: NDArray[np.bool_] | None = None
+) -> tuple[Array, float]:
     """The weights, none below zero, that explain most, and half the drop of the squares.
 
     Args:
         products: inner products of all curves, shape (T, T).
         right: with the torque, shape (T,).
+        usable: the curves that may be mixed, shape (T,); None: all.
     """
+    if usable is not None:
+        products, right = products * usable * usable[:, None], right * usable
     square = np.diag(products)
     scale = np.sqrt(np.where(square > 0.0, square, np.inf))
     scaled = products / scale[:, None] / scale

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.effects.reversal_friction import BASIS, SmoothedSign
+from ident.effects.reversal_friction import BASIS, ENDING, SmoothedSign
 from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset
 from ident.signals.arrays import Array
@@ -19,7 +19,9 @@ _DIFFERENTIATION = (4.0, 25.0)
 _ENERGY = 0.99
 _MOST_SAMPLES = 1 << 16
 
-CURVES = tuple(curve for curve in BASIS if curve.cutoff in (None, 1))
+CURVES = tuple(
+    curve for curve, ends in zip(BASIS, ENDING, strict=True) if ends and curve.cutoff in (None, 1)
+)
 """Curves of distance, and those of one of the velocities: after the rows' low-pass, which leaves
 out what is as fast as the difference between them, the others explain nothing more."""
 

@@ -12,7 +12,7 @@ from ident.effects.reversal_friction import SLOW, USUAL, MaxwellSlipMixture, rev
 from ident.gap.data.segments import SEARCHED
 from ident.gap.regression.design_matrix import DesignMatrix, build_design_matrix
 from ident.gap.regression.model_columns import ModelStructure
-from ident.gap.regression.reversal_curves import fit_reversal_curves
+from ident.gap.regression.reversal_curves import curves_beside, fit_reversal_curves
 from ident.gap.regression.rows import WindowedRows
 from ident.gap.regression.weighted_fit import Fit
 from ident.signals.arrays import Array
@@ -64,7 +64,9 @@ def _converged(rows: WindowedRows, current: CurrentFit) -> CurrentFit:
         slow = current.model.slow
         design = current.design(rows)
         found = fit_reversal_curves(
-            design.equations.of(SEARCHED), design.structure(current.model.shapes)
+            design.equations.of(SEARCHED),
+            design.structure(current.model.shapes),
+            curves_beside(current.accepted, len(slow)),
         )
         least = slow if iteration > 1 else np.zeros_like(slow)
         model = _updated(rows, current, found, least)

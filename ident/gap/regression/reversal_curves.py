@@ -1,8 +1,14 @@
 """Reversal curves of dry friction, chosen joint by joint to leave the smallest residual."""
 
-import numpy as np
+from collections.abc import Sequence
 
-from ident.effects.reversal_friction import best_mixture, parts_of
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.effects.candidate import Candidate
+from ident.effects.catalogue import catalogue
+from ident.effects.effect import FormUncertainty
+from ident.effects.reversal_friction import ENDING, best_mixture, parts_of
 from ident.gap.regression.model_columns import ModelStructure, joint_columns
 from ident.gap.regression.normal_equations import NormalEquations
 from ident.gap.regression.projection import project_off_with_torque
@@ -14,8 +20,29 @@ _CONVERGED = 0.01  # change of a share
 _ABSORBED = 1e-6  # of a column's square: less is rounding
 
 
-def fit_reversal_curves(equations: NormalEquations, structure: ModelStructure) -> Fit:
-    """The fit with the best mixture of reversal curves on each joint."""
+def curves_beside(effects: Sequence[Candidate], dof: int) -> NDArray[np.bool_]:
+    """The curves that a joint's friction may be mixed of beside some effects, shape (n, T).
+
+    A long tail and an effect that is a curve over the speed itself explain the same: one or the
+    other.
+    """
+    usable = np.ones((dof, len(ENDING)), dtype=bool)
+    for h in effects:
+        if catalogue()[h.effect].form_uncertainty is FormUncertainty.SPEED:
+            usable[list(h.joints)] = ENDING
+    return usable
+
+
+def fit_reversal_curves(
+    equations: NormalEquations, structure: ModelStructure, usable: NDArray[np.bool_]
+) -> Fit:
+    """The fit with the best mixture of reversal curves on each joint.
+
+    Args:
+        equations: inner products of the data to use, as one fold.
+        structure: the model's columns.
+        usable: curves that may be mixed, shape (n, T).
+    """
     found = fit(equations, structure)
     for _ in range(_ROUNDS):
         shapes = found.structure.shapes.copy()
@@ -23,7 +50,7 @@ def fit_reversal_curves(equations: NormalEquations, structure: ModelStructure) -
             if equations.counts[j].sum() > 0:
                 count = equations.layouts[j].reversals
                 reduced, torque = orthogonalised(equations, found, j)
-                weights, _ = best_mixture(reduced[:count, :count], torque[:count])
+                weights, _ = best_mixture(reduced[:count, :count], torque[:count], usable[j])
                 shapes[j] = parts_of(weights, shapes[j])
         change = np.abs(shapes - found.structure.shapes).max()
         found = fit(equations, ModelStructure(shapes, structure.effects), found.sigma)

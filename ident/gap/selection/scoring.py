@@ -8,6 +8,7 @@ each effect and place are then fitted exactly.
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
@@ -15,7 +16,7 @@ from ident.effects.reversal_friction import best_mixture, parts_of
 from ident.gap.regression.design_matrix import DesignMatrix
 from ident.gap.regression.model_columns import ColumnIndex, ModelStructure, joint_columns
 from ident.gap.regression.projection import project_off
-from ident.gap.regression.reversal_curves import orthogonalised
+from ident.gap.regression.reversal_curves import curves_beside, orthogonalised
 from ident.gap.regression.stacked_equations import StackedEquations, stacked
 from ident.gap.regression.weighted_fit import Fit, fit_stacked
 from ident.gap.settings import Scoring
@@ -100,14 +101,17 @@ def _shortlist(
     design: DesignMatrix, now: Fit, joint: int, settings: Scoring, exact: int
 ) -> list[tuple[int, ModelStructure]]:
     """The most promising candidates on one joint, each with its best reversal curves."""
-    equations, layout = design.equations, design.layouts[joint]
+    equations = design.equations
     reduced, torque = orthogonalised(equations, now, joint)
     own = now.structure.shapes[joint]
-    alone = best_mixture(reduced[: len(own), : len(own)], torque[: len(own)])[1]
+    accepted, dof = design.effects[: design.accepted], equations.dof
+    usable = curves_beside(accepted, dof)[joint]
+    alone = best_mixture(reduced[: len(own), : len(own)], torque[: len(own)], usable)[1]
     by_effect: dict[str, list[tuple[float, int, Array]]] = {}
     for i, h in enumerate(design.effects):
         if i >= design.accepted and h.rows == (joint,):
-            gain, weights = _gain_with(reduced, torque, layout.reversals, design.index[i], h)
+            beside = curves_beside((*accepted, h), dof)[joint]
+            gain, weights = _gain_with(reduced, torque, beside, design.index[i], h)
             by_effect.setdefault(h.effect, []).append((gain - alone, i, weights))
     short = []
     rows = int(equations.counts[joint].sum())
@@ -120,20 +124,25 @@ def _shortlist(
 
 
 def _gain_with(
-    reduced: Array, torque: Array, reversals: int, index: ColumnIndex, candidate: Candidate
+    reduced: Array,
+    torque: Array,
+    usable: NDArray[np.bool_],
+    index: ColumnIndex,
+    candidate: Candidate,
 ) -> tuple[float, Array]:
     """Half the drop of weighted squares with a candidate and its best reversal curves.
 
     Args:
         reduced: inner products of a joint's curves and candidates, all else projected off.
         torque: the same with the torque.
-        reversals: number of reversal curves T.
+        usable: reversal curves that may be mixed beside it, shape (T,).
         index: the candidate's columns.
         candidate: what they are.
 
     Returns:
         the drop, zero for coefficients outside their bounds, and the curves' weights, shape (T,).
     """
+    reversals = len(usable)
     own = reversals + index.starts[0] + np.arange(index.width)
     inner = reduced[np.ix_(own, own)]
     nothing = 0.0, np.zeros(reversals)
@@ -145,6 +154,7 @@ def _gain_with(
     weights, drop = best_mixture(
         reduced[:reversals, :reversals] - across @ back[:, :-1],
         torque[:reversals] - across @ back[:, -1],
+        usable,
     )
     values = back[:, -1] - back[:, :-1] @ weights
     if not _within_bounds(values, candidate):

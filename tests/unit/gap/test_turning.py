@@ -45,6 +45,12 @@ def test_friction_that_never_quite_ends_its_turn_is_one():
     assert mixture.width > 0.02
 
 
+@pytest.mark.parametrize("width", [0.004, 0.012])
+def test_a_tail_that_falls_as_one_over_speed_is_no_drag(width):
+    _, error = mixed(0.7 * SPEED / (width + np.abs(SPEED)))
+    assert error < 0.003
+
+
 def test_drag_that_rises_as_a_root_of_speed_is_none():
     _, error = mixed(np.sign(SPEED) * (1.0 + 2.0 * np.abs(SPEED) ** 0.5))
     assert error > 0.05
