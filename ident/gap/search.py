@@ -114,9 +114,15 @@ def _in_model_or_not(
 
 
 def rows_of(source: Experiment, options: Options) -> WindowedRows:
-    """Windowed torque and nominal columns of all recordings."""
-    rate = source.datasets[0].rate_hz
+    """Windowed torque and nominal columns of all recordings.
+
+    A reference model's error is known below the cut-off of its fit only: above it, what the model
+    always lacked would pass for a change.
+    """
+    rate, model = source.datasets[0].rate_hz, source.reference_model
     highest = options.settings.scoring.max_cutoff_share * rate
+    if model is not None:
+        highest = min(highest, model.filter.cutoff_hz)
     windows = windows_for(rate, min(options.cutoff_hz, highest))
     parts = segments(source.datasets, windows)
     reference = reference_torque(source)

@@ -88,6 +88,19 @@ def test_xmate7p_beside_the_named_effects_ols_is_nowhere_ahead(real_data, tmp_pa
     assert errors[1]["feasible"] < 0.98 * errors[1]["ols"]
 
 
+def test_xmate7p_the_same_motion_again_has_no_change(real_data, tmp_path):
+    """What a model lacks above the cut-off of its fit, it lacked before: that is no change."""
+    folder = real_data / "xmate7p"
+    first, again = [
+        log_of(folder / f"traj1_{p}per_50Hz.csv", "xmate7p-map.yaml", tmp_path) for p in (1, 3)
+    ]
+    command("run", first, "--out", tmp_path / "model")
+    known = ["--model", tmp_path / "model" / "model.yaml"]
+    command("gap", again, *known, "--out", tmp_path / "gap")
+    found = json.loads((tmp_path / "gap" / "gap.json").read_text())
+    assert found["effects"] == []
+
+
 def test_barrett_wam_two_joints(real_data, tmp_path):
     table = real_data / "barrett_wam7_2dof" / "state_and_gravity_250Hz.csv"
     log = log_of(table, "barrett_wam7_2dof-map.yaml", tmp_path)
