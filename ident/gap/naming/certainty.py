@@ -18,7 +18,11 @@ from ident.gap.data.segments import FOLDS
 from ident.gap.naming.across_recordings import across_recordings, with_spread
 from ident.gap.regression.design_matrix import DesignMatrix
 from ident.gap.regression.weighted_fit import Fit, fit, mean_squares
-from ident.gap.selection.estimates import final_estimates
+from ident.gap.selection.estimates import (
+    estimates_with_fixed_parameters,
+    final_estimates,
+    free_parameters,
+)
 from ident.gap.selection.state import AcceptedEffect, Place, SelectionState
 from ident.gap.settings import GapSettings, Naming
 from ident.signals.arrays import Array
@@ -37,6 +41,7 @@ class Certainty:
         residual: rms residual of that joint away from its reversals [N m].
         across: gain on recordings that it was not fitted to [nats per sample]; None for one
             recording.
+        held: its size in standard deviations with its nonlinear parameters held; None without any.
     """
 
     deviations: float
@@ -46,6 +51,18 @@ class Certainty:
     friction: float
     residual: float
     across: float | None = None
+    held: float | None = None
+
+    def is_there(self, settings: GapSettings) -> bool:
+        """Whether all that is unsure is how large it is.
+
+        A size that trades with a nonlinear parameter may be as uncertain as it is large, in the one
+        way of writing the effect and not in another. That it is not zero is told with the parameter
+        held, by a stricter bound.
+        """
+        if self.held is None or self.held < settings.significance.z_fixed_settings:
+            return False
+        return not replace(self, deviations=self.held).doubt(settings.naming)
 
     def doubt(self, asked: Naming) -> str:
         """Why it may not be named, in half a sentence; empty if it may."""
@@ -104,13 +121,17 @@ def set_apart(
     """The effects that are sure, with the model that they stand in, and the others.
 
     The others leave one at a time, the least sure first, since the rest may be surer without it.
-    One beside which another effect is sure, and without which it would not be, stays in the model.
+    One beside which another effect is sure, and without which it would not be, stays in the model,
+    and so does one of which only the size is unsure.
     """
     apart: list[Suspected] = []
     needed: set[Place] = set()
     found = _judged(source, state, settings)
     while unsure := [s for s in found if s.doubt and s.effect.place not in needed]:
         worst = min(unsure, key=lambda s: s.certainty.deviations)
+        if worst.certainty.is_there(settings):
+            needed.add(worst.effect.place)
+            continue
         without = state.with_only([s.effect for s in found if s is not worst])
         again = _judged(source, without, settings)
         sure = {s.effect.place for s in found if not s.doubt}
@@ -171,6 +192,10 @@ def certainties(
     design = replace(end, accepted=final.effects).design(rows)
     across = across_recordings(design, rows, final.fit, settings.cross_validation)
     resolution = torque_resolution(source)
+    fixed: Sequence[dict[str, Value]] = []
+    if any(map(free_parameters, final.effects)):
+        tuned = replace(end, accepted=final.effects)
+        fixed = estimates_with_fixed_parameters(rows, tuned, settings.significance)
     judged = []
     for i, (h, values) in enumerate(zip(final.effects, final.parameters, strict=True)):
         wider = with_spread(h, values, across[i])
@@ -185,6 +210,7 @@ def certainties(
             friction,
             float(np.sqrt(mean_squares(final.fit)[at])),
             across[i].gain,
+            deviations(h, with_spread(h, fixed[i], across[i])) if free_parameters(h) else None,
         )
         judged.append((wider, certainty))
     return judged

@@ -49,7 +49,7 @@ def final_estimates(
         accepted: the same effects with their other forms, in the same order: where the data cannot
             tell the forms apart, standard errors span them.
     """
-    free = [_free(h) for h in end.accepted]
+    free = [free_parameters(h) for h in end.accepted]
     effects = end.accepted
     at = linearised(rows, end, effects, free)
     if any(free):
@@ -151,7 +151,7 @@ def _sizes(score: Score) -> dict[str, float]:
     return dict(zip(names, map(float, score.values), strict=True)) | score.candidate.numbers
 
 
-def _free(h: Candidate) -> tuple[str, ...]:
+def free_parameters(h: Candidate) -> tuple[str, ...]:
     """Nonlinear parameters that are estimated from the data, not chosen from a list."""
     return tuple(
         p.name

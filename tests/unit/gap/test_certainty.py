@@ -13,7 +13,14 @@ from ident.gap.data.experiment import base_columns, facts_of
 from ident.gap.data.segments import segments
 from ident.gap.data.windows import windows_for
 from ident.gap.naming.across_recordings import Across, with_spread
-from ident.gap.naming.certainty import Certainty, Suspected, deviations, set_apart, sure_in_the_end
+from ident.gap.naming.certainty import (
+    Certainty,
+    Suspected,
+    certainties,
+    deviations,
+    set_apart,
+    sure_in_the_end,
+)
 from ident.gap.naming.dependence import dependences
 from ident.gap.naming.terms_on_demand import terms_on_demand
 from ident.gap.regression.current_model import extend, nominal_fit
@@ -143,6 +150,39 @@ def test_an_effect_without_which_a_sure_one_would_fall_stays_in_the_model(
     kept, apart = set_apart(*two_accepted, SETTINGS)
     assert [a.candidate.effect for a in kept.accepted] == ["torque_offset", "nonlinear_viscous"]
     assert [(s.candidate.effect, s.in_model) for s in apart] == [("nonlinear_viscous", True)]
+
+
+@pytest.mark.parametrize(
+    ("change", "stands"),
+    [
+        ({"held": 9.7}, True),
+        ({"held": 7.0}, False),
+        ({"held": None}, False),
+        ({"held": 9.7, "peak": 0.05}, False),
+        ({"held": 9.7, "across": -0.1}, False),
+    ],
+)
+def test_an_effect_of_which_only_the_size_is_unsure_stands_in_the_model(
+    two_accepted, monkeypatch, change, stands
+):
+    source, state = two_accepted
+    drag = replace(SURE, deviations=1.2, **change)
+
+    def judged(source, state, settings):
+        return [({}, drag if a.place[0] == "nonlinear_viscous" else SURE) for a in state.accepted]
+
+    monkeypatch.setattr("ident.gap.naming.certainty.certainties", judged)
+    kept, apart = set_apart(source, state, SETTINGS)
+    assert [s.candidate.effect for s in apart] == ["nonlinear_viscous"]
+    assert (len(kept.accepted) == 2) is apart[0].in_model is stands
+
+
+@pytest.mark.parametrize(("drag", "there"), [(0.0, False), (0.3, True)])
+def test_with_its_power_held_a_drag_is_there_or_not(source, plain, drag, there):
+    judged = certainties(*beside_an_offset(source, plain, "nonlinear_viscous", drag), SETTINGS)
+    (_, offset), (_, found) = judged
+    assert offset.held is None
+    assert (found.held > SETTINGS.significance.z_fixed_settings) is there
 
 
 def test_what_a_term_on_demand_makes_unsure_loses_its_name_and_stays(two_accepted, monkeypatch):
