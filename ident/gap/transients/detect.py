@@ -149,19 +149,17 @@ def _reach(x: Array, chosen: NDArray[np.bool_]) -> float:
 def _affected(
     left: Sequence[Residual], usual: Fit, chosen: NDArray[np.bool_], settings: Transients
 ) -> tuple[tuple[int, ...], Array]:
-    """Joints with a loud residual while they slide, and its mean on each joint [N m], shape (n,).
+    """Joints with a loud residual while they slide, and its mean on each of them [N m].
 
     A joint at rest tells nothing: dry friction answers a push up to its own size.
     """
     noise = _noise(usual, settings)[:, int(Region.SLIDING)]
-    joints, torque = [], np.zeros(len(left))
+    torque = {}
     for j, r in enumerate(left):
         inside = r.values[chosen & _slides(r)] if len(r.values) else r.values
-        if len(inside):
-            torque[j] = inside.mean()
-            if _mean_square(inside) > settings.loudness * noise[j] ** 2:
-                joints.append(j)
-    return tuple(joints), torque
+        if len(inside) and _mean_square(inside) > settings.loudness * noise[j] ** 2:
+            torque[j] = float(inside.mean())
+    return tuple(torque), np.array(list(torque.values()))
 
 
 def _slides(r: Residual) -> NDArray[np.bool_]:

@@ -83,4 +83,4 @@ def test_a_joint_is_affected_where_it_slides_and_by_torque_that_counts(monkeypat
     event = replace(PUSH, rows=np.array([False, True, True, False]))
     (told,) = with_affected_joints(None, [event], current, SETTINGS)
     assert told.joints == (0,)
-    assert told.torque[0] == 2.0
+    assert told.torque.tolist() == [2.0]  # of each joint that is told
