@@ -9,15 +9,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import pinocchio as pin
 
 from ident.dynamics.base_parameters import BaseMap, base_map, whole_range
-from ident.dynamics.compiled_chain import Chain, chain_of, torques
 from ident.dynamics.regressor import Motion
 from ident.model.arm import Arm
 from ident.signals.arrays import Array
-from wamctl.arm.robot import cad_parameters
+from wamctl.arm.robot import Robot
 
-_STEP_RAD = 1e-6
 _SPEED = 1  # which of the filtered velocities friction's direction follows
 
 
@@ -42,24 +41,19 @@ class Name:
 class ZeroColumns:
     """Torque per turn of each joint's zero: the slope of CAD's torque, shape (S, n, n)."""
 
-    chain: Chain
-    delta: Array
+    robot: Robot
 
     @property
     def count(self) -> int:
         """Number of joints n."""
-        return len(self.chain.sliding)
+        return self.robot.dof
 
     def __call__(self, motion: Motion) -> Array:
-        """Differences of the inverse dynamics."""
-        q, qd, qdd = (np.ascontiguousarray(a) for a in (motion.q, motion.qd, motion.qdd))
-        here = torques(self.chain, self.delta, q, qd, qdd)
-        result = np.empty((*q.shape, self.count))
-        for j in range(self.count):
-            turned = q.copy()
-            turned[:, j] += _STEP_RAD
-            moved = torques(self.chain, self.delta, turned, qd, qdd)
-            result[:, :, j] = (moved - here) / _STEP_RAD
+        """Derivatives of the inverse dynamics (Carpentier, Mansard 2018, by Pinocchio)."""
+        model, data = self.robot.model, self.robot.data()
+        result = np.empty((*motion.q.shape, self.count))
+        for s, sample in enumerate(zip(motion.q, motion.qd, motion.qdd, strict=True)):
+            result[s] = pin.computeRNEADerivatives(model, data, *sample)[0]
         return result
 
 
@@ -101,7 +95,7 @@ class Columns:
     @cached_property
     def further(self) -> ZeroColumns:
         """The columns of the joints' zeros."""
-        return ZeroColumns(chain_of(self.arm.robot), cad_parameters(self.arm.robot))
+        return ZeroColumns(self.arm.robot)
 
     @property
     def curves(self) -> tuple[FadingSign, ...]:

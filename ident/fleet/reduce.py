@@ -25,7 +25,7 @@ from wamctl.arm.errors import UserError
 
 Array = NDArray
 
-VERSION = 2
+VERSION = 3
 """Of the reduction: logs that another one has reduced are reduced again."""
 
 _MOST_ROWS = 4000  # gathered before they become a triangle

@@ -1,7 +1,8 @@
 #!/usr/bin/env -S .venv/bin/python
 """Makes a fleet: arms of one type with scatter, a short ordinary motion a day, planted changes.
 
-Usage: scripts/benchmarks/fleet_maker.py OUT [--arms 200] [--days 50] [--changed 0.01] [--seed 0]
+Usage: scripts/benchmarks/fleet_maker.py OUT [--arms 200] [--days 50] [--changed 0.01]
+           [--moves 14] [--seed 0]
 
 Torque is Pinocchio's inverse dynamics along point-to-point moves as a servo follows them, plus
 friction of a form of its own, plus noise: nothing of `ident` takes part. What was planted stands in
@@ -25,7 +26,6 @@ from wamctl.arm.robot import load_robot
 Array = NDArray[np.floating]
 
 RATE_HZ = 250.0
-MOVES = 14
 FIRST_DAY_NS = 1_767_254_400_000_000_000  # 2026-01-01 08:00 UTC
 DAY_NS = 86_400_000_000_000
 KINDS = ("friction", "stribeck", "payload", "zero")
@@ -166,6 +166,7 @@ def main() -> None:
     parser.add_argument("--arms", type=int, default=200)
     parser.add_argument("--days", type=int, default=50)
     parser.add_argument("--changed", type=float, default=0.01, help="share of the arms")
+    parser.add_argument("--moves", type=int, default=14, help="of a log, two seconds each")
     parser.add_argument("--seed", type=int, default=0)
     given = parser.parse_args()
     robot = load_robot(
@@ -184,7 +185,7 @@ def main() -> None:
             from_day = int(own.integers(given.days // 4, max(given.days - 10, 2)))
             after, what = changed(truth, kind, int(own.integers(0, 6)), own)
             planted.append({"arm": name, "kind": kind, "day": from_day, **what})
-        route = CENTRE + REACH * own.uniform(-1, 1, (MOVES, len(CENTRE)))
+        route = CENTRE + REACH * own.uniform(-1, 1, (given.moves, len(CENTRE)))
         for day in range(given.days):
             degrees = 24.0 + 5.0 * np.sin(day / 9.0) + 3.0 * own.standard_normal()
             path = given.out / "logs" / name / f"{day:04d}.mcap"
