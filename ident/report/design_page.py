@@ -24,7 +24,6 @@ _SIGNS = (
     Sign(PURPLE, "down"),
 )
 _NEAREST = 8
-_DESIGN = ("ident", "design", "--config", "ARM.yaml", "--start", "TRAJECTORY.yaml")
 
 
 @dataclass(frozen=True)
@@ -37,6 +36,7 @@ class DesignReport:
         quantities: all that is limited, along one period.
         t: times of those samples, shape (S,) [s].
         content: `seconds` and `provenance`, where there are any.
+        files: the arm's file and the trajectory's, as commands take them.
     """
 
     arm: str
@@ -44,6 +44,7 @@ class DesignReport:
     quantities: Sequence[Quantity]
     t: Array
     content: Mapping[str, Any]
+    files: tuple[str, str] = ("ARM.yaml", "trajectory.yaml")
 
     def per_joint(self, unit: str | None = None) -> list[Quantity]:
         """What each joint or motor has, perhaps only what is measured in one unit."""
@@ -77,6 +78,7 @@ def design_page(report: DesignReport) -> Page:
         Section("Distance between the arm's bodies", _distance(report)),
         provenance_section(report.content),
     ]
+    config, file = report.files
     return Page(
         command="ident design",
         title=f"{report.arm}: excitation trajectory",
@@ -84,10 +86,13 @@ def design_page(report: DesignReport) -> Page:
         figures=_figures(report),
         sections=[s for s in sections if s.blocks],
         steps=[
-            Step("See the arm move along it:", [*_DESIGN, "--view"]),
+            Step(
+                "See the arm move along it:",
+                ["ident", "design", "--config", config, "--start", file, "--view"],
+            ),
             Step(
                 "Run it; the arm moves only after you confirm with its name:",
-                ["wamctl", "excite", "--config", "ARM.yaml", "--trajectory", "TRAJECTORY.yaml"],
+                ["wamctl", "excite", "--config", config, "--trajectory", file],
             ),
             Step("Then identify the arm:", ["ident", "run", "LOG.mcap"]),
         ],

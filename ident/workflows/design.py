@@ -131,7 +131,8 @@ def report_beside(found: Design, config: Path, out: Path, settings: dict[str, An
     """
     arm = arm_from_file(find_file(config), ())
     content = {"provenance": provenance(arm, []) | {"settings": settings}}
-    report = DesignReport(arm.name, found.trajectory, found.quantities, found.t, content)
+    files = str(config), out.name
+    report = DesignReport(arm.name, found.trajectory, found.quantities, found.t, content, files)
     return _page(out.with_suffix(".html"), render(design_page(report)))
 
 

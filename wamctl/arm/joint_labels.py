@@ -18,6 +18,11 @@ def joint_labels(names: Sequence[str]) -> list[str]:
     ]
 
 
+def numbered_joints(names: Sequence[str]) -> list[str]:
+    """Each joint as a sentence names it: `joint 4 (elbow pitch)`."""
+    return [joints_text([label]) for label in joint_labels(names)]
+
+
 def joints_text(labels: Sequence[str]) -> str:
     """Joints by their labels in a sentence: `joints 2 (lift) and 3`."""
     names = []

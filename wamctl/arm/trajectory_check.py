@@ -7,6 +7,7 @@ import numpy as np
 from wamctl.arm.arrays import Array
 from wamctl.arm.collision import CollisionShapes, collision_shapes, distances
 from wamctl.arm.config import ArmFile, LimitsSection
+from wamctl.arm.joint_labels import numbered_joints
 from wamctl.arm.motion import kinetic_energy, point_speeds
 from wamctl.arm.robot import Robot, inverse_dynamics
 from wamctl.arm.trajectory import Reference, Trajectory, reference
@@ -22,7 +23,7 @@ class Quantity:
     Attributes:
         name: what it is, such as `velocity`.
         unit: its unit.
-        subjects: what has it, m names such as `joint 4 (wam/elbow_pitch_joint)`.
+        subjects: what has it, m names such as `joint 4 (elbow pitch)`.
         values: shape (S, m).
         lower, upper: bounds, shape (m,); infinite where there is none.
     """
@@ -95,7 +96,7 @@ def quantities(
         shapes: its collision shapes.
         motion: the motion on an even grid.
     """
-    joints = tuple(f"joint {k} ({name})" for k, name in enumerate(robot.joint_names, 1))
+    joints = tuple(numbered_joints(robot.joint_names))
     motors = tuple(f"motor {k}" for k in range(1, robot.dof + 1))
     frames = (limits.elbow_frame, limits.tool_frame)
     points = (f"elbow ({limits.elbow_frame})", f"tool ({limits.tool_frame})")

@@ -12,6 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from wamctl.arm.control import Setpoint
+from wamctl.arm.joint_labels import numbered_joints
 from wamctl.arm.trajectory_check import expected_friction
 from wamctl.errors import SafetyStopError
 from wamctl.experiment.loop import Arm, Array, CheckLevel, Loop
@@ -231,7 +232,7 @@ def _cycle(
             if np.count_nonzero(value > most):
                 k = int(np.argmax(value / most))
                 raise SafetyStopError(
-                    f"joint {k + 1} ({arm.robot.joint_names[k]}) {did.format(value[k])} while it "
+                    f"{numbered_joints(arm.robot.joint_names)[k]} {did.format(value[k])} while it "
                     f"was held (limit {most[k]:.3f} {unit}): look at signs, ratios and assignment "
                     "of its motors, and at the load",
                     brakes=False,

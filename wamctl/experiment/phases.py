@@ -7,6 +7,7 @@ import numpy as np
 
 from wamctl.arm.collision import collision_shapes
 from wamctl.arm.control import Setpoint
+from wamctl.arm.joint_labels import numbered_joints
 from wamctl.arm.motion import brake, move
 from wamctl.arm.trajectory import Reference
 from wamctl.arm.trajectory_check import quantities, violations
@@ -77,8 +78,9 @@ def check_rest(planned: Array, measured: Array, names: Sequence[str]) -> None:
 
 
 def _moved(planned: Array, measured: Array, names: Sequence[str]) -> list[str]:
+    labels = numbered_joints(names)
     return [
-        f"joint {k + 1} ({names[k]}) stands at {measured[k]:+.3f} rad and stood at "
+        f"{labels[k]} stands at {measured[k]:+.3f} rad and stood at "
         f"{planned[k]:+.3f} rad (limit {AT_REST_RAD:g} rad)"
         for k in np.flatnonzero(~(np.abs(measured - planned) <= AT_REST_RAD)).tolist()
     ]

@@ -9,6 +9,7 @@ from typing import TypeVar
 from wamctl.arm.config import ArmFile, CanopenDrivesSection, beside, find_file, load_arm_file
 from wamctl.arm.control import computed_torque
 from wamctl.arm.errors import ConfigurationError
+from wamctl.arm.joint_labels import numbered_joints
 from wamctl.arm.robot import Robot, load_robot
 from wamctl.arm.trajectory import Reference, Trajectory, read_trajectory, reference
 from wamctl.arm.trajectory_check import check_trajectory
@@ -157,9 +158,8 @@ def _drive_faults(file: ArmFile, drives: CanopenDrivesSection) -> list[str]:
 def _weight_faults(robot: Robot) -> list[str]:
     """Links that the gravity model does not carry."""
     return [
-        f"robot.urdf: the link behind joint {k} ({name}) has no mass, so that its weight would not "
-        "be carried"
-        for k, name in enumerate(robot.joint_names, 1)
+        f"robot.urdf: the link behind {name} has no mass, so that its weight would not be carried"
+        for k, name in enumerate(numbered_joints(robot.joint_names), 1)
         if not robot.model.inertias[k].mass > 0.0
     ]
 

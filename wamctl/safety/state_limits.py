@@ -8,6 +8,7 @@ import pinocchio as pin
 from wamctl.arm.arrays import Array
 from wamctl.arm.config import ArmFile
 from wamctl.arm.control import Setpoint
+from wamctl.arm.joint_labels import numbered_joints
 from wamctl.arm.robot import Robot
 from wamctl.arm.transmission import Transmission
 from wamctl.errors import SafetyStopError
@@ -30,7 +31,7 @@ class StateLimits:
         limits, safety = arm.limits, arm.safety
         velocity = np.array(limits.velocity_rad_s) * safety.velocity_margin
         margin, tracking = safety.position_margin_rad, np.array(safety.tracking_error_rad)
-        self._names = robot.joint_names
+        self._names = numbered_joints(robot.joint_names)
         self._lower = np.concatenate([np.array(limits.position_lower_rad) - margin, -velocity])
         self._upper = np.concatenate([np.array(limits.position_upper_rad) + margin, velocity])
         self._values = np.empty_like(self._lower)
@@ -114,7 +115,7 @@ class StateLimits:
         if np.count_nonzero(error > self._tracking):
             k = int(np.argmax(error / self._tracking))
             raise SafetyStopError(
-                f"tracking error of joint {k + 1} ({self._names[k]}) is {error[k]:.3f} rad, above "
+                f"tracking error of {self._names[k]} is {error[k]:.3f} rad, above "
                 f"its limit of {self._tracking[k]:.3f} rad"
             )
         reference = self._transmission.motor_angle(wanted.q)
@@ -135,6 +136,6 @@ class StateLimits:
         value, below = values[place], values[place] < self._lower[place]
         bound = self._lower[place] if below else self._upper[place]
         return SafetyStopError(
-            f"{what} of joint {place % n + 1} ({self._names[place % n]}) is {value:.3f} {unit}, "
+            f"{what} of {self._names[place % n]} is {value:.3f} {unit}, "
             f"{'below' if below else 'above'} its limit of {bound:.3f} {unit}"
         )

@@ -110,7 +110,7 @@ def test_an_arm_that_is_moved_while_the_operator_is_asked_is_refused(serve_arms)
         done = arm.excite(confirm=move)
     assert done.error is not None
     assert done.error.exit_code == 5
-    assert "joint 2 (wam/shoulder_pitch_joint) stands at -0.900 rad" in str(done.error)
+    assert "joint 2 (shoulder pitch) stands at -0.900 rad" in str(done.error)
     assert done.recording is None
 
 

@@ -67,7 +67,7 @@ def test_position_names_joint_value_and_bound(place: DesignTask, shipped: Trajec
         place.arm, place.robot, resting(shipped, [0.0, 0.0, 0.0, 1.5, 0.0, 0.0, 3.25])
     )
     assert found == [
-        "position of joint 7 (wam/palm_yaw_joint) is 3.25 rad at 0.000 s, above its limit of 3 rad"
+        "position of joint 7 (palm yaw) is 3.25 rad at 0.000 s, above its limit of 3 rad"
     ]
 
 
@@ -83,9 +83,9 @@ def test_bodies_too_near_are_named(place: DesignTask, shipped: Trajectory) -> No
 @pytest.mark.parametrize(
     ("limit", "value", "start"),
     [
-        ("velocity_rad_s", (0.3,) * 7, "velocity of joint 1 (wam/base_yaw_joint) is "),
-        ("acceleration_rad_s2", (0.3,) * 7, "acceleration of joint 1 (wam/base_yaw_joint) is "),
-        ("jerk_rad_s3", (0.3,) * 7, "jerk of joint 1 (wam/base_yaw_joint) is "),
+        ("velocity_rad_s", (0.3,) * 7, "velocity of joint 1 (base yaw) is "),
+        ("acceleration_rad_s2", (0.3,) * 7, "acceleration of joint 1 (base yaw) is "),
+        ("jerk_rad_s3", (0.3,) * 7, "jerk of joint 1 (base yaw) is "),
         ("motor_torque_nm", (0.004,) * 7, "torque of motor 1 is "),
         ("motor_torque_slew_nm_s", (1e-4,) * 7, "torque slew of motor 1 is "),
         ("elbow_speed_m_s", 0.2, "speed of elbow (wam/link4) is "),

@@ -153,6 +153,6 @@ def test_a_start_beyond_the_limits_is_refused(wam):
         experiment.plan(wam, lost, rig.motion.excitation)
     assert str(refused.value) == (
         "The move from the resting pose to the start of the excitation is refused, and no drive "
-        "was enabled: position of joint 7 (wam/palm_yaw_joint) is 3.1 rad at 0.000 s, above its "
+        "was enabled: position of joint 7 (palm yaw) is 3.1 rad at 0.000 s, above its "
         "limit of 3 rad."
     )

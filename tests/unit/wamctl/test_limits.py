@@ -93,7 +93,7 @@ def test_within_the_limits_nothing_happens(wam, guard):
 def test_a_position_beyond_its_limit(wam, guard):
     cause = cause_of(lambda: guard.check(state(wam, moved(3, 3.16))))
     assert cause == (
-        "position of joint 4 (wam/elbow_pitch_joint) is 3.160 rad, above its limit of 3.150 rad",
+        "position of joint 4 (elbow pitch) is 3.160 rad, above its limit of 3.150 rad",
         True,
     )
 
@@ -101,7 +101,7 @@ def test_a_position_beyond_its_limit(wam, guard):
 def test_a_velocity_beyond_its_limit(wam, guard):
     cause = cause_of(lambda: guard.check(state(wam, qd=moved(6, -4.0, ZERO))))
     assert cause == (
-        "velocity of joint 7 (wam/palm_yaw_joint) is -4.000 rad/s, below its limit of -3.750 rad/s",
+        "velocity of joint 7 (palm yaw) is -4.000 rad/s, below its limit of -3.750 rad/s",
         True,
     )
 
@@ -110,7 +110,7 @@ def test_a_velocity_is_judged_by_where_it_is_and_not_by_where_its_filter_has_it(
     """The filter of 40 Hz lags by two cycles."""
     guard.check(state(wam, qd=moved(6, 3.0, ZERO)))
     cause, _ = cause_of(lambda: guard.check(state(wam, qd=moved(6, 3.4, ZERO))))
-    assert cause.startswith("velocity of joint 7 (wam/palm_yaw_joint) is 4.196 rad/s, above")
+    assert cause.startswith("velocity of joint 7 (palm yaw) is 4.196 rad/s, above")
 
 
 def test_a_tool_that_is_too_fast(wam, guard):
@@ -132,7 +132,7 @@ def test_an_arm_with_too_much_energy(wam):
 def test_an_arm_that_does_not_follow(wam, guard):
     wanted = Setpoint(moved(0, 0.51), ZERO, ZERO)
     assert cause_of(lambda: guard.check_tracking(state(wam), wanted)) == (
-        "tracking error of joint 1 (wam/base_yaw_joint) is 0.510 rad, above its limit of 0.500 rad",
+        "tracking error of joint 1 (base yaw) is 0.510 rad, above its limit of 0.500 rad",
         True,
     )
 
