@@ -21,6 +21,7 @@ from sim_bus.canopen.drive import CanopenDrive
 from sim_bus.canopen.ds402 import State
 from sim_bus.faults.assembly import load_faulty_simulation
 from sim_bus.server import Arm, Lockstep, serve
+from tests.bus.buses import BUSES, EMBEDDED
 from wamctl.arm.config import find_file
 from wamctl.arm.errors import UserError
 from wamctl.arm.recording import Recording, read_recording
@@ -129,8 +130,8 @@ class ServedArm:
         return Outcome(summary, error, read_recording(out) if out.exists() else None)
 
 
-def configuration(folder: Path, **changes: dict[str, Any]) -> Path:
-    """The shipped arm with a short experiment, and changes to its sections."""
+def configuration(folder: Path, periods: int = 1, **changes: dict[str, Any]) -> Path:
+    """The shipped arm with an experiment of so many seconds, and changes to its sections."""
     content = yaml.safe_load(find_file("wam7.yaml").read_text())
     content["robot"]["urdf"] = str(find_file("wam7.urdf"))
     content["drives"]["dictionary"] = str(find_file("puck4.eds"))
@@ -141,7 +142,7 @@ def configuration(folder: Path, **changes: dict[str, Any]) -> Path:
     series = FourierSeries(
         joints, 2 * np.pi, np.full((7, 1), 0.4), np.zeros((7, 1)), np.array(START) + 0.05
     )
-    write_trajectory(folder / "short.yaml", Trajectory(series, 1, {}, {}))
+    write_trajectory(folder / "short.yaml", Trajectory(series, periods, {}, {}))
     path = folder / "arm.yaml"
     path.write_text(yaml.safe_dump(content))
     return path
@@ -163,12 +164,10 @@ def _serving(arm: Arm, simulation: Simulation, hub: Hub) -> Iterator[None]:
             assert not thread.is_alive()
 
 
-@pytest.fixture(
-    scope="module", params=["simbus", pytest.param("socketcan", marks=pytest.mark.vcan)]
-)
+@pytest.fixture(scope="module", params=BUSES)
 def word(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> str:
     """The bus of the tests, as `--bus` takes it."""
-    if request.param == "simbus":
+    if request.param == EMBEDDED:
         return f"simbus:{tmp_path_factory.mktemp('bus') / 'socket'}"
     return f"socketcan:{request.config.getoption('--can') or 'vcan0'}"
 

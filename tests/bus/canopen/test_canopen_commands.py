@@ -2,7 +2,6 @@
 
 import json
 import os
-import signal
 import subprocess
 import sys
 import time
@@ -12,8 +11,6 @@ import psutil
 import pytest
 
 from wamctl.arm.recording import read_recording
-
-pytestmark = pytest.mark.alone
 
 WAMCTL = str(Path(sys.executable).with_name("wamctl"))
 SIM_BUS = str(Path(sys.executable).with_name("sim-bus"))
@@ -26,10 +23,22 @@ def run(*arguments, **options):
 
 
 @pytest.fixture
-def arm(configure, tmp_path):
-    """A short experiment's file; at the end none of its processes may be left."""
+def arm(configure, tmp_path, none_left):
+    """A short experiment's file."""
+    return configure(tmp_path)
+
+
+@pytest.fixture
+def long(configure, tmp_path, none_left):
+    """An experiment that is still under way when a busy machine looks."""
+    return configure(tmp_path, 60)
+
+
+@pytest.fixture
+def none_left():
+    """At the end none of its processes may be left."""
     before = set(psutil.pids())
-    yield configure(tmp_path)
+    yield
     deadline = time.monotonic() + 15
     while (left := left_over(before)) and time.monotonic() < deadline:
         time.sleep(0.1)
@@ -168,22 +177,9 @@ def test_home_gives_the_line_for_the_configuration(arm):
     )
 
 
-def test_ctrl_c_stops_the_arm_and_closes_the_log(arm, tmp_path):
+def test_a_killed_writer_stops_the_arm(long, tmp_path):
     log = tmp_path / "log.mcap"
-    with started(arm, log) as process:
-        wait_for_rows(log, process)
-        process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=60)
-    assert process.returncode == 5
-    assert said.startswith("the operator stopped it (SIGINT), ")
-    assert "the arm was braked for 0.08 s with " in said
-    assert " J left and the drives were disabled; the log " in said
-    assert read_recording(log).complete
-
-
-def test_a_killed_writer_stops_the_arm(arm, tmp_path):
-    log = tmp_path / "log.mcap"
-    with started(arm, log) as process:
+    with started(long, log) as process:
         wait_for_rows(log, process)
         writer_of(process).kill()
         _, said = process.communicate(timeout=60)
@@ -192,9 +188,9 @@ def test_a_killed_writer_stops_the_arm(arm, tmp_path):
     assert len(read_recording(log).q) > 0
 
 
-def test_a_full_disk_stops_the_arm(arm, tmp_path):
+def test_a_full_disk_stops_the_arm(long, tmp_path):
     log = tmp_path / "log.mcap"
-    with started(arm, log) as process:
+    with started(long, log) as process:
         wait_for_rows(log, process)
         writer_of(process).rlimit(psutil.RLIMIT_FSIZE, (150_000, 150_000))
         _, said = process.communicate(timeout=60)
@@ -204,14 +200,14 @@ def test_a_full_disk_stops_the_arm(arm, tmp_path):
     assert len(read_recording(log).q) > 0
 
 
-def test_a_killed_loop_leaves_a_log_and_drives_that_stop_by_themselves(arm, tmp_path):
+def test_a_killed_loop_leaves_a_log_and_drives_that_stop_by_themselves(long, tmp_path):
     log, socket = tmp_path / "log.mcap", tmp_path / "bus"
-    command = [SIM_BUS, "serve", "--config", str(arm), "--bus", f"simbus:{socket}", "--lockstep"]
+    command = [SIM_BUS, "serve", "--config", str(long), "--bus", f"simbus:{socket}", "--lockstep"]
     with subprocess.Popen(
         [*command, "--stop-with-stdin"], stdin=subprocess.PIPE, stdout=subprocess.PIPE
     ) as server:
         server.stdout.readline()
-        with started(arm, log, bus=f"simbus:{socket}") as process:
+        with started(long, log, bus=f"simbus:{socket}") as process:
             wait_for_rows(log, process)
             process.kill()
             process.communicate(timeout=60)

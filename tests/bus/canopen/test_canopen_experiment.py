@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.bus.buses import on_embedded_bus
 from wamctl.arm.recording import read_recording
 from wamctl.errors import UsageError
 from wamctl.experiment.excite import ExciteRequest, excite
@@ -44,6 +45,7 @@ def test_the_log_holds_every_cycle(runs):
     is_complete(runs[0][1])
 
 
+@on_embedded_bus("word")
 def test_one_torque_frame_per_drive_does_as_well(serve_arms):
     with serve_arms(drives={"wiring": "pdo_per_drive"}) as arm:
         is_complete(arm.excite())

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from sim_bus.canopen.ds402 import State
+from tests.bus.buses import on_buses, on_embedded_bus
 
 BEGINS = {"after": "enabled", "cycles": 60}
 PERIOD_NS = 2_000_000
@@ -21,67 +22,72 @@ def began_ns(arm) -> int:
     return enabled + (BEGINS["cycles"] - 1) * PERIOD_NS
 
 
-@pytest.mark.parametrize(
+FAULTS = [
+    (
+        {"fault": "drive_fault", "node": 3, "code": 0x2310},
+        4,
+        "drive 3 (node 3) reported EMCY 0x2310, over-current, i2t limit",
+        3,
+    ),
+    (
+        {"fault": "emergency", "node": 5, "code": 0x4210},
+        4,
+        "drive 5 (node 5) reported EMCY 0x4210, amplifier over-temperature",
+        3,
+    ),
+    (
+        {"fault": "under_voltage", "node": 1},
+        4,
+        "drive 1 (node 1) reported EMCY 0x3220, bus under-voltage",
+        3,
+    ),
+    (
+        {"fault": "silent_drive", "node": 2},
+        4,
+        "no position from drive 2 (node 2) in 8 cycles (limit 8)",
+        10,
+    ),
+    (
+        {"fault": "dead_drive", "node": 7},
+        4,
+        "no position from drive 7 (node 7) in 8 cycles (limit 8)",
+        10,
+    ),
+    ({"fault": "bus_off", "node": "host"}, 4, "went bus-off", 10),
+    (
+        {"fault": "encoder_jump", "node": 4, "counts": 1000},
+        5,
+        "position of motor 4 jumped by 1.5",
+        3,
+    ),
+    (
+        {"fault": "lost_frames", "id": 0x186, "number": 1000},
+        4,
+        "no position from drive 6 (node 6) in 8 cycles (limit 8)",
+        10,
+    ),
+    (
+        {"fault": "doubled_frames", "id": 0x183, "number": 1000},
+        4,
+        "two positions at once from drive 3 (node 3) in 8 cycles (limit 8)",
+        10,
+    ),
+    (
+        {"fault": "reordered_frames", "id": 0x183, "number": 1000},
+        4,
+        "positions from drive 3 (node 3) came behind those that follow them "
+        "(safety.answers_in_order) in 8 cycles (limit 8)",
+        10,
+    ),
+]
+OF_THE_KERNEL = ("bus_off", "silent_drive")
+
+
+@on_buses(
+    "word",
     ("fault", "exit_code", "cause", "cycles_to_notice"),
-    [
-        (
-            {"fault": "drive_fault", "node": 3, "code": 0x2310},
-            4,
-            "drive 3 (node 3) reported EMCY 0x2310, over-current, i2t limit",
-            3,
-        ),
-        (
-            {"fault": "emergency", "node": 5, "code": 0x4210},
-            4,
-            "drive 5 (node 5) reported EMCY 0x4210, amplifier over-temperature",
-            3,
-        ),
-        (
-            {"fault": "under_voltage", "node": 1},
-            4,
-            "drive 1 (node 1) reported EMCY 0x3220, bus under-voltage",
-            3,
-        ),
-        (
-            {"fault": "silent_drive", "node": 2},
-            4,
-            "no position from drive 2 (node 2) in 8 cycles (limit 8)",
-            10,
-        ),
-        (
-            {"fault": "dead_drive", "node": 7},
-            4,
-            "no position from drive 7 (node 7) in 8 cycles (limit 8)",
-            10,
-        ),
-        ({"fault": "bus_off", "node": "host"}, 4, "went bus-off", 10),
-        (
-            {"fault": "encoder_jump", "node": 4, "counts": 1000},
-            5,
-            "position of motor 4 jumped by 1.5",
-            3,
-        ),
-        (
-            {"fault": "lost_frames", "id": 0x186, "number": 1000},
-            4,
-            "no position from drive 6 (node 6) in 8 cycles (limit 8)",
-            10,
-        ),
-        (
-            {"fault": "doubled_frames", "id": 0x183, "number": 1000},
-            4,
-            "two positions at once from drive 3 (node 3) in 8 cycles (limit 8)",
-            10,
-        ),
-        (
-            {"fault": "reordered_frames", "id": 0x183, "number": 1000},
-            4,
-            "positions from drive 3 (node 3) came behind those that follow them "
-            "(safety.answers_in_order) in 8 cycles (limit 8)",
-            10,
-        ),
-    ],
-    ids=lambda value: value["fault"] if isinstance(value, dict) else None,
+    FAULTS,
+    lambda case: case[0]["fault"] in OF_THE_KERNEL,
 )
 def test_a_fault_ends_in_a_defined_stop(serve_arms, fault, exit_code, cause, cycles_to_notice):
     with serve_arms(fault | BEGINS) as arm:
@@ -111,6 +117,7 @@ def test_answers_that_always_come_too_late_stop_the_arm(serve_arms):
     assert quiet_after_ns(arm, began_ns(arm) + 10 * PERIOD_NS) <= DISABLED_WITHIN_NS
 
 
+@on_embedded_bus("word")
 def test_answers_out_of_turn_may_be_allowed(serve_arms):
     fault = {"fault": "reordered_frames", "id": 0x183, "number": 100_000} | BEGINS
     with serve_arms(fault, safety={"answers_in_order": False}) as arm:
@@ -119,6 +126,7 @@ def test_answers_out_of_turn_may_be_allowed(serve_arms):
     assert done.summary.frames.reordered > 1000
 
 
+@on_embedded_bus("word")
 def test_the_log_says_why_it_ended(serve_arms):
     with serve_arms({"fault": "encoder_jump", "node": 4, "counts": 1000} | BEGINS) as arm:
         done = arm.excite()
@@ -138,6 +146,7 @@ def last_diagnostics(path):
     return status.name, status.message
 
 
+@on_embedded_bus("word")
 @pytest.mark.parametrize(
     ("fault", "sentence"),
     [
@@ -163,6 +172,7 @@ def test_other_drives_than_configured_are_refused(serve_arms, fault, sentence):
     assert not any(any(torques) for _, torques in arm.witness.torques)
 
 
+@on_embedded_bus("word")
 def test_an_old_fault_is_reset_and_told_but_nothing_is_enabled(serve_arms):
     notes = []
     fault = {"fault": "drive_fault", "node": 3, "code": 0x8700, "after": "power_on"}

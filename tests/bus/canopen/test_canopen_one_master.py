@@ -6,13 +6,12 @@ import sys
 import can
 import pytest
 
+from tests.bus.buses import on_buses, on_embedded_bus
 from wamctl.arm.config import load_arm_file
 from wamctl.drives.bus import parse_channel
 from wamctl.drives.one_master import locked
 from wamctl.errors import BusError
 from wamctl.experiment.session import connected
-
-pytestmark = pytest.mark.alone
 
 COMMANDS = ("check", "bench", "monitor", "excite")
 ALL_COMMANDS = """
@@ -37,7 +36,12 @@ def foreign(can_id, data=b""):
     return can.Message(arbitration_id=can_id, data=data, is_extended_id=False)
 
 
-@pytest.mark.parametrize("can_id", [0x000, 0x080, 0x200, 0x303, 0x604, 0x77F])
+@on_buses(
+    "word",
+    ("can_id",),
+    (0x000, 0x080, 0x200, 0x303, 0x604, 0x77F),
+    lambda can_id: can_id == 0x080,
+)
 def test_a_frame_of_ours_from_elsewhere_stops_the_arm_at_once(serve_arms, can_id):
     with serve_arms() as arm, opened(arm.word) as other:
         arm.witness.on_sync[600] = lambda: other.send(foreign(can_id, bytes(8 * (can_id > 0x80))))
@@ -51,6 +55,7 @@ def test_a_frame_of_ours_from_elsewhere_stops_the_arm_at_once(serve_arms, can_id
     assert len(done.recording.q) <= 605
 
 
+@on_embedded_bus("word")
 def test_a_second_command_is_refused_and_the_first_goes_on(serve_arms):
     with serve_arms() as arm:
         options = ["--config", str(arm.path), "--bus", arm.word]
@@ -67,6 +72,7 @@ def test_a_second_command_is_refused_and_the_first_goes_on(serve_arms):
     assert refused[0].stderr.splitlines() == [sentence] * len(COMMANDS)
 
 
+@pytest.mark.alone
 def test_a_master_elsewhere_is_heard_before_anything_is_sent(serve_arms):
     with serve_arms() as arm, opened(arm.word) as other:
         before = len(arm.witness.heard)

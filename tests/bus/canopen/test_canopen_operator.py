@@ -13,10 +13,11 @@ import pytest
 
 from wamctl.arm.recording import read_recording
 
-pytestmark = pytest.mark.alone
-
 WAMCTL = str(Path(sys.executable).with_name("wamctl"))
 SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP", "SIGUSR1", "SIGUSR2", "SIGALRM")
+MORE_THAN_ENOUGH = (
+    60  # seconds of motion, of which a stop after a few is seen on a busy machine too
+)
 KEYS = {
     "q": b"q",
     "ctrl-c": b"\x03",
@@ -27,7 +28,7 @@ KEYS = {
 
 
 def started(configure, folder, **options):
-    config, log = configure(folder), folder / "log.mcap"
+    config, log = configure(folder, MORE_THAN_ENOUGH), folder / "log.mcap"
     words = [WAMCTL, "excite", "--config", config, "--bus", "sim", "--lockstep", "--out", log]
     words += ["--skip-test-motion", "wam7"]  # in it nothing is braked
     options = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, **options}
@@ -42,9 +43,14 @@ def wait_for_rows(log, process):
         time.sleep(0.005)
 
 
+def notes_apart(said):
+    """What was said beside the note on a first compilation."""
+    return "".join(line for line in said.splitlines(True) if not line.startswith("note: "))
+
+
 def ended(process, log, said, cause):
     assert process.returncode == 5
-    assert f"{cause}, " in said
+    assert notes_apart(said).startswith(f"{cause}, ")
     assert "the arm was braked for 0.08 s with" in said
     assert f"the log {log} holds {len(read_recording(log).q)} cycles." in said
     assert read_recording(log).complete
@@ -113,7 +119,7 @@ def test_a_signal_before_the_arm_moves_leaves_nothing_behind(configure, tmp_path
         process.send_signal(getattr(signal, name))
         _, said = process.communicate(timeout=60)
     assert process.returncode == 5
-    assert said == f"The operator stopped it ({name}) while no drive was enabled.\n"
+    assert notes_apart(said) == f"The operator stopped it ({name}) while no drive was enabled.\n"
     assert list(scratch.iterdir()) == []
     assert not log.exists()
     deadline = time.monotonic() + 60

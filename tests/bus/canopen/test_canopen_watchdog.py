@@ -3,13 +3,10 @@
 import time
 
 import numpy as np
-import pytest
 
 from sim_bus.canopen.ds402 import State
 from wamctl.experiment.session import connected
 from wamctl.safety.watchdog import watched
-
-pytestmark = pytest.mark.alone
 
 DEADLINE_S = 60.0
 

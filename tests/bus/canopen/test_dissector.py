@@ -9,6 +9,8 @@ from pathlib import Path
 import can
 import pytest
 
+from tests.bus.buses import on_embedded_bus
+
 TSHARK = shutil.which("tshark")
 SOCKETCAN_LINK = 227
 
@@ -46,6 +48,7 @@ def dissected(path: Path, *fields: str, only: str = "") -> list[list[str]]:
     return [line.split("\t") for line in done.stdout.splitlines()]
 
 
+@on_embedded_bus("word")
 def test_a_whole_experiment_has_no_malformed_frame(serve_arms, tmp_path):
     tap, capture = Tap(), tmp_path / "experiment.pcap"
     with serve_arms() as arm:

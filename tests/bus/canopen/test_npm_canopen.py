@@ -11,6 +11,7 @@ import can
 import pytest
 
 from sim_bus.canopen.drive import CanopenDrive
+from tests.bus.buses import on_embedded_bus
 from wamctl.arm.config import find_file
 
 PACKAGE = "canopen@6.2.1"
@@ -68,6 +69,7 @@ def _carry(bus: can.BusABC, to: Any, ended: threading.Event) -> None:
             to.flush()
 
 
+@on_embedded_bus("word")
 def test_every_object_of_the_eds_is_there(serve_arms, modules):
     with serve_arms() as arm:
         interface, channel = arm.word.split(":", 1)

@@ -27,6 +27,7 @@ from sim_bus.puck.drive import PuckDrive
 from sim_bus.puck.safety_module import Press
 from sim_bus.puck.safety_node import SafetyNode
 from sim_bus.server import Arm, Lockstep, Service, serve
+from tests.bus.buses import BUSES, EMBEDDED
 from wamctl.arm.config import ArmFile, PuckDrivesSection, find_file, load_arm_file
 from wamctl.arm.recording import Recording, read_recording
 from wamctl.arm.trajectory import FourierSeries, Trajectory, write_trajectory
@@ -254,10 +255,10 @@ def quick_operator(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(safety_node, "ACTIVATES_AFTER_NS", 20_000_000)
 
 
-@pytest.fixture(params=["simbus", pytest.param("vcan0", marks=pytest.mark.vcan)])
+@pytest.fixture(params=BUSES)
 def bus_word(request: pytest.FixtureRequest, tmp_path: Path) -> str:
     """The embedded bus, and the kernel's."""
-    return f"simbus:{tmp_path / 'bus'}" if request.param == "simbus" else "socketcan:vcan0"
+    return f"simbus:{tmp_path / 'bus'}" if request.param == EMBEDDED else "socketcan:vcan0"
 
 
 @pytest.fixture

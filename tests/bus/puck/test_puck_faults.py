@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 
+from tests.bus.buses import on_buses, on_embedded_bus
 from wamctl.errors import BusStopError, SafetyStopError
 
 EXCITE = {"after": "enabled", "cycles": 300}
@@ -78,7 +79,12 @@ def test_nothing_goes_wrong_but_three_lost_frames(experiment):
     assert np.abs(outcome.recording.command.effort).max() > 5.0
 
 
-@pytest.mark.parametrize(("fault", "kind", "cause", "within_s"), FAULTS)
+@on_buses(
+    "bus_word",
+    ("fault", "kind", "cause", "within_s"),
+    FAULTS,
+    lambda case: case[0]["fault"] in ("bus_off", "dead_drive"),
+)
 def test_a_fault_in_the_middle_of_the_motion(experiment, fault, kind, cause, within_s):
     outcome = experiment(fault | EXCITE)
     assert type(outcome.stop) is kind
@@ -91,6 +97,7 @@ def test_a_fault_in_the_middle_of_the_motion(experiment, fault, kind, cause, wit
     assert len(outcome.recording.stamp_ns) == rows
 
 
+@on_embedded_bus("bus_word")
 def test_the_pendant_before_the_arm_is_enabled(experiment):
     outcome = experiment(
         {"fault": "pendant", "button": "estop", "after": "first_cycle", "cycles": 3}
@@ -100,6 +107,7 @@ def test_the_pendant_before_the_arm_is_enabled(experiment):
     assert not any(units for _, _, units in outcome.seen)
 
 
+@on_embedded_bus("bus_word")
 @pytest.mark.parametrize(
     "fault", [{"fault": "pendant", "button": "idle"}, {"fault": "safety_fault", "light": "torque"}]
 )
@@ -109,6 +117,7 @@ def test_idle_takes_nothing_away_while_the_arm_waits_for_the_pendant(experiment,
     assert len(outcome.recording.stamp_ns) > 1000
 
 
+@on_embedded_bus("bus_word")
 def test_idle_right_behind_activation(experiment):
     """The module has said that it is ACTIVE, and not all Pucks that they have followed."""
     fault = {"fault": "pendant", "button": "idle", "after": "enabled", "cycles": 1}

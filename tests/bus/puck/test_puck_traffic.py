@@ -5,6 +5,7 @@ from collections import Counter
 import pytest
 
 from sim_bus.can_bus.frame_length import GAP_BITS, classic_frame_bits
+from tests.bus.buses import on_embedded_bus
 
 POLL, TORQUES = 0x404, (0x401, 0x402)
 POSITIONS = tuple(0x423 + 0x20 * k for k in range(7))
@@ -12,6 +13,7 @@ UNSTUFFED_US, FULLY_STUFFED_US = 774.0, 930.0
 FIRST, CYCLES = 300, 1000
 
 
+@on_embedded_bus("bus_word")
 def test_ten_frames_a_cycle_and_the_load_that_was_derived(experiment):
     frames = experiment().frames
     polls = [k for k, frame in enumerate(frames) if frame.can_id == POLL and len(frame.data) == 1]

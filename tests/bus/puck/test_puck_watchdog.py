@@ -3,12 +3,9 @@
 import time
 
 import numpy as np
-import pytest
 
 from wamctl.puck.enumerations import MotorMode
 from wamctl.safety.watchdog import watched
-
-pytestmark = pytest.mark.alone
 
 DEADLINE_S = 60.0
 
