@@ -18,8 +18,6 @@ from wamctl.telemetry.child_process import ChildProcess
 from wamctl.telemetry.logger import LogHead, recorded
 from wamctl.telemetry.status import LoopStatus
 
-pytestmark = pytest.mark.alone
-
 
 def head(path):
     return LogHead(path, ("a", "b"), ("drive 1", "drive 2"), {8: "FAULT"}, {"x": "y"}, {"f": b"z"})

@@ -14,8 +14,6 @@ from can.interfaces.socketcan.socketcan import build_can_frame
 from wamctl.safety.watchdog import NOBODY_WATCHES, WatchedHeart, silence_s, watched
 from wamctl.safety.watchdog_process import HEART_BYTES
 
-pytestmark = pytest.mark.alone
-
 OFF = can.Message(arbitration_id=0x200, is_extended_id=False, data=bytes(8))
 NMT = can.Message(arbitration_id=0, is_extended_id=False, data=b"\x80\x01")
 SAID = [(0x200, bytes(8)), (0, b"\x80\x01")]

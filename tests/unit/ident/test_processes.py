@@ -11,8 +11,6 @@ import pytest
 
 from ident.regression.processes import in_processes
 
-pytestmark = pytest.mark.alone
-
 
 def test_results_come_in_the_order_of_the_items():
     assert list(in_processes(math.sqrt, [9.0, 4.0, 1.0], 2)) == [3.0, 2.0, 1.0]

@@ -20,8 +20,6 @@ from wamctl.live.gate import MOST_CLIENTS, admits
 from wamctl.live.watch import live_view
 from wamctl.telemetry.logger import recorded
 
-pytestmark = pytest.mark.alone
-
 
 @pytest.fixture(scope="module")
 def port(tmp_path_factory):

@@ -29,8 +29,6 @@ from wamctl.telemetry import ring as shared
 from wamctl.telemetry.logger import LogHead, recorded
 from wamctl.telemetry.status import LoopStatus
 
-pytestmark = pytest.mark.alone
-
 JOINTS = load_arm_file("wam7.yaml").robot.joints
 URDF = find_file("wam7.urdf").read_text()
 START_NS = 1_700_000_000_000_000_000

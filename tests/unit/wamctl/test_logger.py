@@ -14,8 +14,6 @@ from wamctl.telemetry import ring as shared
 from wamctl.telemetry.logger import LogHead, recorded
 from wamctl.telemetry.status import LoopStatus, diagnostics, store
 
-pytestmark = pytest.mark.alone
-
 STATUS = LoopStatus(3, 100, 1, 2, 3, 4, 55.4, 234.6, 7)
 
 

@@ -17,8 +17,6 @@ from ident.workflows.fleet.watch import watched
 from ident.workflows.run import run_logs
 from tests.unit.fleet.conftest import ordinary, write_log
 
-pytestmark = pytest.mark.alone
-
 COMMAND = [sys.executable, "-m", "ident.cli", "watch"]
 
 
