@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ident.cli import main
 from ident.effects.bound_effects import load_model
 from ident.model.identified_model import Model
 from ident.model.model_writing import write_model
@@ -18,19 +19,23 @@ from wamctl.arm.inertial import pseudo_inertia
 from wamctl.arm.trajectory import FourierSeries, Trajectory, read_trajectory, write_trajectory
 
 CONFIG = find_file("wam7.yaml")
+WAMCTL = Path(sys.executable).with_name("wamctl")
 
 
-def run(program: str, *arguments: object) -> None:
-    path = Path(sys.executable).parent / program
-    subprocess.run([path, *map(str, arguments)], check=True, capture_output=True, timeout=300)
+def ident(*arguments: object) -> None:
+    """An `ident` command, which has to succeed."""
+    with pytest.raises(SystemExit) as ended:
+        main([str(a) for a in arguments])
+    assert not ended.value.code
 
 
 def recorded(folder: Path, name: str, series: FourierSeries) -> Path:
     """One period of a motion, on the simulated arm."""
     trajectory, log = folder / f"{name}.yaml", folder / f"{name}.mcap"
     write_trajectory(trajectory, Trajectory(series, 1, {}, {}))
-    source = ("--config", CONFIG, "--bus", "sim", "--lockstep")
-    run("wamctl", "excite", *source, "--trajectory", trajectory, "--out", log)
+    words = ("excite", "--config", CONFIG, "--bus", "sim", "--lockstep")
+    excite = (WAMCTL, *words, "--trajectory", trajectory, "--out", log)
+    subprocess.run(list(map(str, excite)), check=True, capture_output=True, timeout=300)
     return log
 
 
@@ -39,7 +44,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A model of the shipped motion, and a recording of the same motion backwards in time."""
     folder = tmp_path_factory.mktemp("truth")
     shipped = read_trajectory(find_file("wam7-excitation.yaml")).series
-    run("ident", "run", recorded(folder, "forwards", shipped), "--out", folder / "model")
+    ident("run", recorded(folder, "forwards", shipped), "--out", folder / "model")
     recorded(folder, "backwards", replace(shipped, a=-shipped.a))
     return folder
 
@@ -57,7 +62,7 @@ def true_model(found: Model) -> Model:
 
 
 def held_out_percent(folder: Path, model: Path, out: str) -> float:
-    run("ident", "validate", folder / "backwards.mcap", "--model", model, "--out", folder / out)
+    ident("validate", folder / "backwards.mcap", "--model", model, "--out", folder / out)
     (log,) = json.loads((folder / out / "validate.json").read_text())["logs"]
     return log["relative_error_percent"]
 

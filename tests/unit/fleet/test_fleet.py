@@ -1,11 +1,7 @@
 """`ident fleet` on a small fleet: what it says, and that it says it whoever does the work."""
 
 import json
-import os
 import shutil
-import signal
-import subprocess
-import sys
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,12 +11,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from ident.cli import main
 from ident.fleet.engine import LostError, done, engine
 from ident.fleet.metadata import Rules, rules
 from ident.fleet.settings import FleetSettings
 from ident.recordings.loading import Reading
 from ident.workflows.fleet import changed_gap
 from ident.workflows.fleet import fleet as work
+from tests.unit.fleet import killed
 from tests.unit.fleet.conftest import START_NS, Arm, ordinary, write_log
 from wamctl.arm.errors import DataError
 
@@ -183,53 +181,48 @@ def test_pattern_and_table_say_whose_a_log_is(tmp_path, without_processes):
     assert (row.arm, row.tool, row.time) == ("left", "gripper", pd.Timestamp(START_NS, tz="UTC"))
 
 
-def test_processes_and_dask_give_the_same_bytes(logs, tmp_path):
-    some = [str(logs / f"arm{k}") for k in (1, 2)]
-    outs = []
-    for scheduler, workers in ((None, 1), (None, 2), ("local", 1)):
-        outs.append(tmp_path / f"{scheduler}-{workers}")
-        engine_words = scheduler, workers
-        work.fleet_logs(
-            some, outs[-1], None, Reading(), Rules(), *engine_words, settings=WITHOUT_GAPS
-        )
-    for out in outs[1:]:
-        for name in FILES:
-            assert (out / name).read_bytes() == (outs[0] / name).read_bytes()
+def test_processes_and_dask_give_the_same_bytes(logs, tmp_path, monkeypatch):
+    some = [f"{logs}/arm{k}/day[0-3].mcap" for k in (1, 2)]
+
+    def files(*words) -> list[bytes]:
+        """The results of a scheduler with so many workers."""
+        out = tmp_path / "-".join(map(str, words))
+        work.fleet_logs(some, out, None, Reading(), Rules(), *words, settings=WITHOUT_GAPS)
+        return [(out / name).read_bytes() for name in FILES]
+
+    processes, dask = files(None, 2), files("local", 1)
+    monkeypatch.setattr(work, "engine", lambda scheduler, workers: (here, 4))
+    assert files() == processes == dask
 
 
-def _once_killed(path):
-    """Ends its process the first time."""
-    mark = Path(path)
-    if not mark.exists():
-        mark.touch()
-        os.kill(os.getpid(), signal.SIGKILL)
-    return mark.name
+@pytest.fixture
+def at_once(monkeypatch):
+    monkeypatch.setattr("ident.fleet.engine._AGAIN_S", 0.0)
 
 
-def _always_killed(_):
-    os.kill(os.getpid(), signal.SIGKILL)
-
-
-def test_the_work_of_a_killed_worker_is_given_out_again(tmp_path):
+def test_the_work_of_a_killed_worker_is_given_out_again(tmp_path, at_once):
     make, waiting = engine(None, 1)
     items = [str(tmp_path / str(k)) for k in range(3)]
-    found = dict(done(make, _once_killed, items, waiting))
+    found = dict(done(make, killed.once, items, waiting))
     assert found == {item: Path(item).name for item in items}
 
 
-def test_what_kills_its_worker_each_time_is_given_up(tmp_path):
+def test_what_kills_its_worker_each_time_is_given_up(at_once):
     make, waiting = engine(None, 1)
-    ((item, found),) = done(make, _always_killed, ["one"], waiting)
+    ((item, found),) = done(make, killed.always, ["one"], waiting)
     assert item == "one"
     assert isinstance(found, LostError)
 
 
-def test_no_log_and_unknown_fields_are_told_in_a_sentence(tmp_path):
-    command = [sys.executable, "-m", "ident.cli", "fleet", str(tmp_path)]
-    ended = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert ended.returncode == 6
-    assert "holds no log" in ended.stderr
-    command += ["--pattern", "{robot}.mcap"]
-    ended = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert ended.returncode == 3
-    assert "unknown field 'robot'" in ended.stderr
+def test_no_log_and_unknown_fields_are_told_in_a_sentence(tmp_path, capsys):
+    assert call("fleet", tmp_path) == 6
+    assert "holds no log" in capsys.readouterr().err
+    assert call("fleet", tmp_path, "--pattern", "{robot}.mcap") == 3
+    assert "unknown field 'robot'" in capsys.readouterr().err
+
+
+def call(*arguments: object) -> int:
+    """Exit status of an `ident` command."""
+    with pytest.raises(SystemExit) as ended:
+        main([str(a) for a in arguments])
+    return int(ended.value.code or 0)
