@@ -7,6 +7,7 @@ import numpy as np
 
 from ident.api.arm import Arm
 from ident.api.commanded import commanded
+from ident.api.inputs import recorded
 from ident.api.recording import Recording
 from ident.api.result import Result
 from ident.api.tables import table
@@ -36,6 +37,7 @@ class IdentifiedServos(Result[ServoRun]):
 
     def score(self, recording: Recording) -> list[float]:
         """Rms of measured less simulated position along a recording, by joint [rad]."""
+        recording = recorded(recording)
         parts = stretches_of(recording.log, self.model.robot.joint_names, recording.name)
         left = np.concatenate([s.q - self.model.replay(s) for s in parts])
         return np.sqrt(np.mean(left**2, axis=0)).tolist()

@@ -1,5 +1,6 @@
 """What the functions of the Python interface are given."""
 
+import reprlib
 from collections.abc import Callable, Sequence
 
 from ident.api.arm import Arm
@@ -18,19 +19,28 @@ def checked(arm: Arm, recordings: Recording | Sequence[Recording]) -> list[Recor
     """
     if not isinstance(arm, Arm):
         raise DataError(
-            f"arm is {arm!r}, not an ident.Arm; Arm.from_urdf(path) or Arm.from_config(path)"
-            " reads one."
+            f"arm is {reprlib.repr(arm)}, not an ident.Arm; Arm.from_urdf(path) or"
+            " Arm.from_config(path) reads one."
         )
     given = [recordings] if isinstance(recordings, Recording | str) else list(recordings)
     if not given:
         raise DataError("No recording was given; at least one is needed.")
-    for other in given:
-        if not isinstance(other, Recording):
-            raise DataError(
-                f"{other!r} is not an ident.Recording; Recording.from_bag(path) reads one, and"
-                " Recording(t, q, tau, joints=names) takes arrays."
-            )
-    return given
+    return [recorded(one) for one in given]
+
+
+def recorded(given: object) -> Recording:
+    """What was given, if it is a recording.
+
+    Raises:
+        DataError: it is something else.
+    """
+    if isinstance(given, Recording):
+        return given
+    text = " ".join(reprlib.repr(given).split())
+    raise DataError(
+        f"{text} is not an ident.Recording; Recording.from_bag(path) reads one, and"
+        " Recording(t, q, tau, joints=names) takes arrays."
+    )
 
 
 def told(progress: Progress | None) -> Tell:

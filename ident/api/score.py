@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.api.inputs import recorded
 from ident.api.recording import Recording
 from ident.identification.validation import arm_of, predict
 from ident.model.identified_model import Model
@@ -35,8 +36,9 @@ def score(model: Model, recording: Recording) -> Score:
     """The error of a model on a recording that it need not have been fitted on.
 
     Raises:
-        DataError: the recording moves joints that the model knows nothing about.
+        DataError: the recording moves joints that the model knows nothing about, or is none.
     """
+    recording = recorded(recording)
     arm = arm_of(model)
     data = dataset_for(arm, survey(recording.log, recording.name))
     if model.gains_nm_per_a:

@@ -183,6 +183,13 @@ def test_paths_in_place_of_arm_and_recording_are_told(call, arm, arrays) -> None
         call(arm, [])
 
 
+def test_a_score_asks_for_a_recording(fit) -> None:
+    with pytest.raises(DataError, match=r"'other.mcap' is not an ident.Recording"):
+        fit.score("other.mcap")
+    with pytest.raises(DataError, match=r"array\(.*is not an ident.Recording"):
+        fit.score(np.zeros((100, 7)))
+
+
 def test_results_print_in_a_line(fit, arrays) -> None:
     assert repr(ident.Recording(**arrays)) == (
         "<Recording recording: t, q, tau; 7 joints, 4000 samples>"
