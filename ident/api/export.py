@@ -4,7 +4,7 @@ from pathlib import Path
 
 from ident.export.formats import WRITERS
 from ident.model.identified_model import Model
-from wamctl.arm.errors import DataError, did_you_mean
+from wamctl.arm.errors import DataError, did_you_mean, writing
 
 
 def export_model(model: Model, path: Path | str, to: str = "urdf") -> list[str]:
@@ -27,8 +27,6 @@ def export_model(model: Model, path: Path | str, to: str = "urdf") -> list[str]:
             f"{did_you_mean(to, WRITERS) or '.'}"
         )
     write, left_out = WRITERS[to]
-    try:
+    with writing(path):
         Path(path).write_text(write(model), encoding="utf-8")
-    except OSError as error:
-        raise DataError(f"{path} cannot be written ({error.strerror}).") from error
     return left_out(model)

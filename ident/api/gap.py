@@ -5,7 +5,7 @@ from typing import Any, Literal, overload
 
 from ident.api.arm import Arm
 from ident.api.commanded import commanded
-from ident.api.inputs import Progress, checked, told
+from ident.api.inputs import Progress, by_simulation, checked, told
 from ident.api.named import NamedEffects
 from ident.api.recording import Recording
 from ident.api.score import Score, score
@@ -17,6 +17,7 @@ from ident.output_error.servo_model import ServoModel
 from ident.workflows.gap import Gap as GapRun
 from ident.workflows.gap import gap_of
 from ident.workflows.output_error.gap import GapOfServos, gap_of_servos
+from wamctl.arm.errors import ConfigurationError
 
 
 class Gap(NamedEffects[GapRun]):
@@ -104,10 +105,12 @@ def find_gap(
         ConfigurationError: an unknown setting, or a value out of its bounds.
     """
     chosen = checked(arm, recordings)
-    if method == "simulation":
+    if null_runs < 0:
+        raise ConfigurationError("null_runs", [f"{null_runs} is less than none"])
+    if by_simulation(method):
         known, found = commanded(arm, chosen)
-        by_simulation = GapBySimulation(null_runs=null_runs)
-        return ServoGap(gap_of_servos(known, found, by_simulation, told(progress)))
+        options = GapBySimulation(null_runs=null_runs)
+        return ServoGap(gap_of_servos(known, found, options, told(progress)))
     described = arm.of_recording(chosen[0].joints, **settings)
     source = of_arm(described, arm.file, [r.log for r in chosen], [r.name for r in chosen])
     if model is not None:

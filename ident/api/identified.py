@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 from ident.api.arm import Arm
-from ident.api.inputs import Progress, checked, told
+from ident.api.inputs import Progress, by_simulation, checked, told
 from ident.api.recording import Recording
 from ident.api.result import Result
 from ident.api.score import Score, score
@@ -129,7 +129,7 @@ def identify(
         ConfigurationError: an unknown setting, or a value out of its bounds.
     """
     given = checked(arm, recordings)
-    if method == "simulation":
+    if by_simulation(method):
         from ident.api.identified_servos import identified_servos  # only now: half a second
 
         return identified_servos(arm, given, told(progress))

@@ -6,8 +6,9 @@ from collections.abc import Callable, Sequence
 from ident.api.arm import Arm
 from ident.api.recording import Recording
 from ident.regression.progress import Tell, silent
-from wamctl.arm.errors import DataError
+from wamctl.arm.errors import ConfigurationError, DataError, did_you_mean
 
+_METHODS = ("regression", "simulation")
 Progress = Callable[[str, float | None], None]
 
 
@@ -26,6 +27,19 @@ def checked(arm: Arm, recordings: Recording | Sequence[Recording]) -> list[Recor
     if not given:
         raise DataError("No recording was given; at least one is needed.")
     return [recorded(one) for one in given]
+
+
+def by_simulation(method: str) -> bool:
+    """Whether a method is that of the simulation, and not that of the regression.
+
+    Raises:
+        ConfigurationError: there is no such method.
+    """
+    if method not in _METHODS:
+        near = did_you_mean(method, _METHODS) if isinstance(method, str) else ""
+        choice = " or ".join(_METHODS)
+        raise ConfigurationError("method", [f"{method!r} is neither {choice}{near}"])
+    return method == "simulation"
 
 
 def recorded(given: object) -> Recording:

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
 
+from wamctl.arm.errors import writing
+
 
 class Work(Protocol):
     """What a command has found, and everything that is written about it."""
@@ -60,8 +62,13 @@ class Result(Generic[WorkT]):
         return self.content.get("remarks", [])
 
     def report(self, path: str | Path) -> Path:
-        """Write the report, one HTML page, and give its path."""
-        Path(path).write_text(self.run.page(), encoding="utf-8")
+        """Write the report, one HTML page, and give its path.
+
+        Raises:
+            DataError: the file cannot be written.
+        """
+        with writing(path):
+            Path(path).write_text(self.run.page(), encoding="utf-8")
         return Path(path)
 
     def save(self, folder: str | Path) -> Path:

@@ -18,7 +18,7 @@ from ident.output_error.recordings import stretches_of
 from ident.output_error.servo_model import is_servo_model, read_servo_model
 from ident.report.page import render
 from ident.report.replay_page import ReplayReport, replay_page
-from wamctl.arm.errors import ConfigurationError, DataError
+from wamctl.arm.errors import ConfigurationError, writing
 from wamctl.arm.recording import read_recording
 
 
@@ -80,10 +80,8 @@ def export(
 
 
 def _write(out: Path, text: str) -> None:
-    try:
+    with writing(out):
         out.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise DataError(f"{out} cannot be written ({error.strerror}).") from error
 
 
 def _export_servos(

@@ -84,6 +84,12 @@ class Model:
                 f" links and terms have {expected}."
             )
 
+    def __repr__(self) -> str:
+        """Its arm, joints, estimator and effects, without the numbers."""
+        effects = [r.name for r in self.effects.records]
+        parts = [f"{self.robot.dof} joints", self.estimator, *effects]
+        return f"<Model {self.arm}: {', '.join(parts)}>"
+
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """Names, units, and kinds of the entries of delta."""
@@ -228,7 +234,11 @@ class Model:
         return np.column_stack([np.interp(t, even, column) for column in torque.T])
 
     def save(self, path: Path | str) -> None:
-        """Write the model as `model.yaml`."""
+        """Write the model as `model.yaml`.
+
+        Raises:
+            DataError: the file cannot be written.
+        """
         write_model(Path(path), self)
 
     def _motion(self, dt: float | None, **parts: ArrayLike) -> tuple[Motion, tuple[int, ...]]:

@@ -7,6 +7,7 @@ import numpy as np
 import yaml
 
 from ident.model.arm import TERM_NAMES
+from wamctl.arm.errors import writing
 from wamctl.arm.inertial import INERTIAL_NAMES
 
 if TYPE_CHECKING:
@@ -17,11 +18,16 @@ VERSION = 1
 
 
 def write_model(path: Path, model: "Model") -> None:
-    """The model as readable YAML: links first, the URDF last."""
+    """The model as readable YAML: links first, the URDF last.
+
+    Raises:
+        DataError: the file cannot be written.
+    """
     text = yaml.dump(
         _content(model), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100
     )
-    path.write_text(text, encoding="utf-8")
+    with writing(path):
+        path.write_text(text, encoding="utf-8")
 
 
 def _content(model: "Model") -> dict[str, Any]:

@@ -13,7 +13,7 @@ from ident.urdf_check.examine import Examination, examine_urdf
 from ident.urdf_check.masses import Weighed, weighed
 from ident.workflows.run import run_data
 from wamctl.arm.config import find_file
-from wamctl.arm.errors import ConfigurationError, DataError
+from wamctl.arm.errors import ConfigurationError, writing
 
 
 @dataclass(frozen=True)
@@ -108,10 +108,8 @@ def check_urdf(
 
 
 def _write(out: Path, text: str) -> None:
-    try:
+    with writing(out):
         out.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise DataError(f"{out} cannot be written ({error.strerror or error}).") from error
 
 
 def _compared(

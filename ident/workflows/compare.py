@@ -8,7 +8,7 @@ from typing import Any
 from ident.report.compare_page import Comparison, compare_content, compare_page
 from ident.report.page import render
 from ident.workflows.run_json import as_json
-from wamctl.arm.errors import DataError
+from wamctl.arm.errors import DataError, writing
 
 
 def compare_folders(folders: Sequence[Path], out: Path) -> tuple[str, str]:
@@ -29,10 +29,8 @@ def compare_folders(folders: Sequence[Path], out: Path) -> tuple[str, str]:
         )
     both = Comparison(_names(folders), (first, second))
     page = compare_page(both)
-    try:
+    with writing(out):
         out.write_text(render(page), encoding="utf-8")
-    except OSError as error:
-        raise DataError(f"{out} cannot be written ({error.strerror or error}).") from error
     return page.verdict.sentence, as_json(compare_content(both))
 
 

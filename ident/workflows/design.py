@@ -17,7 +17,7 @@ from ident.report.page import render
 from ident.simulation.arm import SimulatedArm
 from ident.workflows.provenance import provenance
 from wamctl.arm.config import find_file, load_arm_file
-from wamctl.arm.errors import ConfigurationError, DataError
+from wamctl.arm.errors import ConfigurationError, writing
 from wamctl.arm.trajectory import read_trajectory, write_trajectory
 
 Constraints = Literal["all", "joint_motion"]
@@ -111,10 +111,8 @@ def save(found: Design, out: Path) -> None:
     Raises:
         DataError: the file cannot be written.
     """
-    try:
+    with writing(out):
         write_trajectory(out, found.trajectory)
-    except OSError as error:
-        raise DataError(f"{out} cannot be written ({error}).") from error
 
 
 def report_beside(found: Design, config: Path, out: Path, settings: dict[str, Any]) -> Path:
@@ -147,8 +145,6 @@ def view_beside(found: Design, config: Path, out: Path) -> Path:
 
 
 def _page(path: Path, text: str) -> Path:
-    try:
+    with writing(path):
         path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise DataError(f"{path} cannot be written ({error}).") from error
     return path

@@ -19,7 +19,7 @@ from ident.identification.velocity_threshold import Sweep
 from ident.model.arm import TERM_NAMES
 from ident.regression.squared_errors import Errors
 from ident.signals.arrays import Array
-from wamctl.arm.errors import DataError
+from wamctl.arm.errors import writing
 from wamctl.arm.robot import Robot
 
 
@@ -30,14 +30,12 @@ def whole_folder(out: Path, names: tuple[str, ...]) -> Iterator[Path]:
     Raises:
         DataError: the folder cannot be written.
     """
-    try:
+    with writing(out):
         out.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".unfinished-", dir=out) as folder:
             yield Path(folder)
             for name in names:
                 shutil.move(Path(folder) / name, out / name)
-    except OSError as error:
-        raise DataError(f"{out} cannot be written ({error.strerror or error}).") from error
 
 
 def write_results(

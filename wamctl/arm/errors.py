@@ -1,6 +1,7 @@
 """Errors that end a command with one sentence and an exit code."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -53,3 +54,16 @@ class DataError(UserError):
     """A recording, model or table that cannot be used; the message is the whole sentence."""
 
     exit_code = 6
+
+
+@contextmanager
+def writing(path: Path | str) -> Iterator[None]:
+    """What the system says where a file cannot be written, as a sentence.
+
+    Raises:
+        DataError: the block met an error of the system.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise DataError(f"{path} cannot be written ({error.strerror or error}).") from error

@@ -95,6 +95,10 @@ class Recording:
     attachments: dict[str, bytes] = field(default_factory=dict)
     complete: bool = True
 
+    def __repr__(self) -> str:
+        """Its size, without the arrays."""
+        return f"<Recording: {len(self.joint_names)} joints, {len(self.stamp_ns)} samples>"
+
     def pieces(self) -> Iterator[Piece]:
         """The recording as one piece."""
         names, c = self.joint_names, self.command

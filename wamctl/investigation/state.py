@@ -10,7 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from wamctl.arm.configuration.known_change import known_change
-from wamctl.arm.errors import DataError
+from wamctl.arm.errors import DataError, writing
 from wamctl.errors import UsageError
 from wamctl.investigation.budget import Cost
 
@@ -177,14 +177,12 @@ def write_whole(path: Path, text: str) -> None:
         DataError: it cannot be written.
     """
     unfinished = path.with_name(f".{path.name}.unfinished")
-    try:
+    with writing(path):
         with unfinished.open("w", encoding="utf-8") as file:
             file.write(text)
             file.flush()
             os.fsync(file.fileno())
         unfinished.replace(path)
-    except OSError as error:
-        raise DataError(f"{path} cannot be written ({error.strerror or error}).") from error
 
 
 def made(path: Path, make: Callable[[Path], None]) -> Path:

@@ -190,10 +190,24 @@ def test_a_score_asks_for_a_recording(fit) -> None:
         fit.score(np.zeros((100, 7)))
 
 
+def test_another_method_is_refused(arm, arrays) -> None:
+    with pytest.raises(ConfigurationError, match=r"neither .*; did you mean simulation\?"):
+        ident.identify(arm, ident.Recording(**arrays), method="simulate")
+    with pytest.raises(ConfigurationError, match="-1 is less than none"):
+        ident.find_gap(arm, ident.Recording(**arrays), null_runs=-1)
+
+
+def test_what_cannot_be_written_is_told(fit, tmp_path) -> None:
+    for write in (fit.model.save, fit.report):
+        with pytest.raises(DataError, match="nowhere/file cannot be written"):
+            write(tmp_path / "nowhere" / "file")
+
+
 def test_results_print_in_a_line(fit, arrays) -> None:
     assert repr(ident.Recording(**arrays)) == (
         "<Recording recording: t, q, tau; 7 joints, 4000 samples>"
     )
+    assert repr(fit.model) == "<Model wam7: 7 joints, feasible>"
     assert repr(fit).startswith("<Identified: wam7: trustworthy, held-out error ")
 
 
