@@ -1,7 +1,6 @@
 """What every command line has: version, short options, advice, and nothing lost at `--out`."""
 
 import json
-import os
 import re
 import shlex
 import subprocess
@@ -10,7 +9,11 @@ from pathlib import Path
 
 import pytest
 import yaml
+from typer.testing import CliRunner, Result
 
+import ident.cli
+import sim_bus.cli
+import wamctl.cli
 from ident.cli import main
 from ident.commands.options import next_after, with_input
 from ident.commands.outputs import file_written, folder_written
@@ -21,17 +24,20 @@ from wamctl.arm.config import find_file, load_robot_file, shipped_file
 from wamctl.arm.errors import ConfigurationError, DataError
 
 PROJECT = Path(__file__).parents[2]
-PROGRAMS = ("wamctl", "ident", "sim-bus")
+PROGRAMS = {"wamctl": wamctl.cli.app, "ident": ident.cli.app, "sim-bus": sim_bus.cli.app}
 
 
-def typed(program: str, *arguments: object, **environment: str) -> subprocess.CompletedProcess[str]:
-    """A command in a process of its own, with a terminal's width of 80 columns."""
-    return subprocess.run(
-        [Path(sys.executable).parent / program, *map(str, arguments)],
-        env=os.environ | {"COLUMNS": "80"} | environment,
-        capture_output=True,
-        text=True,
-        check=False,
+def started(program: str, *arguments: object) -> subprocess.CompletedProcess[str]:
+    """A command in a process of its own."""
+    words = [Path(sys.executable).parent / program, *map(str, arguments)]
+    return subprocess.run(words, capture_output=True, text=True, check=False)
+
+
+def typed(program: str, *arguments: object, **environment: str) -> Result:
+    """A command in this process, on a terminal of 80 columns."""
+    told = {"COLUMNS": "80"} | environment
+    return CliRunner().invoke(
+        PROGRAMS[program], list(map(str, arguments)), env=told, prog_name=program
     )
 
 
@@ -43,7 +49,7 @@ def call(*arguments: object) -> int:
 
 @pytest.mark.parametrize("program", PROGRAMS)
 def test_version_and_help(program: str) -> None:
-    assert re.fullmatch(r"wam-ident \d+\.\d+\.\d+\n", typed(program, "--version").stdout)
+    assert re.fullmatch(r"wam-ident \d+\.\d+\.\d+\n", started(program, "--version").stdout)
     short, long = typed(program, "-h"), typed(program, "--help")
     assert short.stdout == long.stdout
     assert "--quiet" in short.stdout
@@ -108,9 +114,9 @@ def test_quiet_gives_no_advice(tmp_path) -> None:
     wrong = tmp_path / "arm.urdf"
     text = shipped_file("wam7.urdf").read_text("utf-8")
     wrong.write_text(re.sub(r'ixx="[^"]*"', 'ixx="-1"', text, count=1), encoding="utf-8")
-    assert "Next: ident check-urdf" in typed("ident", "check-urdf", wrong).stderr
+    assert "Next: ident check-urdf" in started("ident", "check-urdf", wrong).stderr
     for arguments in (("-q", "check-urdf", wrong), ("check-urdf", wrong, "--quiet")):
-        done = typed("ident", *arguments)
+        done = started("ident", *arguments)
         assert (done.returncode, done.stderr) == (3, "")
         assert "1 fault" in done.stdout
 

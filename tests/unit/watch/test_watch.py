@@ -11,13 +11,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ident.cli import main
 from ident.recordings.loading import Reading
 from ident.watch.residual import CausalFilter
 from ident.workflows.fleet.watch import watched
 from ident.workflows.run import run_logs
 from tests.unit.fleet.conftest import ordinary, write_log
 
-COMMAND = [sys.executable, "-m", "ident.cli", "watch"]
+
+def watch(*arguments: object) -> int:
+    """Exit status of `ident watch`, in this process."""
+    with pytest.raises(SystemExit) as ended:
+        main(["watch", *map(str, arguments)])
+    return int(ended.value.code or 0)
 
 
 @pytest.fixture(scope="module")
@@ -85,30 +91,25 @@ def test_a_log_is_followed_while_it_is_written(arm, model, log, tmp_path):
 
 
 def test_lines_of_json_and_an_exit_code_from_standard_input(arm, model, log):
-    command = [*COMMAND, "-", "--model", str(model), "--json"]
-    loaded, plain = log(replace(arm, load=0.5), 5), log(arm, 6)
-    with loaded.open("rb") as file:
+    command = [sys.executable, "-m", "ident.cli", "watch", "-", "--model", str(model), "--json"]
+    with log(replace(arm, load=0.5), 5).open("rb") as file:
         done = subprocess.run(command, stdin=file, capture_output=True, text=True, check=False)
     assert done.returncode == 6
     lines = [json.loads(line) for line in done.stdout.splitlines()]
     assert lines[0]["kind"] == "payload"
     assert lines[-1]["kind"] == "end"
-    with plain.open("rb") as file:
-        done = subprocess.run(command, stdin=file, capture_output=True, text=True, check=False)
-    assert done.returncode == 0
+    assert watch(log(arm, 6), "--model", model, "--idle", 0) == 0
 
 
-def test_what_cannot_be_watched_is_told_in_a_sentence(model, tmp_path):
+def test_what_cannot_be_watched_is_told_in_a_sentence(model, tmp_path, capsys):
     shutil.copy(model, tmp_path / "no.mcap")
     for source, words in (
         (str(tmp_path / "gone.mcap"), "cannot be read"),
         (str(tmp_path / "no.mcap"), "is no MCAP log"),
         ("ws://127.0.0.1:9", "does not answer"),
     ):
-        command = [*COMMAND, source, "--model", str(model), "--idle", "0"]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        assert done.returncode == 6
-        assert words in done.stderr
+        assert watch(source, "--model", model, "--idle", 0) == 6
+        assert words in capsys.readouterr().err
 
 
 def test_the_filter_gives_the_derivatives_of_one_instant():
