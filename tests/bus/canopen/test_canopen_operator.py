@@ -12,9 +12,12 @@ import psutil
 import pytest
 
 from wamctl.arm.recording import read_recording
+from wamctl.experiment.operator_stop import StopRequest
 
 WAMCTL = str(Path(sys.executable).with_name("wamctl"))
 SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP", "SIGUSR1", "SIGUSR2", "SIGALRM")
+OF_A_WHOLE_RUN = ("SIGINT", "SIGTERM", "SIGHUP", "SIGTSTP", "q", "ctrl-z")
+"""With these a whole experiment is stopped; the others end in the same request to stop."""
 MORE_THAN_ENOUGH = (
     60  # seconds of motion, of which a stop after a few is seen on a busy machine too
 )
@@ -56,8 +59,32 @@ def ended(process, log, said, cause):
     assert read_recording(log).complete
 
 
+@pytest.fixture
+def asked(monkeypatch):
+    """A request to stop that listens to a terminal, and the terminal's other end."""
+    master, terminal = pty.openpty()
+    with os.fdopen(terminal) as stdin:
+        monkeypatch.setattr("sys.stdin", stdin)
+        with StopRequest().listening() as asked:
+            assert asked() is None
+            yield asked, master
+    os.close(master)
+
+
 @pytest.mark.parametrize("name", SIGNALS)
-def test_every_deadly_signal_brakes_the_arm(configure, tmp_path, name):
+def test_every_deadly_signal_asks_to_stop(asked, name):
+    signal.raise_signal(getattr(signal, name))
+    assert asked[0]() == f"the operator stopped it ({name})"
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_every_key_asks_to_stop(asked, key):
+    os.write(asked[1], KEYS[key])
+    assert asked[0]() == "the operator pressed a key"
+
+
+@pytest.mark.parametrize("name", [name for name in SIGNALS if name in OF_A_WHOLE_RUN])
+def test_a_signal_brakes_the_arm(configure, tmp_path, name):
     process, log = started(configure, tmp_path, stderr=subprocess.PIPE, text=True)
     with process:
         wait_for_rows(log, process)
@@ -77,8 +104,8 @@ def test_eight_signals_are_one(configure, tmp_path):
     ended(process, log, said, "the operator stopped it (SIGINT)")
 
 
-@pytest.mark.parametrize("key", KEYS)
-def test_every_key_brakes_the_arm(configure, tmp_path, key):
+@pytest.mark.parametrize("key", [key for key in KEYS if key in OF_A_WHOLE_RUN])
+def test_a_key_brakes_the_arm(configure, tmp_path, key):
     master, terminal = pty.openpty()
     process, log = started(configure, tmp_path, stdin=terminal, stderr=subprocess.PIPE, text=True)
     with process:
