@@ -11,7 +11,7 @@ from ident.api.score import Score, score
 from ident.api.tables import html_table, table
 from ident.model.identified_model import Model
 from ident.recordings.loading import dataset_for
-from ident.recordings.log_summary import survey
+from ident.recordings.log_summary import summarise_log
 from ident.workflows.run import Run, run_data
 from wamctl.arm.errors import DataError
 
@@ -133,7 +133,7 @@ def identify(
         from ident.api.identified_servos import identified_servos  # only now: half a second
 
         return identified_servos(arm, given, told(progress))
-    logs = [survey(r.log, r.name) for r in given]
+    logs = [summarise_log(r.log, r.name) for r in given]
     model = arm.of_recording(logs[0].joint_names, **settings)
     data = [dataset_for(model, found) for found in logs]
     return Identified(run_data(model, data, told(progress), effects))

@@ -9,7 +9,7 @@ from ident.api.recording import Recording
 from ident.identification.validation import arm_of, predict
 from ident.model.identified_model import Model
 from ident.recordings.loading import dataset_for
-from ident.recordings.log_summary import survey
+from ident.recordings.log_summary import summarise_log
 from ident.signals.arrays import Array
 
 
@@ -40,7 +40,7 @@ def score(model: Model, recording: Recording) -> Score:
     """
     recording = recorded(recording)
     arm = arm_of(model)
-    data = dataset_for(arm, survey(recording.log, recording.name))
+    data = dataset_for(arm, summarise_log(recording.log, recording.name))
     if model.gains_nm_per_a:
         data = data.with_torque_times(np.array(model.gains_nm_per_a))
     found = predict(model, arm, data)

@@ -24,7 +24,7 @@ from ident.regression.triangles import least_squares, merged, squared_error
 from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 
-Hear = Callable[[float], None]
+Progress = Callable[[float], None]
 
 FOLDS = 3
 """Every third pair of stretches is held out in turn."""
@@ -34,7 +34,7 @@ _WORTH_PROCESSES = 200_000
 
 
 @dataclass(frozen=True)
-class Log:
+class ReducedRecording:
     """One recording on its way into the fit.
 
     Attributes:
@@ -49,7 +49,7 @@ class Log:
     reduction: Reduction
     moments: Moments | None = None
 
-    def only(self, stretches: NDArray[np.bool_]) -> "Log":
+    def only(self, stretches: NDArray[np.bool_]) -> "ReducedRecording":
         """The same recording, with only some of its stretches, shape (BLOCKS,)."""
         moments = self.moments and self.moments.only(stretches)
         return replace(self, reduction=self.reduction.only(stretches), moments=moments)
@@ -72,7 +72,7 @@ class RegressionData:
 
     arm: Arm
     base: BaseMap
-    logs: tuple[Log, ...]
+    logs: tuple[ReducedRecording, ...]
     prior: Array
     sizes: dict[int, LinkSize]
     constraints: list[Constraint]
@@ -125,7 +125,7 @@ class RegressionData:
 
 
 @dataclass(frozen=True)
-class _Gathered:
+class _UnmixedRecording:
     """A recording before it is known how friction turns round."""
 
     data: Dataset
@@ -139,19 +139,22 @@ def held_out(fold: int) -> NDArray[np.bool_]:
     return (np.arange(BLOCKS) // 2) % FOLDS == fold
 
 
-def _deaf(share: float) -> None:
-    """Hears nothing."""
+def _no_progress(share: float) -> None:
+    """Tells nobody."""
 
 
-def gather(
-    data: Sequence[Dataset], arm: Arm, hear: Hear = _deaf, known: KnownShapes | None = None
+def reduce_recordings(
+    data: Sequence[Dataset],
+    arm: Arm,
+    progress: Progress = _no_progress,
+    known: KnownShapes | None = None,
 ) -> RegressionData:
     """Recordings filtered, turned into rows, and reduced.
 
     Args:
         data: the recordings, joints in the robot's order.
         arm: the robot and its settings.
-        hear: called with the share that is done, again and again.
+        progress: called with the share that is done, again and again.
         known: how friction turns round, where a model says so; None: the data choose.
 
     Raises:
@@ -160,9 +163,11 @@ def gather(
     base = base_map(arm.robot, arm.terms, [posture(d) for d in data])
     if not base.kept:
         raise DataError(f"{data[0].name}: no parameter of the model has an effect on this motion.")
-    found = _logs(data, partial(_log, arm=arm, base=base, known=known), hear)
+    found = _all_unmixed(data, partial(_unmixed, arm=arm, base=base, known=known), progress)
     reversals, products = _reversals(found, base, known)
-    logs = tuple(Log(x.data, x.process, x.rows.along(reversals), x.moments) for x in found)
+    logs = tuple(
+        ReducedRecording(x.data, x.process, x.rows.along(reversals), x.moments) for x in found
+    )
     prior = prior_parameters(arm.robot, base)
     sizes = link_sizes(prior, base.parameters)
     constraints = feasible_set(base.parameters, sizes, arm.settings.feasible_set)
@@ -171,7 +176,7 @@ def gather(
 
 
 def _reversals(
-    found: Sequence[_Gathered], base: BaseMap, known: KnownShapes | None
+    found: Sequence[_UnmixedRecording], base: BaseMap, known: KnownShapes | None
 ) -> tuple[Reversals, WideProducts | None]:
     """How friction turns round, and the products of which it was chosen."""
     n = len(found[0].data.moving)
@@ -199,38 +204,40 @@ def posture(data: Dataset) -> Posture:
     return Posture(data.place, np.where(data.moving, np.pi, 0.0))
 
 
-def _logs(
-    data: Sequence[Dataset], gathered: Callable[..., _Gathered], hear: Hear
-) -> list[_Gathered]:
+def _all_unmixed(
+    data: Sequence[Dataset], unmixed: Callable[..., _UnmixedRecording], progress: Progress
+) -> list[_UnmixedRecording]:
     """All recordings reduced, in several processes where that pays."""
     workers = min(len(data), os.cpu_count() or 1)
     if workers == 1 or sum(d.samples for d in data) < _WORTH_PROCESSES:
         return [
-            gathered(d, hear=lambda share, i=i: hear((i + share) / len(data)))
+            unmixed(d, progress=lambda share, i=i: progress((i + share) / len(data)))
             for i, d in enumerate(data)
         ]
     logs = []
-    for log in in_processes(partial(gathered, hear=_deaf), data, workers):
+    for log in in_processes(partial(unmixed, progress=_no_progress), data, workers):
         logs.append(log)
-        hear(len(logs) / len(data))
+        progress(len(logs) / len(data))
     return logs
 
 
-def _log(
-    data: Dataset, arm: Arm, base: BaseMap, known: KnownShapes | None, hear: Hear
-) -> _Gathered:
+def _unmixed(
+    data: Dataset, arm: Arm, base: BaseMap, known: KnownShapes | None, progress: Progress
+) -> _UnmixedRecording:
     process = processing(arm, data) if known is None else processing(arm, data, known.curves)
     regressor = Regressor(arm.robot, arm.terms, base, data.moving)
-    stream = _heard(rows_of(data, process, regressor), data.span_s, hear)
+    stream = _with_progress(rows_of(data, process, regressor), data.span_s, progress)
     reduced = reduction(stream, data.span_s, process.threshold_rad_s, data.moving)
     products = moments(data, process, regressor) if "iv" in arm.settings.estimators else None
-    return _Gathered(data, process, reduced, products)
+    return _UnmixedRecording(data, process, reduced, products)
 
 
-def _heard(stream: Iterator[Rows], span_s: tuple[float, float], hear: Hear) -> Iterator[Rows]:
+def _with_progress(
+    stream: Iterator[Rows], span_s: tuple[float, float], progress: Progress
+) -> Iterator[Rows]:
     for rows in stream:
         yield rows
-        hear((float(rows.t[-1]) - span_s[0]) / (span_s[1] - span_s[0]))
+        progress((float(rows.t[-1]) - span_s[0]) / (span_s[1] - span_s[0]))
 
 
 def noise(evidence: RegressionData, beta: Array) -> Array:

@@ -13,7 +13,7 @@ from ident.identification.validation import arm_of
 from ident.model.attachments import attached_config
 from ident.model.identified_model import Model
 from ident.recordings.loading import dataset_for
-from ident.recordings.log_summary import survey
+from ident.recordings.log_summary import summarise_log
 from ident.signals.arrays import Array
 from ident.simulation.configuration import controller_for, wire_for
 from ident.simulation.loop import Controller, Wire, run
@@ -87,7 +87,7 @@ def replay(mjcf: str, model: Model, recording: Recording, name: str) -> Replay:
     controller, wire = controller_for(file, model.robot), wire_for(file)
     own = run(simulation_of(model), controller, wire, motion).q
     moved = _in_mujoco(mjcf, controller, wire, motion)
-    counted = dataset_for(arm_of(model), survey(recording, name)).segments[0].used
+    counted = dataset_for(arm_of(model), summarise_log(recording, name)).segments[0].used
     span = slice(*(counted or (0, min(len(recording.q), len(own)))))
     t = (recording.stamp_ns[span] - recording.stamp_ns[0]) * 1e-9
     return Replay(name, joints, t, recording.q[span, columns], moved[span], own[span])

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.estimation.least_squares import ESTIMATORS
-from ident.estimation.regression_data import gather
+from ident.estimation.regression_data import reduce_recordings
 from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset
 from ident.regression.filters import highest_cutoff_hz, wanted_cutoff_hz
@@ -99,7 +99,7 @@ def with_best_cutoff(
 
 def _unfiltered_error(data: Sequence[Dataset], arm: Arm) -> float:
     """Relative error on unfiltered torque of a fit to filtered rows [%]."""
-    evidence = gather(data, arm)
+    evidence = reduce_recordings(data, arm)
     beta = ESTIMATORS["ols"](evidence).beta
     raw = np.stack([log.reduction.R_raw for log in evidence.logs])
     return sums(raw, evidence.counts.sum(axis=1), beta).errors().relative_percent

@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from ident.estimation.regression_data import RegressionData, gather
+from ident.estimation.regression_data import RegressionData, reduce_recordings
 from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset
 from ident.signals.arrays import Array
@@ -77,7 +77,7 @@ def coupled_ratios(data: Sequence[Dataset], arm: Arm, reference: int) -> Ratios:
     found = Ratios(np.ones(arm.robot.dof), np.zeros(arm.robot.dof))
     for _ in range(_PASSES):
         alike = [d.with_torque_times(1 / found.value) for d in data]
-        more = _of_evidence(gather(alike, arm), reference)
+        more = _of_evidence(reduce_recordings(alike, arm), reference)
         found = Ratios(found.value * more.value, more.relative_sd)
     return found
 

@@ -8,7 +8,7 @@ from functools import partial
 from ident.estimation.feasible_sdp import nearest_to_cad
 from ident.estimation.least_squares import ESTIMATORS, wanted_estimators
 from ident.estimation.problem import Estimate, with_beta
-from ident.estimation.regression_data import RegressionData, gather
+from ident.estimation.regression_data import RegressionData, reduce_recordings
 from ident.estimation.reversal_shapes import KnownShapes
 from ident.identification.cross_validation import HeldOut, check_held_out
 from ident.identification.identifiability import Identifiability, identifiability
@@ -77,11 +77,11 @@ def identify(data: Sequence[Dataset], arm: Arm, tell: Tell = silent) -> Identifi
     arm, trials = with_needed_terms(data, arm, tell)
     reducing = partial(tell, f"filtering and reducing {sum(d.samples for d in data)} samples")
     reducing()
-    evidence = gather(data, arm, reducing)
+    evidence = reduce_recordings(data, arm, reducing)
     culling = sweep([log.reduction.excerpt_at_once for log in evidence.logs])
     if arm.settings.velocity_threshold_rad_s == "auto":
         culled = arm.with_settings(velocity_threshold_rad_s=culling.choice)
-        evidence = gather(data, culled, partial(tell, "leaving out slow samples"))
+        evidence = reduce_recordings(data, culled, partial(tell, "leaving out slow samples"))
     tell("fitting, and predicting what was not fitted")
     formed = time.perf_counter()
     regressor = sum(log.reduction.regressor_s for log in evidence.logs)

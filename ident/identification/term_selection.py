@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from ident.estimation.regression_data import Hear, gather
+from ident.estimation.regression_data import Progress, reduce_recordings
 from ident.identification.cross_validation import held_out_sums, jackknife
 from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset
@@ -72,8 +72,8 @@ def with_needed_terms(
     return arm, tuple(taken)
 
 
-def _stretches(data: Sequence[Dataset], arm: Arm, hear: Hear) -> list[Sums]:
-    return held_out_sums(gather(data, arm, hear), arm.settings.estimator)
+def _stretches(data: Sequence[Dataset], arm: Arm, progress: Progress) -> list[Sums]:
+    return held_out_sums(reduce_recordings(data, arm, progress), arm.settings.estimator)
 
 
 def _trial(term: str, before: Sequence[Sums], after: Sequence[Sums]) -> Trial:

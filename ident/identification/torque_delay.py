@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.estimation.problem import solved
-from ident.estimation.regression_data import Log
+from ident.estimation.regression_data import ReducedRecording
 from ident.regression.reduction import BLOCKS, block_of
 
 
@@ -27,7 +27,7 @@ class Delay:
     sd: float
 
 
-def delay(log: Log) -> Delay:
+def delay(log: ReducedRecording) -> Delay:
     """The delay that all joints of a recording share, each weighted by its noise."""
     excerpt = log.reduction.excerpt
     stretch = block_of(excerpt.t, log.reduction.span_s)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.estimation.regression_data import RegressionData, gather
+from ident.estimation.regression_data import RegressionData, reduce_recordings
 from ident.estimation.reversal_shapes import KnownShapes
 from ident.identification.cross_validation import spread
 from ident.model.arm import TERM_NAMES, Arm
@@ -99,13 +99,13 @@ def predict(model: Model, arm: Arm, data: Dataset) -> Prediction:
             " it says nothing about them."
         )
     known = KnownShapes.of_model(model.filter.reversals) if model.filter.reversals else None
-    evidence = whole = gather([data], arm, known=known)
+    evidence = whole = reduce_recordings([data], arm, known=known)
     if model.effects.records:
         from ident.effects.compensation import without_effects  # it loads numba, half a second
 
         bare = replace(model, effects=NoEffects())
         whole, evidence = (
-            gather([without_effects(m, data)], arm, known=known) for m in (bare, model)
+            reduce_recordings([without_effects(m, data)], arm, known=known) for m in (bare, model)
         )
     betas: Mapping[str, Array] = {model.estimator: evidence.base.K @ model.delta}
     if evidence.base.names == tuple(b.name for b in model.base_parameters):

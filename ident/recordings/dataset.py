@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.recordings.errors import JointMismatchError
-from ident.recordings.log_summary import GAP_PERIODS, LogSummary, survey
-from ident.recordings.samples import Instants, TorqueSource, chosen_torque, instants
+from ident.recordings.log_summary import GAP_PERIODS, LogSummary, summarise_log
+from ident.recordings.samples import Samples, TorqueSource, chosen_torque, read_samples
 from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import Recording
@@ -159,8 +159,8 @@ def dataset(
     torque: TorqueSource | None = None,
     sliding: Sequence[bool] = (),
 ) -> Dataset:
-    """A recording in memory as a dataset; errors are those of `survey` and `dataset_of`."""
-    return dataset_of(survey(recording, name), joint_names, torque, sliding)
+    """A recording in memory as a dataset; errors are those of `summarise_log` and `dataset_of`."""
+    return dataset_of(summarise_log(recording, name), joint_names, torque, sliding)
 
 
 def dataset_of(
@@ -273,7 +273,7 @@ def _uniform(
     """All samples on the spans' grids; held joints at their place, which is NaN for the others."""
     starts = np.array([s.start_s for s in spans])
     number, grid = 0, _Grid(spans[0], found.period_s, place)
-    for new in instants(found, torque, columns):
+    for new in read_samples(found, torque, columns):
         span_of = np.searchsorted(starts, new.t, side="right") - 1
         for k in np.unique(span_of):
             if k != number:
@@ -291,9 +291,9 @@ class _Grid:
     def __init__(self, span: Span, period: float, place: Array) -> None:
         self._span, self._period, self._place = span, period, place
         self._done = 0
-        self._waiting: Instants | None = None
+        self._waiting: Samples | None = None
 
-    def next(self, new: Instants) -> Segment | None:
+    def next(self, new: Samples) -> Segment | None:
         """The samples up to the last but one of the new ones, if there are any."""
         self._waiting = new if self._waiting is None else self._waiting.then(new)
         t = self._waiting.t
@@ -308,7 +308,7 @@ class _Grid:
             raise ValueError("a span without samples")
         return self._until(self._waiting, self._span.length)
 
-    def _until(self, waiting: Instants, end: int) -> Segment:
+    def _until(self, waiting: Samples, end: int) -> Segment:
         period, t = self._period, waiting.t
         grid = self._span.start_s + period * np.arange(self._done, end)
         first = int(np.searchsorted(t, grid[0] - period / 2)) if len(grid) else 0

@@ -11,7 +11,7 @@ from ident.model.attachments import HasAttachments
 from ident.recordings.dataset import Dataset, dataset_of, kept
 from ident.recordings.errors import ArmsDifferError
 from ident.recordings.joint_names import Pairs, renamed
-from ident.recordings.log_summary import LogSummary, survey
+from ident.recordings.log_summary import LogSummary, summarise_log
 from ident.recordings.samples import TorqueSource
 from ident.recordings.steady_state import only_steady_state
 from wamctl.arm.recording import JOINT_COMMANDS, JOINT_STATES, LogFile
@@ -97,7 +97,7 @@ def joints_to_read(
 
 def _survey(path: Path, reading: Reading, joints: tuple[str, ...], pairs: Pairs) -> LogSummary:
     file = LogFile(path, reading.joint_states, reading.joint_commands, joints, pairs)
-    return survey(file, str(path))
+    return summarise_log(file, str(path))
 
 
 def dataset_for(arm: Arm, found: LogSummary, torque: TorqueSource | None = None) -> Dataset:

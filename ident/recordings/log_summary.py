@@ -25,7 +25,7 @@ _SMALL_BYTES = 64e6
 """Logs of so many bytes of numbers at most are kept as they were read, so as to be read once."""
 
 
-class Log(Protocol):
+class LogSource(Protocol):
     """What can be read from its start as often as needed: a file, or a recording in memory."""
 
     def pieces(self) -> Iterator[Piece]:
@@ -55,7 +55,7 @@ class LogSummary:
     """
 
     name: str
-    log: Log
+    log: LogSource
     pieces: Callable[[], Iterator[Piece]]
     joint_names: tuple[str, ...]
     attachments: dict[str, bytes]
@@ -72,8 +72,8 @@ class LogSummary:
     reference: bool
 
 
-def survey(log: Log, name: str) -> LogSummary:
-    """The survey of a log.
+def summarise_log(log: LogSource, name: str) -> LogSummary:
+    """The summary of a log.
 
     Args:
         log: the file or recording.

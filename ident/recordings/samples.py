@@ -21,7 +21,7 @@ TorqueSource = Literal["commanded", "measured"]
 
 
 @dataclass(frozen=True)
-class Instants:
+class Samples:
     """Consecutive samples at ascending stamps.
 
     Attributes:
@@ -36,33 +36,33 @@ class Instants:
     tau: Array
     reference: Array | None
 
-    def part(self, places: slice | NDArray[np.bool_]) -> "Instants":
+    def part(self, places: slice | NDArray[np.bool_]) -> "Samples":
         """Some of the samples."""
         wanted = self.reference
-        return Instants(
+        return Samples(
             self.t[places],
             self.q[places],
             self.tau[places],
             None if wanted is None else wanted[places],
         )
 
-    def then(self, later: "Instants") -> "Instants":
+    def then(self, later: "Samples") -> "Samples":
         """These samples and later ones."""
         wanted = None
         if self.reference is not None and later.reference is not None:
             wanted = np.concatenate([self.reference, later.reference])
-        return Instants(
+        return Samples(
             np.concatenate([self.t, later.t]),
             np.concatenate([self.q, later.q]),
             np.concatenate([self.tau, later.tau]),
             wanted,
         )
 
-    def at(self, grid: Array) -> "Instants":
+    def at(self, grid: Array) -> "Samples":
         """The samples at other instants between them [s], shape (G,)."""
         q, tau = (resampled(self.t, values, grid) for values in (self.q, self.tau))
         wanted = None if self.reference is None else resampled(self.t, self.reference, grid)
-        return Instants(grid, q, tau, wanted)
+        return Samples(grid, q, tau, wanted)
 
 
 def chosen_torque(found: LogSummary, torque: TorqueSource | None) -> TorqueSource:
@@ -77,7 +77,9 @@ def chosen_torque(found: LogSummary, torque: TorqueSource | None) -> TorqueSourc
     return torque
 
 
-def instants(found: LogSummary, torque: TorqueSource, columns: Sequence[int]) -> Iterator[Instants]:
+def read_samples(
+    found: LogSummary, torque: TorqueSource, columns: Sequence[int]
+) -> Iterator[Samples]:
     """The samples of a log, part by part; those that repeat a stamp are left out.
 
     Args:
@@ -142,7 +144,7 @@ class _Waiting:
         queues = [q for q in (self._torque, self._reference) if q is not None]
         return min((q.t[-1] - self._found.period_s if len(q.t) else -np.inf) for q in queues)
 
-    def taken(self, until_s: float) -> Iterator[Instants]:
+    def taken(self, until_s: float) -> Iterator[Samples]:
         """The samples before an instant, if there are any; they are kept no more."""
         count = int(np.searchsorted(self._q.t, until_s))
         if not count:
@@ -168,7 +170,7 @@ class _Waiting:
                 self._torque.drop_before(t[-1] - period)
             if reference is not None:
                 reference.drop_before(t[-1])
-        yield Instants(t, q, tau, wanted)
+        yield Samples(t, q, tau, wanted)
 
 
 def held_mean(t: Array, held: Array, at: Array, period: float) -> Array:

@@ -45,7 +45,7 @@ def process_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
 class _Pool(ProcessPoolExecutor):
     def submit(self, *args: Any, **kwargs: Any) -> Future:
         """As of any executor; processes start here."""
-        with _deaf(), _without_main():
+        with _interrupts_blocked(), _without_main():
             return super().submit(*args, **kwargs)
 
 
@@ -62,7 +62,7 @@ def _watch() -> None:
 
 
 @contextmanager
-def _deaf() -> Iterator[None]:
+def _interrupts_blocked() -> Iterator[None]:
     """Interrupts wait, also for good in processes that start meanwhile."""
     if threading.current_thread() is not threading.main_thread():
         yield

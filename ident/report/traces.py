@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.estimation.regression_data import Log
+from ident.estimation.regression_data import ReducedRecording
 from ident.identification.identify import Identification
 from ident.identification.validation import Prediction
 from ident.signals.arrays import Array
@@ -41,6 +41,6 @@ def validation_trace(prediction: Prediction, estimator: str) -> Trace:
     return _trace(log, log.reduction.excerpt.W @ prediction.betas[estimator])
 
 
-def _trace(log: Log, predicted: Array) -> Trace:
+def _trace(log: ReducedRecording, predicted: Array) -> Trace:
     excerpt = log.reduction.excerpt
     return Trace(log.data.name, excerpt.t, excerpt.tau, predicted, excerpt.kept)

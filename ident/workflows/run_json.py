@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ident.dynamics.parameters import is_revolute
-from ident.estimation.regression_data import Log
+from ident.estimation.regression_data import ReducedRecording
 from ident.identification.cross_validation import HeldOut
 from ident.identification.identify import Identification
 from ident.identification.prediction_error import Assessment
@@ -127,7 +127,7 @@ def _sweep_content(sweep: Sweep) -> dict[str, Any]:
     }
 
 
-def log_content(log: Log) -> dict[str, Any]:
+def log_content(log: ReducedRecording) -> dict[str, Any]:
     """A recording as it stands in `run.json` and `validate.json`."""
     return {
         "name": log.data.name,

@@ -35,7 +35,7 @@ import numpy as np
 from ident.estimation.feasible_sdp import feasible
 from ident.estimation.problem import Problem
 from ident.estimation.readable_sdp import feasible_program
-from ident.estimation.regression_data import gather
+from ident.estimation.regression_data import reduce_recordings
 from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset, in_memory
 from ident.recordings.loading import Reading, read_logs
@@ -147,7 +147,7 @@ def main() -> None:
     warnings.simplefilter("ignore")  # cvxpy's, on the last digits
     arm, (log,) = read_logs([arguments.log], None, Reading())
     data = in_memory(log, log.rate_hz, log.segments)
-    problem = gather([data], arm).problem()
+    problem = reduce_recordings([data], arm).problem()
     fits: dict[str, Callable[[], object]] = {
         OURS: lambda: feasible(problem).beta,
         "Clarabel through cvxpy": lambda: through_cvxpy(problem, cp.CLARABEL),
@@ -161,7 +161,7 @@ def main() -> None:
         error = float(squared_error(problem.R, np.asarray(one.answer)))
         line(name, one, found[OURS], f"objective {error:.6f} ({error / least - 1:+.1e})")
     programs: dict[str, Callable[[], object]] = {
-        OURS: lambda: feasible(gather([data], arm).problem()).status
+        OURS: lambda: feasible(reduce_recordings([data], arm).problem()).status
     }
     if find_spec("figaroh"):
         programs["FIGAROH's physical_fit"] = lambda: figaroh_fit(arm, data)

@@ -79,10 +79,10 @@ def main() -> None:
 
 def first_instant(log: Path) -> float:
     """Stamp of a log's first message [s]."""
-    from ident.recordings.log_summary import survey
+    from ident.recordings.log_summary import summarise_log
     from wamctl.arm.recording import LogFile
 
-    return survey(LogFile(log), log.name).first_ns * 1e-9
+    return summarise_log(LogFile(log), log.name).first_ns * 1e-9
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.estimation.regression_data import gather
+from ident.estimation.regression_data import reduce_recordings
 from ident.excitation.problem.trajectory_grid import series_of
 from ident.identification.standard_errors import standard_errors
 from ident.model.arm import Arm
@@ -73,7 +73,9 @@ class ClosedLoopTrial:
     def _errors(self, data: Dataset) -> float:
         if not data.moving.all():
             raise DataError(f"{data.name}: not every joint moves.")
-        evidence = gather([data], self.arm.with_settings(reversals="culled"))  # in half the time
+        evidence = reduce_recordings(
+            [data], self.arm.with_settings(reversals="culled")
+        )  # in half the time
         named = evidence.base.kept_parameters
         own = [self.weights.get(p.name, self.weights.get(str(p.kind), 1.0)) for p in named]
         return float(np.average(np.log(standard_errors(evidence)), weights=own))

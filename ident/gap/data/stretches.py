@@ -8,7 +8,7 @@ import numpy as np
 
 from ident.checks.remark import Grade, Remark, joined
 from ident.gap.data_settings import LongLogs
-from ident.recordings.log_summary import survey
+from ident.recordings.log_summary import summarise_log
 from wamctl.arm.recording import LogFile, Piece, Recording, recording_of
 from wamctl.arm.ros2.joint_series import JointSeries, ReferenceSeries
 
@@ -29,7 +29,7 @@ def stretches(log: LogFile, logs: int, settings: LongLogs) -> list[tuple[str, Re
         DataError: a log that cannot be used.
     """
     name = str(log.path)
-    found = survey(log, name)
+    found = summarise_log(log, name)
     duration, length_s = found.spans_s[-1][1], settings.stretch_s
     if duration <= settings.most_s:
         return [(name, recording_of(found.pieces()))]

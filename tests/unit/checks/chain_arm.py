@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ident.model.arm import Arm, arm_from_urdf
 from ident.recordings.dataset import Dataset
 from ident.recordings.loading import dataset_for
-from ident.recordings.log_summary import survey
+from ident.recordings.log_summary import summarise_log
 from wamctl.arm.recording import Recording
 
 Array = NDArray[np.floating]
@@ -51,7 +51,7 @@ class Log:
         return arm_from_urdf(self.urdf, self.names, "arm.urdf")
 
     def dataset(self, arm: Arm, name: str = "log") -> Dataset:
-        return dataset_for(arm, survey(self.recording(), name))
+        return dataset_for(arm, summarise_log(self.recording(), name))
 
 
 def names_of(joints: int) -> tuple[str, ...]:

@@ -23,7 +23,7 @@ from ident.estimation.feasible_set import (
 )
 from ident.estimation.problem import ordinary, with_beta
 from ident.estimation.readable_sdp import feasible_program
-from ident.estimation.regression_data import RegressionData, gather
+from ident.estimation.regression_data import RegressionData, reduce_recordings
 from ident.identification.feasibility_test import positive_fraction, verdict
 from ident.recordings.dataset import dataset
 from ident.regression.triangles import squared_error
@@ -33,7 +33,7 @@ from wamctl.arm.inertial import pseudo_inertia
 
 @pytest.fixture(scope="module")
 def evidence(wam, noisy) -> RegressionData:
-    return gather([dataset(noisy, wam.arm.robot.joint_names, "log")], wam.arm)
+    return reduce_recordings([dataset(noisy, wam.arm.robot.joint_names, "log")], wam.arm)
 
 
 def dissipative(evidence):
@@ -216,7 +216,7 @@ def test_entropic_prior_leads_from_cad_to_the_data(wam, evidence):
 def test_bounds_on_mass_and_its_centre_hold(wam, noisy):
     boxes = [[[-0.3, -0.3, -0.3], [0.3, 0.3, 0.3]]] * 7
     arm = wam.arm.with_settings(total_mass_kg=20.0, center_of_mass_box_m=boxes, cad_spread=0.3)
-    evidence = gather([dataset(noisy, arm.robot.joint_names, "log")], arm)
+    evidence = reduce_recordings([dataset(noisy, arm.robot.joint_names, "log")], arm)
     delta = feasible(evidence.problem()).delta
     links = delta.reshape(7, 12)[:, :10]
     assert links[:, 9].sum() < 20.0 + 1e-6
@@ -228,7 +228,7 @@ def test_bounds_on_mass_and_its_centre_hold(wam, noisy):
 def test_boxes_for_the_wrong_number_of_links_are_refused(wam, noisy):
     arm = wam.arm.with_settings(center_of_mass_box_m=[[[0, 0, 0], [1, 1, 1]]])
     with pytest.raises(ConfigurationError) as caught:
-        gather([dataset(noisy, arm.robot.joint_names, "log")], arm)
+        reduce_recordings([dataset(noisy, arm.robot.joint_names, "log")], arm)
     assert str(caught.value) == (
         "identification.center_of_mass_box_m: 1 boxes for 7 links; give two corners of three"
         " numbers each."

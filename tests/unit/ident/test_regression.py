@@ -8,7 +8,7 @@ from synthetic_arm import motion, recording
 
 import ident.estimation.regression_data
 from ident.estimation.least_squares import ESTIMATORS, wanted_estimators
-from ident.estimation.regression_data import RegressionData, gather, held_out, noise
+from ident.estimation.regression_data import RegressionData, held_out, noise, reduce_recordings
 from ident.identification.cross_validation import check_held_out
 from ident.identification.identifiability import confusions, identifiability
 from ident.identification.torque_delay import delay
@@ -30,7 +30,7 @@ from wamctl.arm.recording import ReferenceSeries
 
 @pytest.fixture(scope="module")
 def evidence(wam, noisy) -> RegressionData:
-    return gather([dataset(noisy, wam.arm.robot.joint_names, "log")], wam.arm)
+    return reduce_recordings([dataset(noisy, wam.arm.robot.joint_names, "log")], wam.arm)
 
 
 def test_triangles_hold_all_that_least_squares_asks():
@@ -79,7 +79,7 @@ def test_all_estimators_find_the_arm(wam, noisy):
     log = replace(noisy, reference=ReferenceSeries(stamps, q, qd, qdd))
     more = ["irls", "iv", "feasible_wls", "feasible_cad", "feasible_entropic"]
     arm = wam.arm.with_settings(estimators=more)
-    evidence = gather([dataset(log, arm.robot.joint_names, "log")], arm)
+    evidence = reduce_recordings([dataset(log, arm.robot.joint_names, "log")], arm)
     true = evidence.base.K @ wam.delta
     R = evidence.problem().R
     best = squared_error(R, true)
@@ -96,7 +96,7 @@ def test_all_estimators_find_the_arm(wam, noisy):
 def test_instruments_need_a_reference(wam, noisy):
     arm = wam.arm.with_settings(estimators=["iv"])
     with pytest.raises(DataError) as caught:
-        gather([dataset(noisy, arm.robot.joint_names, "log")], arm)
+        reduce_recordings([dataset(noisy, arm.robot.joint_names, "log")], arm)
     assert str(caught.value) == (
         "log holds no reference motion (/joint_reference), which iv needs: leave iv out."
     )
@@ -118,7 +118,7 @@ def test_instruments_tell_whether_the_filter_was_good_enough(wam, cutoff, words)
     arm = wam.arm.with_settings(
         estimators=["iv"], cutoff_hz=cutoff, differentiation_cutoff_hz=60, reversals="culled"
     )
-    evidence = gather([dataset(log, arm.robot.joint_names, "log")], arm)
+    evidence = reduce_recordings([dataset(log, arm.robot.joint_names, "log")], arm)
     assert ESTIMATORS["iv"](evidence).note.startswith(f"OLS {words} by noise in the position")
     W = evidence.problem().R[:-1, :-1]
     true = evidence.base.K @ wam.delta
@@ -130,7 +130,7 @@ def test_outliers_do_not_pull_the_robust_fit(wam, clean):
     effort = clean.effort.copy()
     effort[2000:2100] += 40.0
     log = replace(clean, effort=effort)
-    evidence = gather([dataset(log, wam.arm.robot.joint_names, "log")], wam.arm)
+    evidence = reduce_recordings([dataset(log, wam.arm.robot.joint_names, "log")], wam.arm)
     true = evidence.base.K @ wam.delta
     place = evidence.base.names.index("fc1")
     robust, plain = (ESTIMATORS[n](evidence).beta[place] - true[place] for n in ("irls", "ols"))
@@ -154,7 +154,7 @@ def test_a_delay_of_the_torque_is_found(wam, late_s):
     tau = wam.torque(q, qd, qdd)
     command = np.column_stack([np.interp(t + late_s, t, column) for column in tau.T])
     log = recording(wam.arm.robot.joint_names, t, q, command)
-    evidence = gather([dataset(log, wam.arm.robot.joint_names, "log")], wam.arm)
+    evidence = reduce_recordings([dataset(log, wam.arm.robot.joint_names, "log")], wam.arm)
     found = delay(evidence.logs[0])
     assert found.seconds == pytest.approx(late_s, abs=2e-4)
     assert 0 < found.sd < 1e-3
@@ -162,7 +162,7 @@ def test_a_delay_of_the_torque_is_found(wam, late_s):
 
 def test_culling_helps_where_slow_samples_are_wrong_and_nowhere_else(wam, clean, noisy):
     def swept(log):
-        evidence = gather([dataset(log, wam.arm.robot.joint_names, "log")], wam.arm)
+        evidence = reduce_recordings([dataset(log, wam.arm.robot.joint_names, "log")], wam.arm)
         return sweep([evidence.logs[0].reduction.excerpt_at_once])
 
     _, _, qd, _ = motion(20.0, 250.0)
@@ -206,9 +206,9 @@ def test_what_cannot_be_told_is_named(evidence):
 
 def test_recordings_reduce_alike_in_several_processes(wam, noisy, monkeypatch):
     data = [dataset(noisy, wam.arm.robot.joint_names, name) for name in ("first", "second")]
-    alone = gather(data, wam.arm)
+    alone = reduce_recordings(data, wam.arm)
     monkeypatch.setattr(ident.estimation.regression_data, "_WORTH_PROCESSES", 0)
-    together = gather(data, wam.arm)
+    together = reduce_recordings(data, wam.arm)
     assert [log.data.name for log in together.logs] == ["first", "second"]
     np.testing.assert_array_equal(together.triangles, alone.triangles)
     short = replace(
@@ -217,4 +217,4 @@ def test_recordings_reduce_alike_in_several_processes(wam, noisy, monkeypatch):
     with pytest.raises(
         TooShortError, match=r"^short is 1\.6 s long, but a filter with a cut-off of 2\.5 Hz"
     ):
-        gather([data[0], dataset(short, wam.arm.robot.joint_names, "short")], wam.arm)
+        reduce_recordings([data[0], dataset(short, wam.arm.robot.joint_names, "short")], wam.arm)

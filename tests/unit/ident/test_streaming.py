@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from synthetic_arm import recording
 
-from ident.estimation.regression_data import gather
+from ident.estimation.regression_data import reduce_recordings
 from ident.recordings.dataset import dataset, dataset_of
-from ident.recordings.log_summary import survey
+from ident.recordings.log_summary import summarise_log
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import Command, Piece, ReferenceSeries
 from wamctl.arm.ros2.joint_series import JointSeries
@@ -73,7 +73,7 @@ def test_samples_do_not_depend_on_the_pieces(torque, seed, count, irregular):
     lengths = (len(whole.q), len(whole.command.effort), len(whole.reference.q))
     cuts = tuple(np.sort([0, *rng.integers(0, n + 1, count - 1), n]) for n in lengths)
     wanted = dataset(whole, NAMES, "log", torque)
-    found = dataset_of(survey(InPieces(whole, cuts), "log"), NAMES, torque)
+    found = dataset_of(summarise_log(InPieces(whole, cuts), "log"), NAMES, torque)
     for what in ("rate_hz", "spans", "torque", "has_reference", "facts"):
         assert getattr(found, what) == getattr(wanted, what)
     assert len(found.segments) == len(wanted.segments) == 3
@@ -85,16 +85,16 @@ def test_samples_do_not_depend_on_the_pieces(torque, seed, count, irregular):
 
 def test_rows_do_not_depend_on_the_pieces(wam, noisy):
     cut = np.append(np.arange(0, len(noisy.q), 37), len(noisy.q))
-    found = survey(InPieces(noisy, (cut, cut, cut)), "log")
-    whole = gather([dataset(noisy, noisy.joint_names, "log")], wam.arm)
-    pieces = gather([dataset_of(found, noisy.joint_names)], wam.arm)
+    found = summarise_log(InPieces(noisy, (cut, cut, cut)), "log")
+    whole = reduce_recordings([dataset(noisy, noisy.joint_names, "log")], wam.arm)
+    pieces = reduce_recordings([dataset_of(found, noisy.joint_names)], wam.arm)
     np.testing.assert_array_equal(pieces.counts, whole.counts)
     np.testing.assert_allclose(np.abs(pieces.triangles), np.abs(whole.triangles), atol=1e-9)
 
 
 def test_no_part_of_a_long_log_is_held_for_long(noisy):
     cut = np.append(np.arange(0, len(noisy.q), 100), len(noisy.q))
-    data = dataset_of(survey(InPieces(noisy, (cut, cut, cut)), "log"), noisy.joint_names)
+    data = dataset_of(summarise_log(InPieces(noisy, (cut, cut, cut)), "log"), noisy.joint_names)
     lengths = [len(part.q) for _, part in data.read()]
     assert sum(lengths) == len(noisy.q)
     assert max(lengths) <= 103
@@ -105,7 +105,7 @@ def test_stamps_that_run_backwards_are_found_between_pieces(noisy):
     stamps[200:] -= 40_000_000
     cut = np.array([0, 200, len(stamps)])
     with pytest.raises(DataError, match=r"^log: the stamp of sample 200 lies 0\.036 s before"):
-        survey(InPieces(replace(noisy, stamp_ns=stamps), (cut, cut, cut)), "log")
+        summarise_log(InPieces(replace(noisy, stamp_ns=stamps), (cut, cut, cut)), "log")
 
 
 def test_a_log_of_holes_is_refused(noisy):
@@ -113,5 +113,5 @@ def test_a_log_of_holes_is_refused(noisy):
     log = replace(noisy, stamp_ns=stamps, q=np.resize(noisy.q, (8000, 7)))
     log = replace(log, effort=log.q)
     with pytest.raises(DataError) as caught:
-        survey(log, "log")
+        summarise_log(log, "log")
     assert str(caught.value) == "log has 1000 holes or more; repair the recording."

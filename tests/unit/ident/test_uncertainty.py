@@ -7,7 +7,7 @@ from synthetic_arm import recording
 
 from ident.dynamics.parameters import Terms
 from ident.estimation.problem import ordinary
-from ident.estimation.regression_data import gather
+from ident.estimation.regression_data import reduce_recordings
 from ident.identification.standard_errors import QUANTILE_90, standard_errors
 from ident.model.arm import Arm
 from ident.recordings.dataset import dataset
@@ -51,7 +51,7 @@ def runs():
         rng = np.random.default_rng(run)
         position = q + 2e-5 * rng.normal(size=q.shape)
         log = recording(robot.joint_names, t, position, tau + 0.2 * correlated(rng, q.shape))
-        evidence = gather([dataset(log, robot.joint_names, "log")], arm)
+        evidence = reduce_recordings([dataset(log, robot.joint_names, "log")], arm)
         R = evidence.problem().R
         white = np.sqrt(np.diag(np.linalg.inv(R[:-1, :-1].T @ R[:-1, :-1])))
         white *= abs(R[-1, -1]) / np.sqrt(evidence.counts.sum())
