@@ -99,12 +99,20 @@ class Detector:
 
     def add(self, log: Information) -> Odds:
         """The odds after one more log."""
+        self.take(log)
+        return self.odds()
+
+    def take(self, log: Information) -> None:
+        """One more log, without a look."""
         if self._count >= self._least:
             self._before.append((self._NV.copy(), self._logs_y.copy()))
         self._before = self._before[-self._onsets :]
         self._N, self._y = self._N + log.N, self._y + log.y
         self._NV, self._logs_y = self._NV + log.N @ self._V, self._logs_y + log.y
         self._count += 1
+
+    def odds(self) -> Odds:
+        """The odds after the logs so far."""
         first = self._count - len(self._before)
         if not self._before:
             return Odds(first, np.empty((0, len(self._candidates))))

@@ -103,14 +103,15 @@ def _learned(
     kind: ArmType, arms: Sequence[Sequence[Entry]], settings: FleetSettings
 ) -> TypeStatistics:
     """Statistics of a type, from some arms and some logs of each, evenly chosen."""
-    chosen = [_even(logs, settings.type_logs) for logs in _even(arms, settings.type_arms)]
+    chosen = [even(logs, settings.type_logs) for logs in even(arms, settings.type_arms)]
     warm = [e.temperature_c for logs in chosen for e in logs if e.temperature_c is not None]
     reference = round(float(np.mean(warm)), 1) if warm else 25.0
     data = [[e.data(reference) for e in logs] for logs in chosen]
     return learned(data, kind, reference, settings.type_rounds)
 
 
-def _even(items: Sequence[T], most: int) -> list[T]:
+def even(items: Sequence[T], most: int) -> list[T]:
+    """At most so many of the items, evenly chosen."""
     places = np.unique(np.linspace(0, len(items) - 1, min(most, len(items))).round().astype(int))
     return [items[k] for k in places]
 

@@ -82,7 +82,7 @@ def reduced(path: Path, robot: Path | None, reading: Reading, settings: FleetSet
         metadata: dict[str, str] = {}
         for piece in data.source.log.pieces():
             metadata |= piece.metadata
-        arm = _with_offset(arm)
+        arm = with_offset(arm)
         found = replace(found, metadata=metadata, first_ns=data.source.first_ns, arm=arm.name)
         return _reduced(replace(found, type=type_of(arm, settings)), arm, data, settings)
     except UserError as error:
@@ -106,7 +106,7 @@ def _configured(robot: Path) -> Arm:
     return arm_from_file(robot, ())
 
 
-def _with_offset(arm: Arm) -> Arm:
+def with_offset(arm: Arm) -> Arm:
     """The arm with a constant torque at each joint among its terms: it may come and go."""
     terms = {*arm.settings.terms} - {"auto"} | {"viscous", "coulomb", "offset"}
     return arm.with_settings(terms=sorted(terms))

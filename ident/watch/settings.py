@@ -1,5 +1,6 @@
 """Every number that decides what the watch tells."""
 
+import math
 from dataclasses import dataclass
 
 
@@ -45,6 +46,12 @@ class WatchSettings:
     known_payload: float = 0.04
     force_n: float = 10.0
     change_share: float = 0.2
+
+    @property
+    def least_log_odds(self) -> float:
+        """Odds (logarithm) that are asked for: blocks in an hour over the false alarms in one."""
+        blocks = 3600.0 / (self.block_windows * self.window_s)
+        return math.log(blocks / self.false_alarms_per_hour)
 
 
 DEFAULT = WatchSettings()

@@ -13,8 +13,6 @@ from ident.signals.arrays import Array
 from ident.watch.residual import FORCE, PAYLOAD, Residual, Window
 from ident.watch.settings import WatchSettings
 
-_HOUR_S = 3600.0
-
 
 @dataclass(frozen=True)
 class Alarm:
@@ -55,8 +53,6 @@ class Watcher:
 
     def __init__(self, model: Model, residual: Residual, settings: WatchSettings) -> None:
         self._settings = settings
-        blocks = _HOUR_S / (settings.block_windows * settings.window_s)
-        self.least_odds = float(np.log(blocks / settings.false_alarms_per_hour))
         self._candidates = _candidates(model, residual, settings)
         self._variance = _trusted(model, residual, settings)
         self._mean = np.zeros(residual.count)
@@ -64,7 +60,7 @@ class Watcher:
 
     def _begin(self) -> None:
         onsets = self._settings.block_windows
-        self._test = Detector(self._mean, self._variance, self._candidates, onsets, 0)
+        self.test = Detector(self._mean, self._variance, self._candidates, onsets, 0)
         self._windows: list[Window] = []
         self._crossed: int | None = None
 
@@ -75,8 +71,8 @@ class Watcher:
         if len(self._windows) == self._settings.block_windows:
             self._begin()
         self._windows.append(window)
-        odds = self._test.add(window.said)
-        if self._crossed is None and odds.whole >= self.least_odds:
+        odds = self.test.add(window.said)
+        if self._crossed is None and odds.whole >= self._settings.least_log_odds:
             self._crossed = len(self._windows)
         last = self._settings.block_windows
         waited = len(self._windows) - (self._crossed or last)

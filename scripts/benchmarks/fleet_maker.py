@@ -182,7 +182,8 @@ def main() -> None:
         name, after, from_day = f"arm{number:04d}", truth, given.days
         if number in which:
             kind = KINDS[which.index(number) % len(KINDS)]
-            from_day = int(own.integers(given.days // 4, max(given.days - 10, 2)))
+            first = given.days // 4
+            from_day = int(own.integers(first, max(given.days - 10, first + 1)))
             after, what = changed(truth, kind, int(own.integers(0, 6)), own)
             planted.append({"arm": name, "kind": kind, "day": from_day, **what})
         route = CENTRE + REACH * own.uniform(-1, 1, (given.moves, len(CENTRE)))
