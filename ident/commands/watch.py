@@ -25,6 +25,7 @@ def watch(
     idle: Annotated[
         float, typer.Option(min=0.0, help="A log that has not grown for so long has ended [s].")
     ] = 10.0,
+    report: Annotated[Path | None, typer.Option(help="A page of what was told, .html.")] = None,
     torque: TorqueChoice = None,
     joint_states: JointStates = "/joint_states",
     as_json: Json = False,
@@ -42,7 +43,7 @@ def watch(
     reading = Reading(joint_states, torque=torque.value if torque else None)
     settings = replace(DEFAULT, false_alarms_per_hour=false_alarms)
     alarms = 0
-    for content in watched(source, model, reading, idle, settings):
+    for content in watched(source, model, reading, idle, settings, report):
         typer.echo(json.dumps(content) if as_json else _said(content))
         alarms += content["kind"] != "end"
         if alarms and once:

@@ -9,12 +9,14 @@ import numpy as np
 from ident.effects.bound_effects import load_model
 from ident.fleet.metadata import iso
 from ident.recordings.loading import Reading
+from ident.report.fleet.watch_page import watch_page
+from ident.report.page import render
 from ident.watch.residual import Residual
 from ident.watch.samples import Sampler
 from ident.watch.settings import DEFAULT, WatchSettings
 from ident.watch.sources import messages
 from ident.watch.watcher import Alarm, Watcher
-from wamctl.arm.errors import DataError
+from wamctl.arm.errors import DataError, writing
 
 
 def watched(
@@ -23,6 +25,7 @@ def watched(
     reading: Reading,
     idle_s: float,
     settings: WatchSettings = DEFAULT,
+    report: Path | None = None,
 ) -> Iterator[dict[str, Any]]:
     """What is to be told, as it happens; last, how long was watched.
 
@@ -32,10 +35,24 @@ def watched(
         reading: topics and torque to read.
         idle_s: a file that has not grown for so long has ended [s].
         settings: of the watch.
+        report: page to be written at each alarm and at the end.
 
     Raises:
-        DataError: a source or a model that cannot be used.
+        DataError: a source or a model that cannot be used, or a page that cannot be written.
     """
+    lines: list[dict[str, Any]] = []
+    for line in _told(source, model_path, reading, idle_s, settings):
+        lines.append(line)
+        if report is not None:
+            with writing(report):
+                report.write_text(render(watch_page(source, lines)), encoding="utf-8")
+        yield line
+
+
+def _told(
+    source: str, model_path: Path, reading: Reading, idle_s: float, settings: WatchSettings
+) -> Iterator[dict[str, Any]]:
+    """As above, without the page."""
     model = load_model(model_path)
     if not np.isfinite(model.noise[model.moving]).all():
         raise DataError(f"{model_path} does not say how well it fits: make it with `ident run`.")

@@ -56,8 +56,10 @@ def test_nothing_is_told_of_an_arm_that_is_as_its_model_says(arm, model, log):
         assert end["motion_s"] > 25.0
 
 
-def test_a_load_is_told_with_its_mass_and_centre_within_seconds(arm, model, log):
-    first, *_ = watched(str(log(replace(arm, load=0.5))), model, Reading(), 0.0)
+def test_a_load_is_told_with_its_mass_and_centre_within_seconds(arm, model, log, tmp_path):
+    page, loaded = tmp_path / "watch.html", str(log(replace(arm, load=0.5)))
+    first, *_ = watched(loaded, model, Reading(), 0.0, report=page)
+    assert f"Since {first['since']} the trusted model" in page.read_text(encoding="utf-8")
     assert first["kind"] == "payload"
     mass = first["parameters"]["mass"]
     assert mass["value"] == pytest.approx(0.5, rel=0.05)
