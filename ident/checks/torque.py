@@ -124,12 +124,12 @@ def unexplained(
     return remarks
 
 
-def worse_than_none(
+def poorly_predicted(
     shares: Array, rms: Array, names: Sequence[str], units: Sequence[str], bounds: CheckSettings
 ) -> list[Remark]:
-    """Joints whose torque a fitted model predicts worse than no model would.
+    """Joints of whose torque a fitted model explains less than half of the mean square.
 
-    No torque at all has an error of 100 %. A light joint gets there where the errors of a heavier
+    No torque at all has an error of 100 %. A light joint gets near it where the errors of a heavier
     one go into parameters that both share, and where it hardly moves, so that its torque is small.
 
     Args:
@@ -139,7 +139,7 @@ def worse_than_none(
         units: of their torque.
         bounds: of the checks.
     """
-    places = np.flatnonzero(np.nan_to_num(shares) > bounds.worse_than_none).tolist()
+    places = np.flatnonzero(np.nan_to_num(shares) > bounds.poorly_predicted).tolist()
     if not places:
         return []
     told = joined(
@@ -150,8 +150,8 @@ def worse_than_none(
         ]
     )
     text = (
-        f"The model predicts torque worse than no model would (100 %): its error on held-out data"
-        f" is {told}."
+        "The model explains less than half of the torque's mean square at some joints: its error on"
+        f" held-out data is {told}. No model at all has 100 %."
     )
     advice = (
         "Let `ident gap` search for what the model lacks: a light joint takes up the errors of the"

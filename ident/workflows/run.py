@@ -20,7 +20,7 @@ from ident.checks.remark import (
     verdict_content,
 )
 from ident.checks.settings import DEFAULT
-from ident.checks.torque import worse_than_none
+from ident.checks.torque import poorly_predicted
 from ident.identification.cutoff_selection import with_best_cutoff
 from ident.identification.identify import Identification, identify, model_of
 from ident.model.arm import Arm
@@ -155,7 +155,7 @@ def run_data(
     fit_sd = found.sd
     found = found if gains is None else with_uncertain_gains(found, gains)
     against, disagree = contradictions(found.evidence)
-    content = verdict_content((*remarks, *_useless(found, remarks), *against)) | {"method": METHOD}
+    content = verdict_content((*remarks, *_poor(found, remarks), *against)) | {"method": METHOD}
     content |= run_content(found) | ({"recordings_disagree": disagree} if disagree else {})
     if gains is not None:
         content = currents_content(content, fit_sd, gains, found)
@@ -169,15 +169,15 @@ def run_data(
     return Run(found, model, content)
 
 
-def _useless(found: Identification, told: Sequence[Remark]) -> list[Remark]:
-    """Joints that the model predicts worse than none would, unless a check has told them."""
+def _poor(found: Identification, told: Sequence[Remark]) -> list[Remark]:
+    """Joints of which the model explains too little, unless a check has told them."""
     errors = found.held_out[found.chosen].errors
     shares = errors.relative_percent_by_joint / 100
     known = [j - 1 for r in told if r.code == "large_error" for j in r.joints]
     shares[known] = 0.0
     robot = found.evidence.arm.robot
     units = torque_units(robot)
-    return worse_than_none(shares, errors.rms_by_joint, robot.joint_names, units, DEFAULT)
+    return poorly_predicted(shares, errors.rms_by_joint, robot.joint_names, units, DEFAULT)
 
 
 def cutoff_chosen(

@@ -1,17 +1,17 @@
-"""A joint whose torque a model predicts worse than none would is told, with its size."""
+"""A joint of whose torque a model explains less than half is told, with its size."""
 
 import numpy as np
 
 from ident.checks.remark import Grade
 from ident.checks.settings import DEFAULT
-from ident.checks.torque import worse_than_none
+from ident.checks.torque import poorly_predicted
 
 NAMES = ("arm/first_joint", "arm/second_joint", "arm/held_joint")
 
 
 def told(shares):
     rms = np.array([0.5, 0.02, np.nan])
-    return worse_than_none(np.array(shares), rms, NAMES, ["N m"] * 3, DEFAULT)
+    return poorly_predicted(np.array(shares), rms, NAMES, ["N m"] * 3, DEFAULT)
 
 
 def test_a_light_joint_is_told_with_its_torque_and_the_error():
@@ -23,5 +23,10 @@ def test_a_light_joint_is_told_with_its_torque_and_the_error():
     assert "0.02 N m, where the torque itself has 0.008 N m; rms" in remark.finding
 
 
-def test_joints_that_the_model_helps_are_not_told():
-    assert told([0.1, 0.99, np.nan]) == []
+def test_less_than_half_of_the_mean_square_is_little():
+    (remark,) = told([0.1, 0.72, np.nan])
+    assert "72 % at joint 2" in remark.finding
+
+
+def test_joints_that_the_model_explains_are_not_told():
+    assert told([0.1, 0.69, np.nan]) == []
