@@ -5,7 +5,8 @@ Usage: OMP_NUM_THREADS=1 python scripts/benchmarks/excitation_design.py PART [--
 seeds   condition numbers from several seeds under the published limits, for 57 and 69 parameters;
         `--constraints all` adds torque, collisions and speed of elbow and tool
 cobyla  the paper's COBYLA and the default, from the same start and in the same time
-limits  random designs under random limits, however bad, each checked again at 1 kHz by other means
+limits  random designs under random limits, however bad, each checked again at 1 kHz by other means;
+        `--chosen`: the motions of `ident plan`
 errors  standard errors of the base parameters after a run of the designed and of a published motion
         on the simulated arm (needs the published motion's positions; see `--published`)
 
@@ -21,6 +22,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from itertools import count
 from pathlib import Path
 from statistics import median
@@ -36,10 +38,13 @@ from ident.excitation.design import Design, DesignTask, design, finished, proble
 from ident.excitation.optimisation.deadline import within
 from ident.excitation.optimisation.evaluate import Candidate
 from ident.excitation.optimisation.search import random_start, search
+from ident.excitation.probes import PROBES, scattered
 from ident.excitation.problem.arm_limits import design_limits, possible_pose
 from ident.excitation.problem.regressor_columns import exact_rows
 from ident.excitation.problem.trajectory_grid import series_of
 from ident.excitation.settings import DesignSettings
+from ident.excitation.target_effect import drawn, frame_of
+from ident.planning.choice import within_limits
 from ident.workflows.design import place_of
 from wamctl.arm.errors import ConfigurationError
 from wamctl.arm.trajectory import (
@@ -166,7 +171,11 @@ def limits(arguments: argparse.Namespace) -> None:
         arm = random_arm(whole.arm, rng)
         try:
             place = DesignTask(arm, whole.robot, design_limits(arm, "random"), "random")
-            made = designed(place, DesignSettings(seed=seed, time_s=arguments.time), None, cpu=True)
+            if arguments.chosen:
+                made = probed(place, seed)
+            else:
+                settings = DesignSettings(seed=seed, time_s=arguments.time)
+                made = designed(place, settings, None, cpu=True)
         except ConfigurationError as error:
             refusals.append(str(error))
             if arguments.verbose:
@@ -184,6 +193,18 @@ def limits(arguments: argparse.Namespace) -> None:
     say(f"{len(named)} of {len(refusals)} refusals name the limit")
     for name in _NAMES:
         say(f"  {name:12s} {sum(name in r for r in refusals)}")
+
+
+def probed(place: DesignTask, seed: int) -> Design:
+    """A motion as `ident plan` chooses it: one of its probes, at any joint, within the limits."""
+    rng = np.random.default_rng(seed)
+    frame = frame_of(place, int(rng.integers(place.robot.dof)) + 1)
+    builders = [*PROBES.values(), partial(scattered, seed=seed)]
+    sketch = builders[int(rng.integers(len(builders)))](frame)
+    fitted = within_limits(problem_of(place, DesignSettings()), sketch)
+    if fitted is None:
+        raise ConfigurationError("random", ["the probe fits into no position limit"])
+    return drawn(place, fitted, frame.pose)
 
 
 _NAMES = ("position", "velocity", "acceleration", "jerk", "torque", "slew", "speed", "distance")
@@ -266,6 +287,7 @@ def main() -> None:
             part.add_argument("--objective", choices=list(Objective), help="unset: the default")
         if work is limits:
             part.add_argument("--designs", type=int, default=1000)
+            part.add_argument("--chosen", action="store_true", help="motions of `ident plan`")
             part.add_argument("--verbose", action="store_true", help="say each refusal")
         if work is errors:
             part.add_argument("--seed", type=int, default=0, help="of the simulated arm")

@@ -13,11 +13,17 @@ from gap_plants import DAHL, LUGRE, SLIP, Body, Hidden, Noise, record
 from numpy.typing import NDArray
 
 from ident.model.arm import arm_from_file
-from wamctl.arm.config import load_arm_file, shipped_file
+from wamctl.arm.config import ArmFile, load_arm_file, shipped_file
 from wamctl.arm.recording import Recording
 from wamctl.arm.robot import Robot, cad_parameters
 from wamctl.arm.ros2.joint_series import ReferenceSeries
-from wamctl.arm.trajectory import Trajectory, read_trajectory, reference, trajectory_yaml
+from wamctl.arm.trajectory import (
+    Reference,
+    Trajectory,
+    read_trajectory,
+    reference,
+    trajectory_yaml,
+)
 
 Array = NDArray[np.floating]
 
@@ -143,6 +149,66 @@ def draw(
     return Case(family, joints, size)
 
 
+@dataclass(frozen=True)
+class Plant:
+    """A perturbed arm that can be recorded.
+
+    Attributes:
+        file, robot: what the tool knows of it.
+        body: what it is.
+        bristles: joints (from 0) that give way before they slide.
+        seed: of its noise.
+    """
+
+    file: ArmFile
+    robot: Robot
+    body: Body
+    bristles: frozenset[int]
+    seed: int
+
+    def recorded(self, hidden: Hidden, excitation: Trajectory) -> Recording:
+        """The log of a motion.
+
+        Raises:
+            ValueError: the arm did not follow.
+        """
+        motion = self.motion(excitation)
+        inside = {
+            "config.yaml": shipped_file("wam7.yaml").read_bytes(),
+            "robot.urdf": shipped_file("wam7.urdf").read_bytes(),
+            "trajectory.yaml": trajectory_yaml(excitation).encode(),
+        }
+        noise = Noise(2e-3 * self.body.coulomb, 0.05)
+        log = record(self.file, self.robot, self.body, hidden, noise, motion, self.seed)
+        series = ReferenceSeries(log.stamp_ns, motion.q, motion.qd, motion.qdd)
+        return replace(log, reference=series, attachments=inside)
+
+    def motion(self, excitation: Trajectory) -> Reference:
+        """What it is asked to follow."""
+        ramp_s, period_s = self.file.excitation.ramp_s, self.file.bus.period_s
+        return reference(excitation.series, excitation.periods, ramp_s, period_s)
+
+    @property
+    def coulomb(self) -> Array:
+        """Usual dry friction [N m], shape (7,)."""
+        return np.array(self.file.simulation.coulomb_nm)
+
+
+def plant(rng: np.random.Generator, seed: int) -> Plant:
+    """Links, friction and reversals drawn about those of the shipped arm."""
+    file = load_arm_file("wam7.yaml")
+    robot = arm_from_file(Path("wam7.yaml"), ()).robot
+    usual, drag = (
+        np.array(x) for x in (file.simulation.coulomb_nm, file.simulation.viscous_nm_s_rad)
+    )
+    return Plant(file, robot, *_body(rng, usual, drag, robot), seed)
+
+
+def first_motion(name: str = MOTION) -> Trajectory:
+    """Two periods of a shipped motion."""
+    return Trajectory(read_trajectory(name).series, PERIODS, {}, {})
+
+
 def run(seed: int, count: int, scale: float, families: list[str], motion_file: str = MOTION) -> Run:
     """Two periods of a perturbed arm with some effects, all different, and without.
 
@@ -150,37 +216,25 @@ def run(seed: int, count: int, scale: float, families: list[str], motion_file: s
         ValueError: the arm did not follow.
     """
     rng = np.random.default_rng(seed)
-    file = load_arm_file("wam7.yaml")
-    robot = arm_from_file(Path("wam7.yaml"), ()).robot
-    excitation = read_trajectory(motion_file)
-    motion = reference(excitation.series, PERIODS, file.excitation.ramp_s, file.bus.period_s)
-    usual = np.array(file.simulation.coulomb_nm)
-    body, bristles = _body(rng, usual, np.array(file.simulation.viscous_nm_s_rad), robot)
-    inside = {
-        "config.yaml": shipped_file("wam7.yaml").read_bytes(),
-        "robot.urdf": shipped_file("wam7.urdf").read_bytes(),
-        "trajectory.yaml": trajectory_yaml(Trajectory(excitation.series, PERIODS, {}, {})).encode(),
-    }
-
-    def recorded(truth: Hidden) -> Recording:
-        noise = Noise(2e-3 * body.coulomb, 0.05)
-        log = record(file, robot, body, truth, noise, motion, seed)
-        series = ReferenceSeries(log.stamp_ns, motion.q, motion.qd, motion.qdd)
-        return replace(log, reference=series, attachments=inside)
-
-    free = recorded(Hidden())
-    peak = np.abs(_command(free)).max(axis=0)
-    units = {"coulomb": usual, "peak": peak, "si": np.ones(len(usual))}
+    arm, excitation = plant(rng, seed), first_motion(motion_file)
+    free = arm.recorded(Hidden(), excitation)
+    units, seen = usual_of(arm, free, excitation)
     cases: list[Case] = []
     for _ in range(count):
         others = [f for f in families if f not in {c.family for c in cases}]
         cases.append(draw(rng, units, scale, others))
-    seen = Usual(motion.q.min(axis=0), motion.q.max(axis=0), peak)
-    matrix = np.array(file.transmission.motor_from_joint)
+    matrix = np.array(arm.file.transmission.motor_from_joint)
     parts = [make(c.family, c.joints, c.size, rng, matrix, seen) for c in cases]
-    log = recorded(functools.reduce(try_pair, parts)) if parts else free
-    alone = tuple(recorded(p) for p in parts) if count > 1 else (log,) * count
-    return Run(tuple(cases), tuple(parts), log, free, alone, bristles)
+    log = arm.recorded(functools.reduce(try_pair, parts), excitation) if parts else free
+    alone = tuple(arm.recorded(p, excitation) for p in parts) if count > 1 else (log,) * count
+    return Run(tuple(cases), tuple(parts), log, free, alone, arm.bristles)
+
+
+def usual_of(arm: Plant, free: Recording, excitation: Trajectory) -> tuple[dict[str, Array], Usual]:
+    """Units of size, for each joint [SI], and what is usual on a motion."""
+    peak, motion = np.abs(_command(free)).max(axis=0), arm.motion(excitation)
+    units = {"coulomb": arm.coulomb, "peak": peak, "si": np.ones(len(peak))}
+    return units, Usual(motion.q.min(axis=0), motion.q.max(axis=0), peak)
 
 
 def _command(log: Recording) -> Array:
