@@ -19,6 +19,10 @@ def plan(
     ran: Annotated[
         list[str] | None, typer.Option(help="Name of a motion that is not to be repeated.")
     ] = None,
+    lead: Annotated[
+        str | None,
+        typer.Option(help="Rival that leads, such as stribeck:4; by default what --gap says."),
+    ] = None,
     changed: Annotated[
         str | None,
         typer.Option(
@@ -40,7 +44,7 @@ def plan(
     change = known_change(changed or "again")
     names = ("plan.json", "trajectory.yaml", "slow.yaml", "models")
     with folder_written(out, names, force), compilation_announced("the search"):
-        content = plan_logs(logs, gap, config, out, ran or [], _tell, change)
+        content = plan_logs(logs, gap, config, out, ran or [], _tell, change, lead)
     motion = content["motion"]
     if as_json:
         typer.echo(json.dumps(content, indent=2))

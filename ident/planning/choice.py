@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ident.dynamics.regressor import Motion as Samples
 from ident.excitation.design import Design, DesignTask, problem_of
 from ident.excitation.effect_motions import Sketch
 from ident.excitation.optimisation.scale_into_limits import fit
@@ -14,7 +15,6 @@ from ident.excitation.problem.design_problem import Problem
 from ident.excitation.problem.trajectory_grid import grid, series_of
 from ident.excitation.settings import DesignSettings
 from ident.excitation.target_effect import drawn, frame_of
-from ident.model.identified_model import Model
 from ident.planning.hypotheses import Hypothesis
 from ident.signals.arrays import Array
 from ident.signals.zero_phase import Lowpass, spectrum
@@ -110,8 +110,7 @@ def _judged(place: DesignTask, found: Sequence[Hypothesis], name: str, sketch: S
     apart: dict[str, list[Array]] = {h.name: [] for h in rivals}
     energy = 0.0
     for run in (slowed(series), series):
-        torque = {h.name: torque_along(h.model, run) for h in found}
-        qd = _motion(run)[1]
+        torque, qd = torques_along(found, run)
         noise = leader.noise(qd)
         for h in rivals:
             apart[h.name].append(((torque[leader.name] - torque[h.name]) / noise) ** 2)
@@ -143,11 +142,25 @@ def slowed(series: FourierSeries) -> FourierSeries:
     )
 
 
-def torque_along(model: Model, series: FourierSeries) -> Array:
-    """The model's torque along one period, as its low-pass leaves it [N m], shape (S, n)."""
-    torque = model.inverse_dynamics(*_motion(series), dt=1 / _RATE_HZ)
-    lowpass = Lowpass(model.filter.cutoff_hz, model.filter.order, _RATE_HZ)
-    return spectrum(torque, _RATE_HZ).signal(lowpass)
+def torques_along(
+    found: Sequence[Hypothesis], series: FourierSeries
+) -> tuple[dict[str, Array], Array]:
+    """What each answer predicts along one period, as the low-pass of its model leaves it.
+
+    The answers are models of one arm with the same terms, so that they share their columns.
+
+    Returns:
+        torque [N m] by answer, and velocity [rad/s], each of shape (S, n).
+    """
+    motion = _motion(series)
+    columns = found[0].model.regressor(*motion)
+    torque = {}
+    for h in found:
+        bare = columns @ h.model.delta
+        whole = bare + h.model.effects.torque(h.model, Samples(*motion), 1 / _RATE_HZ)
+        lowpass = Lowpass(h.model.filter.cutoff_hz, h.model.filter.order, _RATE_HZ)
+        torque[h.name] = spectrum(whole, _RATE_HZ).signal(lowpass)
+    return torque, motion[1]
 
 
 def _motion(series: FourierSeries) -> tuple[Array, Array, Array]:

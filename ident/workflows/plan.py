@@ -49,6 +49,7 @@ def plan_logs(
     ran: Sequence[str],
     tell: Tell,
     change: KnownChange = AS_IT_WAS,
+    lead: str | None = None,
 ) -> dict[str, Any]:
     """Fit rival answers, choose the motion that tells them apart, and write both down.
 
@@ -63,6 +64,7 @@ def plan_logs(
         ran: names of motions that are not repeated.
         tell: is told the progress.
         change: what has been done to the arm since the last recording.
+        lead: answer that leads where it is one of the rivals; None: that of `gap`.
 
     Raises:
         UserError: a file that cannot be used, or no motion within the limits.
@@ -71,6 +73,7 @@ def plan_logs(
     answer = read_answer(gap)
     tell("reading")
     fitted = hypotheses(read_experiment(logs), answer, Options(), tell)
+    fitted.sort(key=lambda h: h.name != lead)  # a stable sort
     found = [replace(h, model=changed(h.model, change)) for h in fitted]
     models = _written(found, out / "models")
     tell("choosing the next motion")

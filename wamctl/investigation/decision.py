@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from wamctl.investigation.evidence import odds_text
+from wamctl.investigation.evidence import odds_text, words
 from wamctl.investigation.state import Round
 
 NAMED, NO_GAP, AMBIGUOUS, UNKNOWN = "named", "no_gap", "ambiguous", "unknown"
@@ -30,7 +30,8 @@ def decided(rounds: Sequence[Round]) -> Decision | None:
     whole = [r for r in rounds if r.stopped is None]
     if last.stopped is not None or len(whole) < 2:
         return None
-    if is_confirmed(last) and last.answer == last.leader and last.verdict in (NAMED, AMBIGUOUS):
+    borne_out = last.answer == last.leader and last.verdict in (NAMED, AMBIGUOUS)
+    if is_confirmed(last) and (borne_out or _led_by_suspect(last)):
         least = min(last.evidence.values())
         text = (
             f"{last.leader} predicted a new motion better than every rival: the odds are at least"
@@ -40,7 +41,8 @@ def decided(rounds: Sequence[Round]) -> Decision | None:
     if last.is_altered:
         return None
     before = whole[-2]
-    if last.verdict == before.verdict == NO_GAP and not _overtaken(last):
+    doubted = _ahead(last, last.suspected)[0] or _ahead(last)[1] >= last.asked
+    if last.verdict == before.verdict == NO_GAP and not doubted and not _led_by_suspect(last):
         return Decision(NO_GAP, True, "Two different motions show no gap.")
     if last.verdict == before.verdict == UNKNOWN:
         return Decision(UNKNOWN, True, "Two different motions show a gap that has no name.")
@@ -57,9 +59,31 @@ def ended(rounds: Sequence[Round], reason: str) -> Decision:
     whole = [r for r in rounds if r.verdict]
     last = whole[-1].verdict if whole else AMBIGUOUS
     text = f"No further motion: {reason}."
-    if last in (NO_GAP, UNKNOWN):
-        return Decision(last, False, f"{text} The last verdict is not confirmed.")
-    return Decision(AMBIGUOUS, False, f"{text} No answer is confirmed against its rivals.")
+    if last not in (NO_GAP, UNKNOWN):
+        return Decision(AMBIGUOUS, False, f"{text} No answer is confirmed against its rivals.")
+    ahead, nats = _ahead(whole[-1])
+    if last == NO_GAP and ahead and nats >= whole[-1].asked:
+        told = f"{ahead} predicted the motions better than {words(whole[-1].leader)}"
+        told = f"{text} {told}, with odds of {odds_text(nats)}, but the logs alone do not name it."
+        return Decision(AMBIGUOUS, False, told)
+    return Decision(last, False, f"{text} The last verdict is not confirmed.")
+
+
+def suspect_that_leads(rounds: Sequence[Round]) -> str:
+    """The suspect whose prediction was better than that of no effect: it leads the next round.
+
+    Its size is below what one search may name, but motions that it predicted beforehand may bear
+    it out. Empty: none; what `ident gap` says leads.
+    """
+    whole = [r for r in rounds if r.verdict]
+    if not whole or whole[-1].verdict != NO_GAP:
+        return ""
+    last = whole[-1]
+    return _ahead(last, last.suspected)[0] or (last.leader if _led_by_suspect(last) else "")
+
+
+def _led_by_suspect(item: Round) -> bool:
+    return item.verdict == NO_GAP and item.leader in item.suspected
 
 
 def is_confirmed(item: Round) -> bool:
@@ -67,6 +91,8 @@ def is_confirmed(item: Round) -> bool:
     return bool(item.evidence) and min(item.evidence.values()) >= item.asked
 
 
-def _overtaken(item: Round) -> bool:
-    """Whether a rival predicted the motion so much better that the leader is refuted."""
-    return any(-nats >= item.asked for nats in item.evidence.values())
+def _ahead(item: Round, among: Sequence[str] | None = None) -> tuple[str, float]:
+    """The rival that is furthest ahead of the leader, and by how much [nats]; empty: none is."""
+    known = {r: -nats for r, nats in item.evidence.items() if among is None or r in among}
+    rival, nats = max(known.items(), key=lambda pair: pair[1], default=("", 0.0))
+    return (rival, nats) if nats > 0.0 else ("", 0.0)

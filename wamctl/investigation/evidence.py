@@ -17,6 +17,12 @@ import numpy as np
 from wamctl.arm.arrays import Array
 
 _MOST_ODDS = 1e6
+_WORDS = {
+    "none": "no effect",
+    "unknown": "an effect without a name",
+    "no_gap": "no gap",
+    "measured_effect": "a measured curve",
+}
 SHARES = (0.1, 0.25, 0.5, 0.75, 0.9)
 """Of the wealth, that are bet on each block."""
 
@@ -51,6 +57,11 @@ def odds_text(nats: float) -> str:
         return f"{large} to 1" if nats > 0.0 else f"1 to {large}"
     size = f"{math.exp(abs(nats)):,.{0 if abs(nats) > math.log(10.0) else 1}f}"
     return f"{size} to 1" if nats >= 0.0 else f"1 to {size}"
+
+
+def words(answer: str) -> str:
+    """An answer or a verdict as the operator reads it."""
+    return _WORDS.get(answer, answer)
 
 
 def signed_evidence(bets: Sequence[float]) -> float:

@@ -11,10 +11,11 @@ from wamctl.arm.configuration.known_change import WORDS
 from wamctl.arm.errors import DataError
 from wamctl.investigation.budget import Budget, Cost
 from wamctl.investigation.decision import Decision, decided, ended
+from wamctl.investigation.evidence import words
 from wamctl.investigation.intervention import question
 from wamctl.investigation.page import page
 from wamctl.investigation.programs import ProgramError
-from wamctl.investigation.rounds import BudgetSpentError, Site, next_round, read
+from wamctl.investigation.rounds import BudgetSpentError, Site, next_round, place_of, read
 from wamctl.investigation.state import Request, State, begun, keep, write_whole
 
 _NO_MOTION = "ident plan", 6  # that command's exit code where no motion is left
@@ -146,8 +147,8 @@ def _said(state: State) -> str:
     if last.stopped is not None:
         return f"a limit has ended the motion: {last.stopped}"
     likely = sorted(last.odds.items(), key=lambda item: -item[1])[:3]
-    told = ", ".join(f"{name} {share:.0%}" for name, share in likely)
-    return f"{last.verdict} {last.answer}; odds: {told}"
+    told = ", ".join(f"{words(name)} {share:.0%}" for name, share in likely)
+    return f"{words(last.verdict)} {last.answer}".rstrip() + f"; odds: {told}"
 
 
 def _write(site: Site, state: State, budget: Budget, decision: Decision | None) -> dict[str, Any]:
@@ -161,6 +162,9 @@ def _write(site: Site, state: State, budget: Budget, decision: Decision | None) 
     planned, plan = _last_plan(site, state)
     named = decision is not None and decision.verdict in ("named", "ambiguous", "unknown")
     measured = plan.get("measured") if decision and decision.verdict == "unknown" else None
+    if whole[-1].evidence.get("none", 0.0) < 0.0:  # a curve that predicts no better is none
+        measured = None
+    borne_out = [e for e in gap.get("suspected", []) if named and place_of(e) == whole[-1].leader]
     if measured:
         measured |= {"evidence": {"closed_on_new_motion": whole[-1].closed.get("none")}}
     content = {
@@ -168,7 +172,11 @@ def _write(site: Site, state: State, budget: Budget, decision: Decision | None) 
         "final": decision is not None,
         "confirmed": decision is not None and decision.confirmed,
         "why": "" if decision is None else decision.sentence,
-        "effects": [*(gap["effects"] if named else []), *([measured] if measured else [])],
+        "effects": [
+            *(gap["effects"] if named else []),
+            *borne_out,
+            *([measured] if measured else []),
+        ],
         "rounds": [_round_content(site, r) for r in state.rounds],
         "predicted_before_run": _prediction(whole[-1], plan),
         "intervention": _intervention(decision, plan),
@@ -179,7 +187,8 @@ def _write(site: Site, state: State, budget: Budget, decision: Decision | None) 
         "budget": {"declared": asdict(budget), "used": asdict(state.cost)},
         "arm": gap["arm"],
     }
-    model = planned / plan["models"]["unknown"]["file"] if measured else last / "model.yaml"
+    leads = whole[-1].leader if measured or borne_out else None
+    model = planned / plan["models"][leads]["file"] if leads else last / "model.yaml"
     write_whole(site.out / "model.yaml", model.read_text(encoding="utf-8"))
     write_whole(site.out / "report.html", page(content, _sentence(content)))
     write_whole(site.out / "investigation.json", json.dumps(content, indent=2))
@@ -229,7 +238,8 @@ def _intervention(decision: Decision | None, plan: dict[str, Any]) -> str | None
 def _sentence(content: dict[str, Any]) -> str:
     """The verdict in a sentence."""
     names = ", ".join(
-        f"{e['name']} at joint {', '.join(map(str, e['joints']))}" for e in content["effects"]
+        f"{words(e['name'])} at joint {', '.join(map(str, e['joints']))}"
+        for e in content["effects"]
     )
     borne = "confirmed on a new motion" if content["confirmed"] else "not confirmed"
     return {

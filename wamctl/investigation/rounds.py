@@ -13,7 +13,7 @@ from wamctl.arm.configuration.known_change import known_change
 from wamctl.arm.errors import DataError, UserError
 from wamctl.experiment.loop import Arm
 from wamctl.investigation.budget import Cost, cost_of
-from wamctl.investigation.decision import NAMED, NO_GAP
+from wamctl.investigation.decision import NAMED, NO_GAP, suspect_that_leads
 from wamctl.investigation.evidence import (
     SEARCH_NATS,
     asked,
@@ -21,6 +21,7 @@ from wamctl.investigation.evidence import (
     odds_text,
     outcomes,
     signed_evidence,
+    words,
 )
 from wamctl.investigation.intervention import with_change
 from wamctl.investigation.programs import STOPPED, ProgramError, call
@@ -93,16 +94,16 @@ def next_round(site: Site, state: State) -> Round:
     cost = _cost(site, logs)
     altered = bool(state.pending) and known_change(state.pending).alters_the_model
     if altered:
-        verdict, answer = whole[-1].verdict, whole[-1].answer
+        verdict, answer, suspected = whole[-1].verdict, whole[-1].answer, whole[-1].suspected
     else:
         site.tell("identifying, and asking for the gap")
         gap = _asked_for_gap([*logs_of(site.out, state), folder / "log.mcap"], folder)
         verdict, answer = _verdict(gap), answer_of(gap)
+        suspected = [place_of(e) for e in gap.get("suspected", [])]
     bets, closed = _weighed(folder, logs, plan) if plan else ({}, {})
     leader = plan.get("leader", "")
     everything = {r: [*_earlier(state, leader, r), *b] for r, b in bets.items()}
-    searched = "" if altered else verdict
-    believed = _odds(state, leader, everything, searched, answer)
+    believed = _odds(state, leader, everything, verdict, answer)
     return Round(
         reason=reason,
         motion=plan.get("motion", {}).get("name", ""),
@@ -117,6 +118,7 @@ def next_round(site: Site, state: State) -> Round:
         answer=answer,
         odds=believed,
         changed=state.pending,
+        suspected=suspected,
     )
 
 
@@ -143,8 +145,12 @@ def answer_of(gap: Mapping[str, Any]) -> str:
 
     Events of one log, such as a contact, cannot be predicted of another one.
     """
-    lasting = [e for e in gap["effects"] if e["name"] not in _EVENTS]
-    return "+".join(sorted(f"{e['name']}:{'-'.join(map(str, e['joints']))}" for e in lasting))
+    return "+".join(sorted(place_of(e) for e in gap["effects"] if e["name"] not in _EVENTS))
+
+
+def place_of(effect: Mapping[str, Any]) -> str:
+    """An effect of `gap.json` with its joints, such as `stribeck:4`."""
+    return f"{effect['name']}:{'-'.join(map(str, effect['joints']))}"
 
 
 def _verdict(gap: Mapping[str, Any]) -> str:
@@ -163,6 +169,8 @@ def _planned(site: Site, state: State, folder: Path) -> dict[str, Any]:
     options = ["--config", state.request.config, "--gap", str(site.out / last.folder)]
     options += [part for name in ran for part in ("--ran", name)]
     options += ["--changed", state.pending] if state.pending else []
+    lead = suspect_that_leads(state.rounds)
+    options += ["--lead", lead] if lead else []
     plan = made(
         folder / "plan",
         lambda path: call("ident.cli", ["plan", *map(str, logs), *options, "--out", str(path)]),
@@ -179,9 +187,10 @@ def _copied(source: Path, target: Path) -> None:
 def _reason(plan: Mapping[str, Any]) -> str:
     motion = plan["motion"]
     gains = sorted(motion["expected_nats"].items(), key=lambda item: item[1])
-    told = ", ".join(f"{odds_text(nats)} over {rival}" for rival, nats in gains)
+    told = ", ".join(f"{odds_text(nats)} over {words(rival)}" for rival, nats in gains)
     return (
-        f"{motion['words']} It is expected to tell {plan['leader']} soonest, with odds of {told}."
+        f"{motion['words']} It is expected to tell {words(plan['leader'])} soonest, with"
+        f" odds of {told}."
     )
 
 
@@ -318,16 +327,16 @@ def _earlier(state: State, leader: str, rival: str) -> list[float]:
 def _odds(
     state: State, leader: str, bets: Mapping[str, list[float]], verdict: str, answer: str
 ) -> dict[str, float]:
-    """What is believed after a round."""
+    """What is believed after a round.
+
+    The last search has seen the logs of all earlier ones. A measured curve that predicts badly
+    speaks against itself, not against an effect that has no name.
+    """
     pairs: dict[tuple[str, str], list[float]] = {}
     for item in state.rounds:
         for rival, won in item.bets.items():
             pairs.setdefault((item.leader, rival), []).extend(won)
     pairs |= {(leader, rival): list(won) for rival, won in bets.items()}
-    searched = {_NONE: 0.0, _UNKNOWN: 0.0}
-    earlier = [(r.verdict, r.answer) for r in state.rounds if not r.is_altered]
-    for told, name in [*earlier, (verdict, answer)]:
-        if told:
-            likely = _UNKNOWN if told == _UNKNOWN else name or _NONE
-            searched[likely] = searched.get(likely, 0.0) + SEARCH_NATS
-    return odds(searched, pairs)
+    pairs = {p: b for p, b in pairs.items() if p[0] != _UNKNOWN or signed_evidence(b) > 0.0}
+    likely = _UNKNOWN if verdict == _UNKNOWN else answer or _NONE
+    return odds({_NONE: 0.0, _UNKNOWN: 0.0} | {likely: SEARCH_NATS}, pairs)

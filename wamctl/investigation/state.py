@@ -3,7 +3,7 @@
 import json
 import os
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -59,6 +59,7 @@ class Round:
         odds: of each answer.
         stopped: how a limit ended the motion; None: it did not.
         changed: what the operator had done to the arm before it, in his words; empty: nothing.
+        suspected: effects that help prediction, but are too small or unsure for `ident gap`.
     """
 
     reason: str
@@ -75,6 +76,7 @@ class Round:
     odds: dict[str, float]
     stopped: str | None = None
     changed: str = ""
+    suspected: Sequence[str] = ()
 
     @property
     def is_altered(self) -> bool:
