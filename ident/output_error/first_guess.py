@@ -2,19 +2,23 @@
 
 A servo's error times its stiffness is what inertia, damping, friction, and gravity take; divided
 by the stiffness this is linear, and gravity, which the links' masses tell, gives the stiffness.
+What the links' inertia says of it is that of the rotor again, but for what changes with the pose.
 """
 
 import numpy as np
 from scipy.signal import savgol_filter
 
 from ident.dynamics.compiled_chain import torques
-from ident.output_error.fit import Setup
+from ident.output_error.fit import MEMORY_S, Setup
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.signals.arrays import Array
 
 _SMOOTHED_S = 0.14
 _SURE = 5.0  # standard errors of the load's coefficient from which it tells the stiffness
+_ITS_OWN = 1e-3  # of the load, that nothing else in the regression could be
 _WITHIN = 5.0  # of the joints' median, or of what the arm's file says
+_REWEIGHED = 10
+_TINY = 1e-12
 _MOVING = 0.05  # of the fastest speed
 _LEAST = 1e-3  # of the stiffness, for what came out negative
 
@@ -42,9 +46,8 @@ def first_guess(setup: Setup, known: Array, *, same_servo: bool) -> Array:
         columns = [load[:, j], a[:, j], v[:, j], np.sign(v[:, j]), np.ones(len(v))]
         X = np.column_stack(columns)[moving]
         error = _errors(setup, j, settings[ROW["delay"], j])[moving]
-        betas[:, j], *_ = np.linalg.lstsq(X, error, rcond=None)
-        left = np.mean((error - X @ betas[:, j]) ** 2) * np.linalg.pinv(X.T @ X)
-        if betas[0, j] > _SURE * np.sqrt(left[0, 0]):
+        betas[:, j], weighed = _shares(X, error, setup.seconds / MEMORY_S)
+        if weighed:
             stiffness[j] = 1.0 / betas[0, j]
     if np.isnan(known[ROW["stiffness"]]).any():
         told = np.isfinite(stiffness)
@@ -55,6 +58,34 @@ def first_guess(setup: Setup, known: Array, *, same_servo: bool) -> Array:
         if np.isnan(known[ROW[name]]).any():
             settings[ROW[name]] = np.maximum(share, _LEAST) * settings[ROW["stiffness"]]
     return settings
+
+
+def _shares(X: Array, error: Array, informed: float) -> tuple[Array, bool]:
+    """What each column takes of the error, and whether the first one, the load, is sure of it.
+
+    Least absolute errors, by weights, and hard accelerations count less: a servo at its limit or a
+    joint at its stop is far from linear, and smoothing takes most from them. Neighbouring samples
+    say the same, so that only so many count as are `informed`. Where the load is what the other
+    columns could be as well, they get it: the load of a joint that lifts nothing is its link's
+    inertia, which is a rotor's.
+    """
+    hard = np.abs(X[:, 1])
+    calm = np.minimum(np.median(hard) / np.maximum(hard, _TINY), 1.0) ** 2
+    shares, left = np.zeros(X.shape[1]), np.ones(len(error))
+    spread, own = 1.0, X[:, 0]
+    for _ in range(_REWEIGHED):
+        usual = max(float(np.median(left)), _TINY)
+        root = np.sqrt(calm * usual / np.maximum(left, usual))
+        load, others, wanted = root * X[:, 0], root[:, None] * X[:, 1:], root * error
+        own = load - others @ np.linalg.lstsq(others, load, rcond=None)[0]
+        told = own @ own > _ITS_OWN**2 * (load @ load)
+        shares[0] = own @ wanted / (own @ own) if told else 0.0
+        shares[1:] = np.linalg.lstsq(others, wanted - shares[0] * load, rcond=None)[0]
+        left = np.abs(error - X @ shares)
+        spread = float(np.mean((root * left) ** 2))
+    count = max(len(error) / informed, 1.0)
+    sure = shares[0] > 0.0 and shares[0] ** 2 * (own @ own) > _SURE**2 * spread * count
+    return shares, bool(sure)
 
 
 def _errors(setup: Setup, joint: int, delay: float) -> Array:

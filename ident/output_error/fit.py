@@ -29,10 +29,13 @@ passes for play and planned speed."""
 NEAR = 0.3
 """Part of a fit's first reach: where that helps no more, and for what is known at the end."""
 
+MEMORY_S = 0.4
+"""Residuals closer than this say the same."""
+
+_AWAY = 1e6  # rad: where a simulation that ran away is taken to be
 _REACHING = ("zero",)  # felt by other joints
 _NUDGE = 0.1  # of a logarithm; sticking makes smaller changes uneven
 _PART = 0.3  # the same of a quantity's scale
-_MEMORY_S = 0.4  # residuals closer than this say the same
 _TRIES = 7
 _LONGEST = 1.0  # step in a coordinate
 _ENOUGH = 3e-3  # nats by which a step must help, per effective sample
@@ -83,7 +86,7 @@ class Setup:
         for stretch in self.stretches:
             out = np.empty_like(stretch.q)
             simulate(self.chain, self.delta, settings, self.at_link, stretch.motion, self.step, out)
-            made.append(out)
+            made.append(np.clip(np.nan_to_num(out, nan=_AWAY), -_AWAY, _AWAY))
         return made
 
     def residuals(self, settings: Array) -> Array:
@@ -149,6 +152,12 @@ def settings_at(place: Array) -> Array:
     return np.array(rows)
 
 
+def within_bounds(settings: Array) -> Array:
+    """The settings, or the bounds that they are beyond: derivatives there would be none."""
+    low, high = (np.array([[getattr(q, end)] for q in QUANTITIES]) for end in ("low", "high"))
+    return np.clip(settings, low, high)
+
+
 def columns(setup: Setup, settings: Array, free: NDArray[np.bool_], reach: float = NEAR) -> Array:
     """Change of the simulated positions per coordinate, shape (p, S, n), p free ones by rows.
 
@@ -211,10 +220,10 @@ def fit(
     """
     pairs = np.argwhere(free)
     at = tuple(pairs.T)
-    settings, damping, taken = start, np.full(start.shape[1], 1e-2), 0
+    settings, damping, taken = within_bounds(start), np.full(start.shape[1], 1e-2), 0
     reach = 1.0
     residuals = setup.residuals(settings)
-    informed = setup.seconds / _MEMORY_S
+    informed = setup.seconds / MEMORY_S
     cost = _cost(setup, settings, free, prior, residuals, informed)
     for _ in range(rounds):
         made = columns(setup, settings, free, reach)

@@ -11,7 +11,7 @@ from ident.model.arm import Arm
 from ident.output_error.first_guess import first_guess
 from ident.output_error.fit import SLOPE_STEP_S, Fit, Prior, Setup, Stretch, fit
 from ident.output_error.parameters import QUANTITIES, ROW
-from ident.output_error.recordings import pieces, settled
+from ident.output_error.recordings import parted, settled
 from ident.output_error.selection import PARTS, Chosen, Part, chosen
 from ident.output_error.servo_model import STEP_S, ServoModel
 from ident.output_error.uncertainty import Knowledge, knowledge
@@ -163,10 +163,7 @@ def model_of(begun: Prepared, best: Fit, know: Knowledge) -> ServoModel:
 
 def _folds(setup: Setup) -> tuple[Setup, Setup]:
     """Two thirds of the pieces to search, one third to judge; long recordings are thinned."""
-    cut: list[Stretch] = []
-    for s in setup.stretches:
-        seconds = float(s.motion.t[-1] - s.motion.t[0])
-        cut += pieces([s], max(round(seconds / _PIECE_S), 3))
+    cut = parted(setup.stretches, _PIECE_S)
     stride = max(int(len(cut) * _PIECE_S / (1.5 * _SEARCHED_S)), 1)
     thin = cut[::stride]
     if len(thin) < 3:
@@ -202,6 +199,10 @@ def _given(values: dict, n: int, source: str) -> Array:
             raise ConfigurationError(
                 source, [f"servo: {name}: {np.size(value)} values for {n} joints"]
             )
+        q = QUANTITIES[ROW[name]]
+        if np.min(value) < q.low or np.max(value) > q.high:
+            bounds = f"{q.low:g} to {q.high:g} {q.unit}"
+            raise ConfigurationError(source, [f"servo: {name}: {value} is not within {bounds}"])
         given[ROW[name]] = value
     return given
 

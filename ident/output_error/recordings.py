@@ -18,6 +18,7 @@ from wamctl.arm.recording import Recording
 _SHORTEST = 20
 """A stretch has so many samples at least."""
 
+_PARTS = 3
 WARM_S = 0.5
 """What a simulation that begins in the middle of a motion needs to find its way [s]."""
 
@@ -49,14 +50,35 @@ def stretches_of(
                  enumerate(parts))  # fmt: skip
 
 
+def parted(stretches: Sequence[Stretch], seconds: float) -> list[Stretch]:
+    """Pieces of about that length, at least three of each stretch, to fit some and judge by others.
+
+    Raises:
+        DataError: fewer than three, since the recordings are too short or sampled too slowly.
+    """
+    cut: list[Stretch] = []
+    for s in stretches:
+        cut += pieces([s], max(round(float(s.motion.t[-1] - s.motion.t[0]) / seconds), _PARTS))
+    if len(cut) < _PARTS:
+        spans = [float(s.motion.t[-1] - s.motion.t[0]) for s in stretches]
+        period = np.median(np.concatenate([np.diff(s.motion.t) for s in stretches]))
+        raise DataError(
+            f"{stretches[0].name}: unbroken motion of {max(spans):.3g} s with a sample every"
+            f" {period:.3g} s does not give {_PARTS} pieces of at least {_SHORTEST} samples and"
+            f" {2 * WARM_S:g} s, some to fit and one to judge; record longer or at a higher rate,"
+            " and check that times are in seconds."
+        )
+    return cut
+
+
 def pieces(stretches: Sequence[Stretch], count: int) -> tuple[Stretch, ...]:
-    """Each stretch cut into parts of one length."""
+    """Each stretch cut into parts of one length; those too short to be simulated are left out."""
     cut = []
     for s in stretches:
         bounds = np.linspace(0, len(s.q), count + 1).astype(int)
         for k, (a, b) in enumerate(itertools.pairwise(bounds)):
-            if b - a >= _SHORTEST:
-                m = s.motion
+            m = s.motion
+            if b - a >= _SHORTEST and m.t[b - 1] - m.t[a] >= 2 * WARM_S:
                 part = _stretch(m.t[a:b], s.q[a:b], m.stamp, m.command, s.name, warm=k > 0)
                 cut.append(replace(part, counted=max(part.counted, s.counted - a)))
     return tuple(cut)

@@ -1,7 +1,8 @@
 """Which parts of servo and gears the recordings ask for: one after the other, joint by joint.
 
 A part is tried at a few sizes with all else held, then fitted with all else; it stays at the joints
-where held-out pieces are simulated better with it.
+where held-out pieces are simulated better with it. An early part may have been taken in the place
+of a later one, so that at the end each has to show once more that the others cannot do without it.
 """
 
 from collections.abc import Sequence
@@ -55,7 +56,7 @@ PARTS = (
         True,
         "armature",
     ),
-    Part("torque_limit", ("torque_limit",), (0.03, 0.06, 0.12, 0.25), "stiffness"),
+    Part("torque_limit", ("torque_limit",), (0.03, 0.06, 0.09, 0.12, 0.17, 0.25), "stiffness"),
     Part("rate_gain", ("rate_gain",), (0.15, 0.4, 0.8), "damping", True),
     Part("load_friction", ("load_friction",), (0.05, 0.15, 0.4)),
     Part("stribeck", ("stribeck", "stribeck_speed"), (0.1, 0.3, 0.8), "coulomb"),
@@ -160,7 +161,46 @@ def chosen(
             best, judged = replace(with_it, free=best.free | (new & kept)), after
         else:
             trials[-1] = Trial(part.name, gain, np.zeros_like(kept))
-    return Chosen(best, judged, tuple(trials))
+    best, trials = pruned(searched, other, best, prior, parts, trials, same_servo)
+    return Chosen(best, rms(other, best.settings), tuple(trials))
+
+
+def pruned(
+    searched: Setup, other: Setup, best: Fit, prior: Prior, parts: Sequence[Part],
+    trials: Sequence[Trial], same_servo: bool,
+) -> tuple[Fit, list[Trial]]:  # fmt: skip
+    """The arm without parts that it fits as well without, and the trials with what is left.
+
+    All but zeros, which are the pose and no stand-in; a joint that loses a part begins again at
+    the first guess of its other settings. The last part that was kept has just been judged so.
+    """
+    named, judged = {p.name: p for p in parts}, rms(other, best.settings)
+    kept = [k for k, t in enumerate(trials) if t.kept.any()]
+    trials = list(trials)
+    for k in kept[:-1]:
+        part, places = named[trials[k].name], trials[k].kept
+        if part.name == "zero":
+            continue
+        rows, base = [ROW[q] for q in part.quantities], [ROW[q] for q in BASE]
+        free, began = best.free.copy(), best.settings.copy()
+        free[rows] &= ~places
+        began[rows] = np.where(places, prior.center[rows], began[rows])
+        began[base] = np.where(places & free[base], prior.center[base], began[base])
+        without = fit(searched, began, free, prior, 2 * _ROUNDS)
+        gain = np.log(rms(other, without.settings) / judged)
+        alike = part.of_servo and same_servo
+        drop = places & ((gain.mean() if alike else gain) <= _LEAST_GAIN)
+        if not drop.any():
+            continue
+        free = best.free.copy()
+        free[rows] &= ~drop
+        settings = np.where(drop, without.settings, best.settings)
+        lighter = fit(searched, settings, free, prior, 2)
+        after = rms(other, lighter.settings)
+        if np.log(after / judged).sum() < _LEAST_GAIN:
+            best, judged = lighter, after
+            trials[k] = Trial(part.name, trials[k].gain, places & ~drop)
+    return best, trials
 
 
 def scanned(

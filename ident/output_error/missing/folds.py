@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass, replace
 
-from ident.output_error.fit import Setup, Stretch
-from ident.output_error.recordings import pieces
+from ident.output_error.fit import Setup
+from ident.output_error.recordings import parted
 
 FOLDS = 3
 PIECE_S = 8.0
@@ -25,10 +25,7 @@ class Fold:
 def folds(setup: Setup) -> tuple[Fold, ...]:
     """The recordings in three ways; a recording is left out whole where there are three or more."""
     names = list(dict.fromkeys(s.name for s in setup.stretches))
-    cut: list[Stretch] = []
-    for s in setup.stretches:
-        seconds = float(s.motion.t[-1] - s.motion.t[0])
-        cut += pieces([s], max(round(seconds / PIECE_S), FOLDS))
+    cut = parted(setup.stretches, PIECE_S)
     stride = max(round(len(cut) * PIECE_S / LONGEST_S), 1)
     thin = cut[::stride]
     whole = len(names) >= FOLDS and {s.name for s in thin} == set(names)

@@ -25,7 +25,7 @@ from ident.workflows.output_error.logs import read_commanded
 from ident.workflows.provenance import provenance
 from ident.workflows.run_json import numbers, write_results
 
-_BAD = 0.5  # of the error that following the command at once would have
+_BAD = 0.5  # of the error that following the command at once would have, or standing still
 _COUNTS = 3  # errors of so many steps of the encoder are none
 
 
@@ -141,7 +141,10 @@ def _remarks(found: Found) -> list[Remark]:
                 " fixed).",
             )
         )
-    limit = np.maximum(_BAD * _following(found), _COUNTS * found.model.resolution)
+    still = np.concatenate([s.q for s in found.setup.stretches]).std(axis=0)
+    limit = np.maximum(
+        _BAD * np.minimum(_following(found), still), _COUNTS * found.model.resolution
+    )
     bad = np.flatnonzero((found.search.held_out > limit) & found.moving)
     if len(bad):
         said.append(
@@ -149,9 +152,10 @@ def _remarks(found: Found) -> list[Remark]:
                 "large_error",
                 tuple(int(j) + 1 for j in bad),
                 "On held-out stretches, the simulation of these joints is hardly better than a"
-                " joint that follows its command without delay.",
+                " joint that follows its command without delay, or than one that stands still.",
                 Grade.DOUBTFUL,
-                "Check for end stops, contact, and commands that do not belong to the recording.",
+                "Check for end stops, contact, and commands that do not belong to the recording or"
+                " have another unit, sign, or zero than the positions.",
             )
         )
     return said

@@ -10,7 +10,7 @@ from ident.output_error.fit import Prior, Setup, Stretch
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.plant import Motion
 from ident.output_error.recordings import pieces
-from ident.output_error.selection import PARTS, chosen
+from ident.output_error.selection import PARTS, Chosen, chosen
 from ident.regression.progress import silent
 from wamctl.arm.robot import cad_parameters, load_robot
 
@@ -20,15 +20,12 @@ TRUTH = {
 }  # fmt: skip
 
 
-def test_planned_acceleration_is_found_though_a_rotor_passed_for_it():
-    """A hobby servo that plans its motion, along a sweep beyond what it plans."""
-    robot = load_robot(URDF, ("elbow",))
-    settings = neutral(1)
-    for name, value in TRUTH.items():
+def found_parts(truth: dict[str, float], command: np.ndarray, names: tuple[str, ...]) -> Chosen:
+    """The parts of one joint's servo that simulated recordings ask for."""
+    robot, settings = load_robot(URDF, ("elbow",)), neutral(1)
+    for name, value in truth.items():
         settings[ROW[name]] = value
-    t = np.arange(0.0, 40.0, 0.02)
-    hz = 0.2 * 20.0 ** (t / t[-1])
-    command = 0.15 * np.sin(2 * np.pi * np.cumsum(hz) * 0.02)[:, None]
+    t = np.arange(len(command)) / 50
     motion = Motion(t, t.copy(), command, command[0].copy(), np.zeros(1))
     robot_and_links = chain_of(robot), cad_parameters(robot), np.array([True])
     empty = Setup(*robot_and_links, (Stretch(motion, command),), 0.002)
@@ -40,9 +37,31 @@ def test_planned_acceleration_is_found_though_a_rotor_passed_for_it():
     )
     start = neutral(1)
     prior = Prior(start, np.full(start.shape, 3.0), np.full(len(QUANTITIES), np.inf))
-    profile = [p for p in PARTS if p.name == "profile"]
+    parts = [p for p in PARTS if p.name in names]
     may = np.ones(start.shape, dtype=bool)
-    found = chosen(fitted, judged, start, prior, may, profile, False, silent)
+    return chosen(fitted, judged, start, prior, may, parts, False, silent)
+
+
+def test_planned_acceleration_is_found_though_a_rotor_passed_for_it():
+    """A hobby servo that plans its motion, along a sweep beyond what it plans."""
+    t = np.arange(0.0, 40.0, 0.02)
+    hz = 0.2 * 20.0 ** (t / t[-1])
+    command = 0.15 * np.sin(2 * np.pi * np.cumsum(hz) * 0.02)[:, None]
+    found = found_parts(TRUTH, command, ("profile",))
     assert found.trials[0].kept.all()
     assert found.fit.settings[ROW["profile_acceleration"], 0] == pytest.approx(40.0, rel=0.03)
     assert found.held_out[0] < STEP_RAD
+
+
+def test_a_part_that_stood_in_for_a_later_one_is_taken_out_again():
+    """Steps that a weak motor follows late look planned, until its limit is tried."""
+    truth = TRUTH | {"profile_acceleration": 1e6, "armature": 0.02, "torque_limit": 2.0}
+    rng = np.random.default_rng(0)
+    t = np.arange(0.0, 24.0, 0.02)
+    command = np.repeat(0.4 * rng.standard_normal(len(t) // 50), 50) + 0.2 * np.sin(t)
+    found = found_parts(truth, command[:, None], ("profile", "torque_limit"))
+    profile, limit = found.trials
+    assert profile.gain[0] > 0.02
+    assert not profile.kept.any()
+    assert limit.kept.all()
+    assert found.fit.settings[ROW["torque_limit"], 0] == pytest.approx(2.0, rel=0.03)

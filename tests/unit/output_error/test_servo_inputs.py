@@ -1,0 +1,53 @@
+"""Recordings that a stranger brings: refused in one sentence, or doubted, never a traceback."""
+
+import warnings
+
+import numpy as np
+import pytest
+from servo_arm import URDF, recording
+
+import ident
+from ident.api.identified_servos import IdentifiedServos
+from ident.output_error.identify import prepared
+from ident.output_error.parameters import ROW
+from ident.output_error.recordings import stretches_of
+from wamctl.arm.errors import DataError
+
+MADE = recording(8.0)
+COMMAND = MADE.command.q if MADE.command is not None and MADE.command.q is not None else MADE.q
+
+
+def identified(t: np.ndarray, q: np.ndarray, command: np.ndarray) -> IdentifiedServos:
+    made = ident.Recording(t=t, q=q, joints=MADE.joint_names, q_command=command, name="strange")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        return ident.identify(ident.Arm.from_urdf(URDF), made, method="simulation")
+
+
+@pytest.mark.parametrize(
+    ("every", "scale", "count"),
+    [(10, 1.0, 400), (1, 1e3, 400), (1, 1.0, 30)],
+    ids=["5 Hz", "milliseconds", "0.6 s"],
+)
+def test_too_little_is_refused_in_one_sentence(every: int, scale: float, count: int) -> None:
+    kept = slice(0, count, every)
+    t = scale * np.arange(len(MADE.q)) / 50
+    with pytest.raises(DataError, match=r"strange: unbroken motion of .* does not give 3 pieces"):
+        identified(t[kept], MADE.q[kept], COMMAND[kept])
+
+
+def test_commands_in_degrees_are_doubted() -> None:
+    found = identified(np.arange(len(MADE.q)) / 50, MADE.q, np.degrees(COMMAND))
+    assert found.content["verdict"] != "trustworthy"
+    assert "large_error" in [r["code"] for r in found.content["remarks"]]
+
+
+def test_a_simulation_that_runs_away_has_an_error_and_no_warning() -> None:
+    arm = ident.Arm.from_urdf(URDF).of_recording(MADE.joint_names)
+    begun = prepared(arm, stretches_of(MADE, MADE.joint_names, "strange"))
+    wild = begun.start.copy()
+    wild[ROW["integral"]] = 1e5
+    with np.errstate(all="raise"):
+        left = begun.setup.residuals(wild)
+        assert np.isfinite(np.sum(left**2))
+    assert np.abs(left).max() > 1e3
