@@ -24,6 +24,7 @@ from wamctl.arm.robot import cad_parameters
 _PIECE_S = 8.0
 _SEARCHED_S = 150.0  # more than this tells the search nothing new
 _MOVES = 0.02  # a joint that spans less is held [rad]
+_TOO_FAR = 2.0  # times the range that the URDF allows: another unit
 _SD = 3.0
 _SAME = {"stiffness": 0.03, "rate_gain": 0.3, "profile_acceleration": 0.03, "delay": 0.2}
 """Spread of coordinates over servos of one kind."""
@@ -88,11 +89,13 @@ def prepared(arm: Arm, stretches: Sequence[Stretch]) -> Prepared:
     """Where an identification begins.
 
     Raises:
-        DataError: no joint moves.
+        DataError: no joint moves, or one farther than its limits allow.
         ConfigurationError: the arm's file names quantities that do not exist.
     """
     n = arm.robot.dof
-    moving = np.ptp(np.concatenate([s.q for s in stretches]), axis=0) > _MOVES
+    span = np.ptp(np.concatenate([s.q for s in stretches]), axis=0)
+    _check_unit(arm, span, stretches[0].name)
+    moving = span > _MOVES
     if not moving.any():
         raise DataError(f"No joint moves by more than {_MOVES} rad; nothing can be learned.")
     setup = Setup(
@@ -159,6 +162,20 @@ def model_of(begun: Prepared, best: Fit, know: Knowledge) -> ServoModel:
     return ServoModel(
         begun.arm.name, robot, best.settings, know.sd, at_link, begun.resolution, best.rms, names
     )
+
+
+def _check_unit(arm: Arm, span: Array, name: str) -> None:
+    """Refuse positions that span far more than the URDF allows; zeros may lie anywhere."""
+    model = arm.robot.model
+    allowed = np.asarray(model.upperPositionLimit) - np.asarray(model.lowerPositionLimit)
+    wild = np.flatnonzero((allowed > 0.0) & (span > _TOO_FAR * allowed))
+    if len(wild):
+        joint = int(wild[0])
+        raise DataError(
+            f"{name}: {arm.robot.joint_names[joint]} moves through {span[joint]:.4g}, and its URDF"
+            f" allows {allowed[joint]:.4g}; give positions and commands in rad (unit: deg in the"
+            " mapping of ident import converts them)."
+        )
 
 
 def _folds(setup: Setup) -> tuple[Setup, Setup]:

@@ -36,6 +36,12 @@ def test_too_little_is_refused_in_one_sentence(every: int, scale: float, count: 
         identified(t[kept], MADE.q[kept], COMMAND[kept])
 
 
+def test_positions_in_degrees_are_refused() -> None:
+    t = np.arange(len(MADE.q)) / 50
+    with pytest.raises(DataError, match=r"strange: shoulder moves through \d+\.?\d*, and its URDF"):
+        identified(t, np.degrees(MADE.q), np.degrees(COMMAND))
+
+
 def test_commands_in_degrees_are_doubted() -> None:
     found = identified(np.arange(len(MADE.q)) / 50, MADE.q, np.degrees(COMMAND))
     assert found.content["verdict"] != "trustworthy"
