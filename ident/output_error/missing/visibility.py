@@ -1,11 +1,28 @@
 """The smallest effects that recordings would have shown."""
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ident.output_error.first_guess import smoothed
+from ident.output_error.fit import Setup
 from ident.output_error.missing.screening import at_sizes, tangents
 from ident.output_error.missing.search import Search
 from ident.output_error.missing.settings import GapBySimulation
+from ident.output_error.parameters import ROW
 from ident.signals.arrays import Array
+
+_RARE = 0.005
+"""Share of samples below which the load counts as never on the other side."""
+
+
+def held_by_weight(setup: Setup, settings: Array) -> NDArray[np.bool_]:
+    """Joints whose links' weight and motion keep their gears on one flank, shape (n,).
+
+    They do not cross their play, whatever its size; recorded positions then cannot show it.
+    """
+    zero = settings[ROW["zero"]]
+    load = np.concatenate([smoothed(setup, s, zero)[3] for s in setup.stretches])
+    return np.minimum((load > 0.0).mean(axis=0), (load < 0.0).mean(axis=0)) < _RARE
 
 
 def smallest(found: Search, resolution: Array, settings: GapBySimulation) -> dict[str, Array]:

@@ -258,7 +258,16 @@ def _seen(report: ServoGap) -> list[Block]:
     ]
     caption = "The smallest size (SI units) that would have been named; a dash: none would."
     reasons = [f"{report.title(k)}: {why}" for k, why in content["not_asked"].items()]
-    return [Table(caption, columns, rows), Text("Not asked for:"), Points(reasons)]
+    blocks: list[Block] = [Table(caption, columns, rows)]
+    if held := content["held_by_weight"]:
+        blocks.append(
+            Text(
+                f"At {report.of(held)}, weight keeps the gears on one flank throughout: these"
+                " motions never cross the backlash there, and no positions can tell its size."
+                " Poses in which weight pulls the other way would show it."
+            )
+        )
+    return [*blocks, Text("Not asked for:"), Points(reasons)]
 
 
 def _servo(report: ServoGap) -> list[Block]:

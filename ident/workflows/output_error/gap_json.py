@@ -12,7 +12,7 @@ from ident.output_error.missing.kinds import NOT_ASKED
 from ident.output_error.missing.search import Accepted, Rival
 from ident.output_error.missing.settings import GapBySimulation
 from ident.output_error.missing.verdict import Outcome
-from ident.output_error.missing.visibility import smallest
+from ident.output_error.missing.visibility import held_by_weight, smallest
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.signals.arrays import Array
 
@@ -26,6 +26,7 @@ def gap_content(begun: Prepared, done: Outcome, settings: GapBySimulation) -> Co
     """All but remarks, provenance, and time."""
     arm = begun.arm
     seen = smallest(done.search, begun.resolution, settings)
+    held = held_by_weight(begun.setup, done.after.settings)
     for a in done.effects:
         seen[a.kind.name][a.joint] = np.nan
     return {
@@ -42,6 +43,7 @@ def gap_content(begun: Prepared, done: Outcome, settings: GapBySimulation) -> Co
         "where": _where(begun.setup, done),
         "not_observable": _not_observable(seen, begun.moving, done),
         "not_asked": NOT_ASKED,
+        "held_by_weight": (np.flatnonzero(held & begun.moving) + 1).tolist(),
         "held_out": _held_out(begun, done),
         "forward_simulation": {
             "before": {"rms_q_by_joint": done.before.rms.tolist()},

@@ -1,6 +1,7 @@
 """Recordings that a stranger brings: refused in one sentence, or doubted, never a traceback."""
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,9 @@ from servo_arm import URDF, recording
 
 import ident
 from ident.api.identified_servos import IdentifiedServos
+from ident.output_error.first_guess import neutral
 from ident.output_error.identify import prepared
+from ident.output_error.missing.visibility import held_by_weight
 from ident.output_error.parameters import ROW
 from ident.output_error.recordings import stretches_of
 from wamctl.arm.errors import DataError
@@ -57,3 +60,17 @@ def test_a_simulation_that_runs_away_has_an_error_and_no_warning() -> None:
         left = begun.setup.residuals(wild)
         assert np.isfinite(np.sum(left**2))
     assert np.abs(left).max() > 1e3
+
+
+def test_weight_holds_the_gears_of_an_arm_that_is_stretched_out_and_not_of_one_that_hangs() -> None:
+    arm = ident.Arm.from_urdf(URDF).of_recording(MADE.joint_names)
+    setup = prepared(arm, stretches_of(MADE, MADE.joint_names, "strange")).setup
+    calm = tuple(
+        replace(s, q=0.2 * s.q, motion=s.motion._replace(start=0.2 * s.motion.start))
+        for s in setup.stretches
+    )
+    stretched = neutral(2)
+    hanging = stretched.copy()
+    hanging[ROW["zero"], 0] = np.pi / 2
+    assert held_by_weight(replace(setup, stretches=calm), stretched).all()
+    assert not held_by_weight(replace(setup, stretches=calm), hanging).any()
