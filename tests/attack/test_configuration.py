@@ -60,7 +60,7 @@ def test_a_number_that_would_switch_safety_off_is_refused(tmp_path, section, key
     if key == "missed_cycles":
         new = int(new) if abs(factor) < 1e9 else 10**9
     with pytest.raises(ConfigurationError):
-        load_arm_file(written(tmp_path, changed(section, key, new)))
+        load_arm(written(tmp_path, changed(section, key, new)))
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pinocchio as pin
 import pytest
-from ideal_arm import Rig
+from ideal_arm import PERIOD_S, Rig
 
 from wamctl.errors import StopError
 from wamctl.experiment.loop import Loop
@@ -57,6 +57,20 @@ def test_the_sentence_tells_what_braking_left(wam):
         r"faster: \S+ comes to \d\.\d\d rad/s \(limit \d\.\d\d rad/s\)\) and the drives were",
         stop.outcome,
     )
+
+
+@pytest.mark.parametrize("motor", [1, 2])
+def test_a_motor_that_does_not_move_as_it_is_driven_is_not_braked_by(wam, motor):
+    """Nor is the other one of its differential; both are silent when the stop is told."""
+    rig = Rig(wam)
+    rig.drives.motors = reversed_motor(motor, 700)(rig)
+    stop = rig.stopped()
+    assert stop.cause.startswith(f"motor {motor + 1} does not move as it is driven")
+    told = round(stop.at_s / PERIOD_S)
+    sent = np.array(rig.drives.sent)
+    assert sent[told - 2, [1, 2]].all()
+    assert not sent[told - 1 :, [1, 2]].any()
+    assert sent[told, [0, 3, 4, 5, 6]].all()
 
 
 def stopped_by_the_operator(wam, cycle):

@@ -134,14 +134,6 @@ class ArmFile(Section):
                 f"controller.velocity_cutoff_hz: {control.velocity_cutoff_hz:g} Hz is above half "
                 f"of the loop's rate, {0.5 / period_s:g} Hz"
             )
-        for j, bandwidth in enumerate(control.bandwidth_rad_s, 1):
-            share = 2.0 * control.damping_ratio * bandwidth * period_s
-            if share > 1.0:
-                faults.append(
-                    f"controller.bandwidth_rad_s: {bandwidth:g} rad/s of joint {j} is too fast for "
-                    f"cycles of {period_s:g} s (2 x damping x bandwidth x period is {share:.2g}, "
-                    "limit 1)"
-                )
         return faults + self._torque_faults()
 
     def _torque_faults(self) -> list[str]:

@@ -167,11 +167,16 @@ class Loop:
         if level >= CheckLevel.TRACKING:
             self._limits.check_tracking(state, self.wanted)
             self._motors.check(state, self.acting, elapsed_s)
+            self._gate.silent = self._motors.doubtful
         else:
             self._motors.rest()
         self._sent = [*self._sent[1:], self._sent_torque(tau, elapsed_s)]
         self._record(stamp_ns, state, self.wanted)
         return readings
+
+    def let_go_of_suspects(self) -> None:
+        """No torque from now on of motors whose motion may not show the torque that was sent."""
+        self._gate.silent = self._motors.suspects
 
     def send_instead(self, law: Law) -> None:
         """Other torque from the next SYNC on than what the last cycle asked for.

@@ -10,14 +10,16 @@ from contextlib import contextmanager, suppress
 from enum import Enum
 from types import FrameType
 
-_NAMES = (
-    *("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP", "SIGUSR1", "SIGUSR2", "SIGALRM"),
-    *("SIGVTALRM", "SIGPROF", "SIGPOLL", "SIGPWR", "SIGXCPU", "SIGSTKFLT"),
-)
-_STOPPING = tuple(getattr(signal, name) for name in _NAMES if hasattr(signal, name))
-"""Signals whose default action ends or suspends a process, errors of the processor apart."""
-_TERMINAL = (signal.SIGTTIN, signal.SIGTTOU)
+_UNSTOPPABLE = {signal.SIGKILL, signal.SIGSTOP}
+_OF_THE_PROCESSOR = {signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL}
+_ENDING_NOTHING = {signal.SIGCHLD, signal.SIGCONT, signal.SIGURG, signal.SIGWINCH}
+_ERRORS_IN_PYTHON = {signal.SIGPIPE, signal.SIGXFSZ}
+_TERMINAL = {signal.SIGTTIN, signal.SIGTTOU}
 """A process in the background must not be suspended for looking at its terminal."""
+_STOPPING = signal.valid_signals() - (
+    _UNSTOPPABLE | _OF_THE_PROCESSOR | _ENDING_NOTHING | _ERRORS_IN_PYTHON | _TERMINAL
+)
+"""Signals that end or suspend a process and can be caught, those of real time among them."""
 
 
 class Interrupted(BaseException):
@@ -57,7 +59,7 @@ class StopRequest:
 
     def on_signal(self, number: int, frame: FrameType | None) -> None:
         """Handler of signals: a second one changes nothing, since the arm is stopping already."""
-        name = signal.Signals(number).name
+        name = next((s.name for s in signal.Signals if s == number), f"signal {number}")
         if self._stage is _Stage.SETTING_UP:
             self._stage, self._reason = _Stage.ENDING, name
             raise Interrupted(f"The operator stopped it ({name}) while no drive was enabled.")

@@ -23,6 +23,7 @@ AT_REST_RAD = 0.03
 """By so much may a joint sag or be touched between two looks at the resting arm; more means that
 somebody has moved the arm or an encoder has lost its zero, which nothing here can tell apart."""
 
+_UNTESTED = (Phase.ENABLE, Phase.TEST)  # in which no motor is to be believed yet
 _RELEASE_S = 1.0
 _DISABLE_S = 0.02
 _PROGRESS_CYCLES = 25
@@ -187,7 +188,7 @@ def _end_early(arm: Arm, drives: Drives, loop: Loop, stop: StopError) -> str:
     """Brake where readings and drives can be trusted, then disable; returns what was done."""
     done = ""
     try:
-        if stop.brakes and loop.phase is not Phase.TEST:  # there, nothing is to be believed yet
+        if stop.brakes and loop.phase not in _UNTESTED:
             is_well = isinstance(stop, OutsideStopError)
             done = _brake(arm, loop, is_well)
         confirmed = _disable(drives, loop, Phase.CUT_OFF)
@@ -202,8 +203,11 @@ def _brake(arm: Arm, loop: Loop, is_well: bool) -> str:
     """Brake for as long as braking makes the arm slower; returns what came of it.
 
     An arm that is well is braked along its reference, so that it holds a load as before; any other
-    one from where it is, since its reference may be what pulls it away.
+    one from where it is, since its reference may be what pulls it away, and without the motors
+    that may be what is wrong.
     """
+    if not is_well:
+        loop.let_go_of_suspects()
     start, file = loop.wanted if is_well else loop.state, arm.file
     monitor = BrakingMonitor(file, arm.robot, loop.state)
     braking_s = file.safety.braking_s

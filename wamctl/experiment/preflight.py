@@ -6,6 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
+import numpy as np
+import pinocchio as pin
+
 from wamctl.arm.config import ArmFile, CanopenDrivesSection, beside, find_file, load_arm_file
 from wamctl.arm.control import computed_torque
 from wamctl.arm.errors import ConfigurationError
@@ -13,7 +16,7 @@ from wamctl.arm.joint_labels import numbered_joints
 from wamctl.arm.robot import Robot, load_robot
 from wamctl.arm.trajectory import Reference, Trajectory, read_trajectory, reference
 from wamctl.arm.trajectory_check import check_trajectory
-from wamctl.arm.transmission import transmission
+from wamctl.arm.transmission import Transmission, transmission
 from wamctl.canopen.dictionary import load_dictionary
 from wamctl.drives import bus_load
 from wamctl.experiment.loop import Arm
@@ -26,6 +29,10 @@ LONGEST_PERIOD_S = 320.0
 """Every millisecond of a period is checked against all limits; this many take half a minute."""
 LONGEST_MOTION_S = 7200.0
 """An operator stays beside the moving arm for as long."""
+MOST_OF_EFFORT = 2.0
+"""By so much may makers' figures for the same joint differ; a wrong digit is a factor of ten."""
+MOST_LAG_RAD = 1.0
+"""Leaves a critically damped loop 17 degrees of its phase margin of 76."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +71,8 @@ def load_arm(config: str | Path) -> tuple[Path, Arm]:
         faults += _drive_faults(file, file.drives)
     if robot is not None:
         faults += _frame_faults(file, robot) + _weight_faults(robot)
+    if robot is not None and joints is not None:
+        faults += _effort_faults(file, robot, joints) + _bandwidth_faults(file, robot, joints)
     if faults or robot is None or joints is None:
         raise ConfigurationError(path, faults)
     return path, Arm(file, robot, joints, computed_torque(robot, file.controller))
@@ -161,6 +170,42 @@ def _weight_faults(robot: Robot) -> list[str]:
         f"robot.urdf: the link behind {name} has no mass, so that its weight would not be carried"
         for k, name in enumerate(numbered_joints(robot.joint_names), 1)
         if not robot.model.inertias[k].mass > 0.0
+    ]
+
+
+def _effort_faults(file: ArmFile, robot: Robot, joints: Transmission) -> list[str]:
+    """Ratios and torque limits that together contradict what the URDF lets a joint bear."""
+    most = np.abs(joints.motor_from_joint).T @ np.array(file.limits.motor_torque_nm)
+    efforts, names = robot.model.effortLimit.tolist(), numbered_joints(robot.joint_names)
+    return [
+        f"transmission.motor_from_joint and limits.motor_torque_nm: the motors could give {name} "
+        f"{torque:.4g} N m, above {MOST_OF_EFFORT:g} times the {effort:.4g} N m that the URDF lets "
+        "it bear"
+        for name, torque, effort in zip(names, most.tolist(), efforts, strict=True)
+        if effort > 0.0 and torque > MOST_OF_EFFORT * effort
+    ]
+
+
+def _bandwidth_faults(file: ArmFile, robot: Robot, joints: Transmission) -> list[str]:
+    """Joints whose loop would oscillate.
+
+    The velocity loop crosses over at 2 zeta w times the share of the inertia that the control law
+    knows of; the velocity's filter, half a period of its difference, one of the bus and half of one
+    for which torque is held turn the phase back there.
+    """
+    control, rotors = file.controller, np.array(file.transmission.rotor_inertia_kg_m2)
+    middle = np.add(file.limits.position_lower_rad, file.limits.position_upper_rad) / 2.0
+    links = np.diag(pin.crba(robot.model, robot.data(), middle))
+    unknown = (joints.motor_from_joint**2).T @ rotors
+    lag_s = 1.0 / (2.0 * math.pi * control.velocity_cutoff_hz) + 2.0 * file.bus.period_s
+    crossover = 2.0 * control.damping_ratio * np.array(control.bandwidth_rad_s)
+    lag = crossover * links / (links + unknown) * lag_s
+    names = numbered_joints(robot.joint_names)
+    return [
+        f"controller.bandwidth_rad_s: {control.bandwidth_rad_s[k]:g} rad/s of {names[k]} is too "
+        f"fast for a loop that lags by {lag_s * 1e3:.1f} ms: its velocity would lag by "
+        f"{lag[k]:.2g} rad (limit {MOST_LAG_RAD:g} rad)"
+        for k in np.flatnonzero(lag > MOST_LAG_RAD).tolist()
     ]
 
 

@@ -1,6 +1,7 @@
 """Whether every motor does what it is told, and its encoder sees it."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wamctl.arm.arrays import Array
 from wamctl.arm.config import ArmFile
@@ -12,6 +13,7 @@ from wamctl.safety.torque_residual import TorqueResidual
 
 _CYCLES = 2  # in a row with too much torque left over
 _STILL_S = 0.012
+_SUSPECT = 0.5  # share of the limit left over from which a motor takes no part in braking
 _SETTLING_S = 0.1  # in which an arm that has just got torque takes up its load
 _FAST_RAD_S, _FAST_COUNTS = 6.0, 8.0  # motor speed from which nothing stops within a cycle
 
@@ -20,7 +22,13 @@ class MotorFaults:
     """Compares reading, torque and motion of every motor.
 
     A motor that friction stops slows down count by count; a reading that stands still right behind
-    a fast one is no motion. A torque that the motion does not show is judged by the model.
+    a fast one is no motion. A torque that the motion does not show is judged by the model. A motor
+    with the wrong sign brakes the wrong way, and makes the arm faster as long as it is driven; one
+    without torque loses nothing when it is not.
+
+    Attributes:
+        doubtful: motors with too much torque left over, and those that turn the same joints, which
+            are not to be driven while a further cycle tells, booleans, shape (n,).
 
     Args:
         arm: limits; without `safety.unaccounted_torque_nm` torque is not watched.
@@ -37,6 +45,7 @@ class MotorFaults:
         self._limit = np.array(arm.safety.unaccounted_torque_nm)
         self._residual = TorqueResidual(robot, transmission, arm.controller.velocity_cutoff_hz)
         self._period_s = period_s
+        self._share_a_joint = (matrix := transmission.motor_from_joint != 0.0) @ matrix.T
         self.rest()
 
     def rest(self) -> None:
@@ -45,6 +54,8 @@ class MotorFaults:
         self._angle: Array | None = None
         self._settling = self._settling_cycles
         self._above = np.zeros(len(self._fast), dtype=int)  # cycles in a row above the limit
+        self._left = np.zeros(len(self._limit))
+        self.doubtful = self._above > 0
 
     def check(self, state: ArmState, tau: Array, elapsed_s: float) -> None:
         """Whether readings and torque since the last cycle fit each other, after 0.1 s of driving.
@@ -62,7 +73,15 @@ class MotorFaults:
             return
         self._check_encoders(state)
         if len(self._limit):
-            self._check_torques(self._residual.update(state, tau, elapsed_s))
+            self._left = self._residual.update(state, tau, elapsed_s)
+            self._check_torques(self._left)
+
+    @property
+    def suspects(self) -> NDArray[np.bool_]:
+        """Motors by which an arm that is not well is not to be braked, as `doubtful`."""
+        if not len(self._limit):
+            return self.doubtful
+        return self._share_a_joint @ (np.abs(self._left) > _SUSPECT * self._limit)
 
     def _check_encoders(self, state: ArmState) -> None:
         last, self._angle = self._angle, state.angle_motor if state.complete else None
@@ -91,7 +110,9 @@ class MotorFaults:
         above = np.abs(left) > self._limit
         if not np.count_nonzero(above):
             self._above.fill(0)
+            self.doubtful = above
             return
+        self.doubtful = self._share_a_joint @ above
         self._above = np.where(above, self._above + 1, 0)
         above = self._above >= _CYCLES
         if not np.count_nonzero(above):

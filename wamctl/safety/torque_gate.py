@@ -15,10 +15,15 @@ class TorqueGate:
         limit: largest torque per motor, shape (n,) [N m].
         slew: fastest change per motor, shape (n,) [N m/s].
         power_w: largest power of all motors together [W]; None for any.
+
+    Attributes:
+        clipped: torques so far that were wanted larger or faster.
+        silent: motors that give none, whatever is wanted, booleans, shape (n,).
     """
 
     def __init__(self, limit: Array, slew: Array, power_w: float | None = None) -> None:
         self.clipped = 0
+        self.silent = np.zeros(len(limit), dtype=bool)
         self._limit, self._opposite, self._slew = limit, -limit, slew
         self._power_w = math.inf if power_w is None else power_w
         self._last = np.zeros(len(limit))
@@ -44,6 +49,7 @@ class TorqueGate:
         low = np.maximum(self._last - step, self._opposite)
         high = np.minimum(self._last + step, self._limit)
         passed = np.minimum(np.maximum(tau_motor, low), high)
+        passed[self.silent] = 0.0
         power_w = float(passed.dot(speed_motor))
         if power_w > self._power_w:
             raise SafetyStopError(

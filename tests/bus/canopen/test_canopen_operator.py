@@ -15,7 +15,7 @@ from wamctl.arm.recording import read_recording
 from wamctl.experiment.operator_stop import StopRequest
 
 WAMCTL = str(Path(sys.executable).with_name("wamctl"))
-SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP", "SIGUSR1", "SIGUSR2", "SIGALRM")
+SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP", "SIGUSR1", "SIGRTMIN", "SIGABRT")
 OF_A_WHOLE_RUN = ("SIGINT", "SIGTERM", "SIGHUP", "SIGTSTP", "q", "ctrl-z")
 """With these a whole experiment is stopped; the others end in the same request to stop."""
 MORE_THAN_ENOUGH = (

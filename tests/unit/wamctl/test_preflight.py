@@ -54,6 +54,31 @@ def test_every_fault_is_listed_at_once(write):
     ]
 
 
+@pytest.mark.parametrize(
+    ("row", "column", "ratio", "joint", "torque", "effort"),
+    [(1, 2, -168.155, "3 (shoulder yaw)", 332.9, 60.5), (2, 6, 1.0, "7 (palm yaw)", 3.168, 1.37)],
+)
+def test_a_ratio_that_the_urdf_contradicts(write, row, column, ratio, joint, torque, effort):
+    matrix = yaml.safe_load(find_file("wam7.yaml").read_text())["transmission"]["motor_from_joint"]
+    matrix[row][column] = ratio
+    path = write(transmission={"motor_from_joint": matrix})
+    (fault,) = faults_of(lambda: load_arm(path))
+    assert fault.startswith("transmission.motor_from_joint and limits.motor_torque_nm: the motors")
+    assert f"joint {joint}" in fault
+    assert fault.endswith(
+        f"{torque} N m, above 2 times the {effort} N m that the URDF lets it bear"
+    )
+
+
+def test_a_bandwidth_beyond_what_the_loop_can_follow(write):
+    bandwidth = [16.0, 12.0, 30.0, 200.0, 60.0, 55.0, 120.0]
+    path = write(controller={"bandwidth_rad_s": bandwidth})
+    assert faults_of(lambda: load_arm(path)) == [
+        "controller.bandwidth_rad_s: 200 rad/s of joint 4 (elbow pitch) is too fast for a loop "
+        "that lags by 8.0 ms: its velocity would lag by 2.5 rad (limit 1 rad)"
+    ]
+
+
 def test_a_missing_trajectory(write):
     path = write(excitation={"trajectory": None})
     assert faults_of(lambda: prepare(path)) == [
