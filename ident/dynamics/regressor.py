@@ -23,6 +23,18 @@ class Motion:
     qdd: Array
 
 
+def all_columns(
+    robot: Robot, terms: Terms, motion: Motion, parameters: Sequence[Parameter]
+) -> Array:
+    """Columns of any parameters, shape (S, n, p): torque [N m] per unit of each."""
+    smooth = [i for i, p in enumerate(parameters) if p.kind not in SHARP]
+    sharp = [i for i, p in enumerate(parameters) if p.kind in SHARP]
+    columns = np.empty((*motion.q.shape, len(parameters)))
+    columns[..., smooth] = smooth_columns(robot, terms, motion, [parameters[i] for i in smooth])
+    columns[..., sharp] = sharp_columns(terms, motion.qd, [parameters[i] for i in sharp])
+    return columns
+
+
 def smooth_columns(
     robot: Robot, terms: Terms, motion: Motion, parameters: Sequence[Parameter]
 ) -> Array:

@@ -15,7 +15,7 @@ from ident.effects.effect import Effect
 from ident.effects.effect_torque import effect_torque
 from ident.model.identified_model import Model
 from ident.model.model_file import read_model
-from ident.model.named_effects import EffectRecord
+from ident.model.records import EffectRecord
 from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 

@@ -9,8 +9,7 @@ from ident.dynamics.regressor import Motion
 from ident.effects.bound_effects import BoundEffects, members_of
 from ident.effects.catalogue import catalogue
 from ident.effects.simulated_model import without_effects
-from ident.model.identified_model import Model
-from ident.model.named_effects import NoEffects
+from ident.model.identified_model import Model, NoEffects
 from ident.signals.arrays import Array
 from ident.simulation.arm import SimulatedArm, Term
 

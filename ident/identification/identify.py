@@ -19,7 +19,8 @@ from ident.identification.torque_delay import Delay, delay
 from ident.identification.validation import fit_filter
 from ident.identification.velocity_threshold import Sweep, sweep
 from ident.model.arm import Arm
-from ident.model.identified_model import BaseParameter, Model
+from ident.model.identified_model import Model
+from ident.model.records import BaseParameter
 from ident.recordings.dataset import Dataset
 from ident.regression.progress import Tell, silent
 from ident.regression.triangles import condition_number

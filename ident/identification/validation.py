@@ -11,8 +11,7 @@ from ident.estimation.reversal_shapes import KnownShapes
 from ident.identification.cross_validation import spread
 from ident.model.arm import TERM_NAMES, Arm
 from ident.model.fit_filter import Filter
-from ident.model.identified_model import Model
-from ident.model.named_effects import NoEffects
+from ident.model.identified_model import Model, NoEffects
 from ident.recordings.dataset import Dataset
 from ident.regression.filters import Processing
 from ident.regression.squared_errors import Errors, Sums, sums

@@ -2,20 +2,25 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import get_args
+from typing import Any, Protocol, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ident.dynamics.parameters import Kind, Parameter, Terms, standard_parameters
-from ident.dynamics.regressor import SHARP, Motion, sharp_columns, smooth_columns
+from ident.dynamics.regressor import Motion, all_columns, smooth_columns
+from ident.model.arm import TERM_NAMES
 from ident.model.fit_filter import Filter, smooth_motion
-from ident.model.model_writing import write_model
-from ident.model.named_effects import ModelEffects, NoEffects
+from ident.model.readable_yaml import write_yaml
+from ident.model.records import BaseParameter, EffectRecord
 from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
+from wamctl.arm.inertial import INERTIAL_NAMES
 from wamctl.arm.recording import Recording
 from wamctl.arm.robot import Robot
+
+FORMAT = "wam-ident model"
+VERSION = 1
 
 PER_JOINT = ("m", *(k for k in get_args(Kind) if k != "inertial"))
 """What `Model.parameter` knows."""
@@ -24,21 +29,36 @@ _ROUNDS = 50  # friction in proportion to the load: each round leaves its coeffi
 _SETTLED = 1e-10  # rad/s^2
 
 
-@dataclass(frozen=True)
-class BaseParameter:
-    """A row of the arm's Table I.
+class ModelEffects(Protocol):
+    """The effects of a model, with their equations."""
 
-    Attributes:
-        name: the combination.
-        unit: its SI unit.
-        values: by estimator; CAD knows no friction.
-        sd: standard error of the OLS value.
-    """
+    @property
+    def records(self) -> tuple[EffectRecord, ...]:
+        """The effects as `model.yaml` holds them."""
+        ...
 
-    name: str
-    unit: str
-    values: dict[str, float]
-    sd: float
+    def torque(self, model: "Model", motion: Motion, period_s: float | None) -> Array:
+        """Torque beside the rigid bodies and their friction [N m], shape (S, n).
+
+        Args:
+            model: the arm that has the effects.
+            motion: S samples.
+            period_s: between the samples, which then follow each other; None: each stands alone.
+        """
+        ...
+
+
+class NoEffects:
+    """A model without named effects."""
+
+    @property
+    def records(self) -> tuple[EffectRecord, ...]:
+        """None."""
+        return ()
+
+    def torque(self, model: "Model", motion: Motion, period_s: float | None) -> Array:
+        """Zeros."""
+        return np.zeros_like(motion.q)
 
 
 @dataclass(frozen=True)
@@ -239,7 +259,7 @@ class Model:
         Raises:
             DataError: the file cannot be written.
         """
-        write_model(Path(path), self)
+        write_yaml(Path(path), _content(self))
 
     def _motion(self, dt: float | None, **parts: ArrayLike) -> tuple[Motion, tuple[int, ...]]:
         """Two or three arrays of one shape as samples, and that shape."""
@@ -274,12 +294,50 @@ class Model:
         return (columns @ self.inertial).reshape(shape)
 
     def _regressor(self, motion: Motion) -> Array:
-        named = self.parameters
-        smooth = [i for i, p in enumerate(named) if p.kind not in SHARP]
-        sharp = [i for i, p in enumerate(named) if p.kind in SHARP]
-        columns = np.empty((*motion.q.shape, len(named)))
-        columns[..., smooth] = smooth_columns(
-            self.robot, self.terms, motion, [named[i] for i in smooth]
-        )
-        columns[..., sharp] = sharp_columns(self.terms, motion.qd, [named[i] for i in sharp])
-        return columns
+        return all_columns(self.robot, self.terms, motion, self.parameters)
+
+
+def _content(model: Model) -> dict[str, Any]:
+    robot, terms = model.robot, model.terms
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "arm": model.arm,
+        "estimator": model.estimator,
+        "joints": list(robot.joint_names),
+        "moving": [bool(m) for m in model.moving],
+        "noise_nm": [None if np.isnan(x) else float(x) for x in model.noise],
+        "gravity_m_s2": [float(g) for g in robot.model.gravity.linear],
+        "parameter_frames": list(robot.parameter_frames),
+        "terms": [name for name in TERM_NAMES if getattr(terms, name)],
+        "drive_matrix": [[float(x) for x in row] for row in terms.drive_matrix],
+        "motor_friction": terms.motor_friction,
+        "links": [_link(model, k) for k in range(1, robot.dof + 1)],
+        "base_parameters": [
+            {"name": b.name, "unit": b.unit, "values": b.values, "sd": b.sd}
+            for b in model.base_parameters
+        ],
+        "filter": vars(model.filter)
+        | {"reversals": [[vars(part) for part in joint] for joint in model.filter.reversals]},
+        "logs": list(model.logs),
+        **({"gains_nm_per_a": list(model.gains_nm_per_a)} if model.gains_nm_per_a else {}),
+        "effects": [e.model_dump(mode="json") for e in model.effects.records],
+        "urdf": model.robot.urdf,
+    }
+
+
+def _link(model: Model, k: int) -> dict[str, Any]:
+    values = {
+        p.name: float(x) for p, x in zip(model.parameters, model.delta, strict=True) if p.index == k
+    }
+    return {
+        "joint": model.robot.joint_names[k - 1],
+        "inertia_kg_m2": {s: values[f"L{k}{s}"] for s in INERTIAL_NAMES[:6]},
+        "first_moment_kg_m": {s: values[f"l{k}{s}"] for s in INERTIAL_NAMES[6:9]},
+        "mass_kg": values[f"m{k}"],
+        "friction": {
+            p.kind: values[p.name]
+            for p in model.parameters
+            if p.index == k and p.kind != "inertial"
+        },
+    }

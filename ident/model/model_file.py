@@ -9,9 +9,8 @@ from pydantic import Field
 from ident.dynamics.parameters import Terms, standard_parameters
 from ident.model.arm import TERM_NAMES
 from ident.model.fit_filter import Filter, ReversalPart
-from ident.model.identified_model import BaseParameter, Model
-from ident.model.model_writing import FORMAT, VERSION
-from ident.model.named_effects import EffectRecord, ModelEffects
+from ident.model.identified_model import FORMAT, VERSION, Model, ModelEffects
+from ident.model.records import BaseParameter, EffectRecord
 from wamctl.arm.config import Section, Vector, read_yaml, validate
 from wamctl.arm.errors import DataError
 from wamctl.arm.robot import load_robot

@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +34,6 @@ from ident.gap.search import search
 from ident.gap.selection.estimates import FinalEstimates, final_estimates
 from ident.identification.term_selection import ON_DEMAND
 from ident.model.identified_model import Model
-from ident.model.model_writing import write_model
 from ident.recordings.dataset import Dataset
 from ident.recordings.loading import Reading
 from ident.recordings.steady_state import only_steady_state
@@ -127,8 +125,7 @@ class Gap:
         Raises:
             DataError: the folder cannot be written.
         """
-        model = partial(write_model, model=self.model)
-        return write_results(out, "gap", self.content, self.page(), model)
+        return write_results(out, "gap", self.content, self.page(), self.model.save)
 
 
 def gap_logs(

@@ -19,7 +19,6 @@ from ident.gap.data.experiment import read_experiment
 from ident.gap.options import Options
 from ident.identification.validation import arm_of
 from ident.model.identified_model import Model
-from ident.model.model_writing import write_model
 from ident.planning.changed_arm import changed
 from ident.planning.choice import Motion, designed, motions, slowed
 from ident.planning.hypotheses import UNKNOWN, Answer, Hypothesis, hypotheses, read_answer
@@ -115,7 +114,7 @@ def _written(found: Sequence[Hypothesis], folder: Path) -> dict[str, Any]:
     content = {}
     for number, h in enumerate(found):
         path = folder / f"{number}.yaml"
-        write_model(path, h.model)
+        h.model.save(path)
         digest = hashlib.sha256(path.read_bytes()).hexdigest()
         content[h.name] = {"file": f"models/{path.name}", "sha256": digest}
     return content

@@ -3,7 +3,6 @@
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +24,6 @@ from ident.identification.cutoff_selection import with_best_cutoff
 from ident.identification.identify import Identification, identify, model_of
 from ident.model.arm import Arm
 from ident.model.identified_model import Model
-from ident.model.model_writing import write_model
 from ident.recordings.dataset import Dataset
 from ident.recordings.errors import TooShortError
 from ident.recordings.loading import Reading, read_logs
@@ -72,7 +70,7 @@ class Run:
             DataError: the folder cannot be written.
         """
         page = self.page() if page is None else page
-        return write_results(out, "run", self.content, page, partial(write_model, model=self.model))
+        return write_results(out, "run", self.content, page, self.model.save)
 
 
 def run_logs(

@@ -38,8 +38,7 @@ from ident.gap.data.experiment import experiment
 from ident.gap.options import Options
 from ident.identification.identify import identify, model_of
 from ident.identification.standard_errors import QUANTILE_90
-from ident.model.identified_model import Model
-from ident.model.named_effects import NoEffects
+from ident.model.identified_model import Model, NoEffects
 from ident.workflows.gap import Gap, counted, gap_of
 from ident.workflows.model_errors import errors_on
 from sim_bus.assembly import load_simulation

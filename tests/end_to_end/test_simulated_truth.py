@@ -12,7 +12,6 @@ import pytest
 from ident.cli import main
 from ident.effects.bound_effects import load_model
 from ident.model.identified_model import Model
-from ident.model.model_writing import write_model
 from sim_bus.assembly import load_simulation
 from wamctl.arm.config import find_file
 from wamctl.arm.inertial import pseudo_inertia
@@ -70,7 +69,7 @@ def held_out_percent(folder: Path, model: Path, out: str) -> float:
 def test_it_predicts_another_motion_nearly_as_well_as_the_truth(folder: Path) -> None:
     found = load_model(folder / "model" / "model.yaml")
     truth = folder / "truth.yaml"
-    write_model(truth, true_model(found))
+    true_model(found).save(truth)
     of_truth = held_out_percent(folder, truth, "truth")
     assert 0.1 < of_truth < 2.0
     assert held_out_percent(folder, folder / "model" / "model.yaml", "found") <= 1.1 * of_truth

@@ -13,7 +13,8 @@ from ident.gap.data.experiment import Experiment
 from ident.gap.regression.feasible_fit import FeasibleModel
 from ident.gap.regression.weighted_fit import Fit
 from ident.identification.validation import fit_filter
-from ident.model.identified_model import BaseParameter, Model
+from ident.model.identified_model import Model
+from ident.model.records import BaseParameter
 from ident.regression.filters import processing
 from ident.signals.arrays import Array
 

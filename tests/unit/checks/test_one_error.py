@@ -11,7 +11,7 @@ from ident.effects.compensation import without_effects
 from ident.effects.reversal_friction import BASIS, USUAL, shapes_of
 from ident.estimation.reversal_shapes import KnownShapes
 from ident.identification.validation import arm_of, predict
-from ident.model.named_effects import EffectRecord
+from ident.model.records import EffectRecord
 from ident.workflows.model_errors import errors_on
 from ident.workflows.run import run_data
 

@@ -23,7 +23,6 @@ from ident.excitation.settings import DesignSettings
 from ident.model.arm import arm_from_file
 from ident.model.fit_filter import Filter
 from ident.model.identified_model import Model
-from ident.model.model_writing import write_model
 from ident.recordings.loading import Reading
 from ident.simulation.arm import simulated_arm
 from ident.workflows.design import place_of
@@ -124,7 +123,7 @@ def test_errors_are_those_of_a_run_on_the_simulated_arm(
 ) -> None:
     """`ident simulate` and `ident run` on one period of the same motion, reversals left out."""
     robot = place.robot
-    write_model(tmp_path / "model.yaml", model_of(place))
+    model_of(place).save(tmp_path / "model.yaml")
     series = series_of(motion, robot.joint_names, 0.1 * np.pi)
     write_trajectory(tmp_path / "motion.yaml", Trajectory(series, 1, {}, {}))
     log = tmp_path / "log.mcap"
@@ -138,7 +137,7 @@ def test_the_model_becomes_the_arm_that_is_moved(
     place: DesignTask, rehearsal: ClosedLoopTrial, motion: np.ndarray, tmp_path: Path
 ) -> None:
     path = tmp_path / "model.yaml"
-    write_model(path, model_of(place))
+    model_of(place).save(path)
     read = problem_of(place_of(FILE, None, path), DesignSettings()).rehearsal
     assert read is not None
     assert errors(read, motion) == pytest.approx(errors(rehearsal, motion), abs=1e-9)
@@ -146,7 +145,7 @@ def test_the_model_becomes_the_arm_that_is_moved(
 
 def test_a_model_of_another_arm_is_refused(place: DesignTask, tmp_path: Path) -> None:
     path = tmp_path / "model.yaml"
-    write_model(path, model_of(place))
+    model_of(place).save(path)
     path.write_text(path.read_text(encoding="utf-8").replace("wam/", "other/"), encoding="utf-8")
     with pytest.raises(ConfigurationError) as caught:
         place_of(FILE, None, path)

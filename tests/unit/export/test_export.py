@@ -19,8 +19,7 @@ from ident.export.mjcf import left_out_of_mjcf, to_mjcf
 from ident.export.urdf import left_out_of_urdf, to_urdf
 from ident.model.fit_filter import Filter
 from ident.model.identified_model import Model
-from ident.model.model_writing import write_model
-from ident.model.named_effects import EffectRecord
+from ident.model.records import EffectRecord
 from wamctl.arm.config import beside, find_file, load_robot_file
 from wamctl.arm.errors import DataError
 from wamctl.arm.inertial import from_pseudo_inertia
@@ -213,7 +212,7 @@ def test_the_command(tmp_path: Path) -> None:
     app = typer.Typer()
     app.command()(export)
     path, out = tmp_path / "model.yaml", tmp_path / "arm.xml"
-    write_model(path, crane())
+    crane().save(path)
     result = CliRunner().invoke(app, [str(path), "--to", "mjcf", "--out", str(out)])
     assert result.exit_code == 0
     assert result.stdout == f"{out}\n"

@@ -14,8 +14,8 @@ from ident.effects.catalogue import catalogue
 from ident.effects.simulated_model import simulation_of
 from ident.model.arm import arm_from_file
 from ident.model.fit_filter import Filter
-from ident.model.identified_model import Model
-from ident.model.named_effects import EffectRecord, NoEffects
+from ident.model.identified_model import Model, NoEffects
+from ident.model.records import EffectRecord
 from ident.simulation.configuration import controller_for, wire_for
 from ident.simulation.loop import run
 from ident.simulation.recording import recorded
