@@ -251,12 +251,20 @@ def _rivals(report: ServoGap) -> list[Block]:
 
 def _seen(report: ServoGap) -> list[Block]:
     content = report.content
-    columns = [Column("effect", "words"), *(Column(report.labels[j]) for j in report.moving)]
+    units = content["detectable_units"]
+    columns = [Column("effect", "words"), Column("unit", "words")]
+    columns += [Column(report.labels[j]) for j in report.moving]
     rows = [
-        [report.title(name), *(number(sizes.get(str(j + 1)), 2) for j in report.moving)]
+        [
+            report.title(name),
+            units[name],
+            *(number(sizes.get(str(j + 1)), 2) for j in report.moving),
+        ]
         for name, sizes in content["minimum_detectable"].items()
     ]
-    caption = "The smallest size (SI units) that would have been named; a dash: none would."
+    caption = (
+        "The smallest size that would have been named; a dash: none would, or the effect is named."
+    )
     reasons = [f"{report.title(k)}: {why}" for k, why in content["not_asked"].items()]
     blocks: list[Block] = [Table(caption, columns, rows)]
     if held := content["held_by_weight"]:

@@ -53,6 +53,9 @@ def gap_content(begun: Prepared, done: Outcome, settings: GapBySimulation) -> Co
             name: {str(j + 1): float(x) for j, x in enumerate(sizes) if np.isfinite(x)}
             for name, sizes in seen.items()
         },
+        "detectable_units": {
+            kind.name: QUANTITIES[ROW[kind.part.quantities[0]]].unit for kind in done.search.asked
+        },
         "unexplained": [
             {"joint": x.joint + 1, "share_of_gap": x.share, "rms": x.rms, "noise_floor": x.floor}
             for x in done.left
