@@ -1,12 +1,12 @@
 #!/usr/bin/env -S .venv/bin/python
 """What arms borrow from their type: standard errors with and without, and whether they are honest.
 
-Usage: scripts/benchmarks/fleet_priors.py FLEET OUT [--arms 40] [--seed 0]
+Usage: scripts/benchmarks/fleet_priors.py FLEET OUT [--arms 10] [--seed 0]
 
 FLEET is a folder of `fleet_maker.py` made with --seed, OUT that of `ident fleet` on it with --robot
 wam7.yaml. The type is learned from some arms, others are judged by it, from one of five logs. The
 planted truth is that of links and zeros; friction is made in a form of its own, and is compared
-with what 25 other logs of the arm say without any prior.
+with what later logs of the arm say without any prior.
 """
 
 import argparse
@@ -73,7 +73,9 @@ def judged(logs: list[Entry], kind: ArmType, known: TypeStatistics, truth: Array
 
     fifth = logs[:FIFTH]
     five = said(logs[: FIFTH + REST], FLAT)[1]
-    return Judged(said(fifth, FLAT), said(fifth, 1.0), five, said(logs[25:], FLAT), truth)
+    return Judged(
+        said(fifth, FLAT), said(fifth, 1.0), five, said(logs[FIFTH + REST :], FLAT), truth
+    )
 
 
 class Planted:
@@ -117,7 +119,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("fleet", type=Path)
     parser.add_argument("out", type=Path)
-    parser.add_argument("--arms", type=int, default=40, help="that are judged")
+    parser.add_argument("--arms", type=int, default=10, help="that are judged")
     parser.add_argument("--seed", type=int, default=0)
     given = parser.parse_args()
     store, arms = unchanged(given.fleet, given.out)
@@ -148,7 +150,7 @@ def main() -> None:
         print(f"  without the type: {covered(bare[0], bare[1], truth)}")
         later = [np.array([j.other[k] for j in found])[:, rows] for k in (0, 1)]
         both = np.hypot(held[1], later[1])
-        print(f"  they hold what 25 other logs say: {covered(held[0], both, later[0])}")
+        print(f"  they hold what the arm's later logs say: {covered(held[0], both, later[0])}")
     names_of = [kind.names[k].text for k in np.flatnonzero(worst)]
     print("worst seen:", ", ".join(names_of))
 

@@ -24,7 +24,7 @@ from ident.fleet.settings import DEFAULT
 PERIOD = 1000  # samples
 ONSET = 5
 TOLD = ("friction", "stribeck", "payload")  # a moved zero needs masses, which its URDF lacks
-SIZES = (1.0, 3.0, 6.0)  # of those of the maker
+SIZES = (1.0, 3.0, 10.0)  # of those of the maker
 
 
 def ident(*words: object) -> None:

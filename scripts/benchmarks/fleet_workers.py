@@ -1,7 +1,7 @@
 #!/usr/bin/env -S .venv/bin/python
 """Whoever does the work, and whatever happens to him: the results of `ident fleet`, byte by byte.
 
-Usage: scripts/benchmarks/fleet_workers.py LOGS OUT [--robot wam7.yaml] [--kill-s 10]
+Usage: scripts/benchmarks/fleet_workers.py LOGS OUT [--robot wam7.yaml] [--kill-s 60]
 
 Processes 1, 2 and 4; then a Dask scheduler with two workers, each a process of its own, of which
 one is killed every --kill-s seconds and started again, and the scheduler as well, once, after
@@ -106,7 +106,7 @@ def main() -> None:
     parser.add_argument("logs", type=Path)
     parser.add_argument("out", type=Path)
     parser.add_argument("--robot", default="wam7.yaml")
-    parser.add_argument("--kill-s", type=float, default=10.0)
+    parser.add_argument("--kill-s", type=float, default=60.0)
     given = parser.parse_args()
     for count in (1, 2, 4):
         fleet(given, given.out / f"{count}", "--workers", str(count)).wait()

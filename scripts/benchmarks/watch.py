@@ -8,7 +8,7 @@ Each arm gets a model of its own from four minutes of its ordinary motion, and i
 one of --moves moves. From the windows of this motion, by arithmetic:
 
 - plain hours: minutes of motion made of stretches of five seconds drawn at random, each minute
-  looked at every four seconds; any odds above those that the watch asks for are a false alarm;
+  looked at every twelve seconds; any odds above those that the watch asks for are a false alarm;
 - loads: 0.5 kg at the tool, which adds N d to a window's score, from a random window on.
 
 --simulated motions an arm have the load in the simulation, to see that the arithmetic is right.
@@ -37,7 +37,7 @@ from ident.workflows.run import run_logs
 
 TOPICS = ("/joint_states", "/joint_commands")
 MEASURED: TorqueSource = "measured"
-STRETCH, LOOK = 10, 8  # windows
+STRETCH, LOOK = 10, 24  # windows
 KG, CENTRE_M = 0.5, np.array([0.02, -0.01, 0.06])
 
 
