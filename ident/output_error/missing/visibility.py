@@ -18,11 +18,13 @@ _RARE = 0.005
 def held_by_weight(setup: Setup, settings: Array) -> NDArray[np.bool_]:
     """Joints whose links' weight and motion keep their gears on one flank, shape (n,).
 
-    They do not cross their play, whatever its size; recorded positions then cannot show it.
+    They do not cross their play, whatever its size; recorded positions then cannot show it. The
+    load has to be more than dry friction, all of which may rub at the link and hold it anywhere.
     """
     zero = settings[ROW["zero"]]
     load = np.concatenate([smoothed(setup, s, zero)[3] for s in setup.stretches])
-    return np.minimum((load > 0.0).mean(axis=0), (load < 0.0).mean(axis=0)) < _RARE
+    one_way = np.minimum((load > 0.0).mean(axis=0), (load < 0.0).mean(axis=0)) < _RARE
+    return one_way & (np.median(np.abs(load), axis=0) > settings[ROW["coulomb"]])
 
 
 def smallest(found: Search, resolution: Array, settings: GapBySimulation) -> dict[str, Array]:

@@ -102,11 +102,11 @@ def verdict_sentences(report: ServoGap) -> list[str]:
     for s in content["suspected"]:
         what = f"{report.title(s['name'])} at {report.of(s['joints'])}"
         more.append(f"Suspected, not named and not in the model: {what}; {s['doubt']}.")
-    for u in content["unexplained"]:
-        rms, floor = (number(1e3 * u[k]) for k in ("rms", "noise_floor"))
+    if left := content["unexplained"]:
+        rms, floor = (listed([number(1e3 * u[k]) for u in left]) for k in ("rms", "noise_floor"))
         more.append(
-            f"At {report.of([u['joint']])} the simulation stays {rms} mrad (rms) from the"
-            f" measurement on held-out motions, where noise alone gives {floor} mrad."
+            f"At {report.of([u['joint'] for u in left])} the simulation stays {rms} mrad (rms) from"
+            f" the measurement on held-out motions, where noise alone gives {floor} mrad."
         )
     return [first, *more]
 
