@@ -57,7 +57,7 @@ def test_a_part_that_stood_in_for_a_later_one_is_taken_out_again():
     """Steps that a weak motor follows late look planned, until its limit is tried."""
     truth = TRUTH | {"profile_acceleration": 1e6, "armature": 0.02, "torque_limit": 2.0}
     rng = np.random.default_rng(0)
-    t = np.arange(0.0, 24.0, 0.02)
+    t = np.arange(0.0, 16.0, 0.02)
     command = np.repeat(0.4 * rng.standard_normal(len(t) // 50), 50) + 0.2 * np.sin(t)
     found = found_parts(truth, command[:, None], ("profile", "torque_limit"))
     profile, limit = found.trials
