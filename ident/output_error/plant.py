@@ -22,7 +22,6 @@ _SWEEPS = 40
 _HELD = 8.0  # steps for which mass and gravity are held at most
 _NO_PROFILE = 1e5  # rad/s^2
 _SETTLED = 1e-4  # of the largest impulse of a step: less than a thousandth of a 12-bit step
-_RINGING = 0.5  # time constant of the tie's damper, in steps
 
 (
     STIFFNESS, INTEGRAL, RATE_GAIN, DEAD_ZONE, TORQUE_LIMIT, PROFILE_SPEED,

@@ -37,14 +37,6 @@ class Lowpass:
         )
 
     @property
-    def half_power_hz(self) -> float:
-        """Where the zero-phase filter lies at -3 dB [Hz]."""
-        warped = np.tan(np.pi * self.cutoff_hz / self.rate_hz)
-        return float(
-            np.arctan(warped * (np.sqrt(2) - 1) ** (0.5 / self.order)) * self.rate_hz / np.pi
-        )
-
-    @property
     def time_constant_s(self) -> float:
         """Of the slowest pole [s]."""
         return 1 / (2 * np.pi * self.cutoff_hz * np.sin(np.pi / (2 * self.order)))

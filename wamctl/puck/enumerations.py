@@ -3,7 +3,6 @@
 from enum import IntEnum, IntFlag
 
 HOST = 0
-SAFETY_MODULE = 10
 
 
 class Group(IntEnum):

@@ -26,8 +26,8 @@ def test_the_single_pass_lies_at_minus_3_db_at_its_cutoff():
 
 def test_the_real_minus_3_db_point_of_both_passes():
     lowpass = Lowpass(7.85, 3, 1000.0)
-    assert lowpass.half_power_hz == pytest.approx(6.78, abs=0.01)  # what filtfilt of the study does
-    assert lowpass.gain(np.array([lowpass.half_power_hz]))[0] == pytest.approx(np.sqrt(0.5))
+    below, above = lowpass.gain(np.array([6.77, 6.79]))  # what filtfilt of the study does
+    assert below > np.sqrt(0.5) > above
 
 
 @pytest.mark.parametrize(

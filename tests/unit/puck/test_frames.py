@@ -5,9 +5,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from wamctl.puck import frames
-from wamctl.puck.enumerations import SAFETY_MODULE, Group, MotorMode, Status
+from wamctl.puck.enumerations import Group, MotorMode, Status
 from wamctl.puck.errors import FrameError
 from wamctl.puck.properties import motor_properties, safety_properties
+
+SAFETY_MODULE = 10
 
 VALUE_32 = st.integers(-(2**31), 2**31 - 1)
 POSITION = st.integers(-(2**21), 2**21 - 1)
