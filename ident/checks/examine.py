@@ -11,7 +11,6 @@ from ident.checks.base_motion import base_remarks
 from ident.checks.case import Case
 from ident.checks.conditioning import conditioning_remarks
 from ident.checks.currents import current_remarks, drive_gains
-from ident.checks.description import description_remarks
 from ident.checks.friction import friction_power
 from ident.checks.gains import gains
 from ident.checks.hypotheses import (
@@ -37,6 +36,8 @@ from ident.checks.samples import name_remarks, reference_remarks, sample_remarks
 from ident.checks.settings import DEFAULT, CheckSettings
 from ident.checks.torque import constant_effort, constant_joints, frozen_effort, unexplained
 from ident.checks.units import unit_factor, unit_remarks
+from ident.checks.urdf_faults.another_arm import another_arm
+from ident.checks.urdf_faults.description import description_remarks
 from ident.identification.drive_gains import DriveGains
 from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset, Parts
@@ -208,12 +209,12 @@ def _of_one(
     case, signs, remarks = _signed(case, chunks, bounds)
     if judge and not any(r.code in ("zero_pose", "gravity_direction") for r in remarks):
         case, more = by_weight(case, bounds)
-        remarks += more
-    factor = 1.0
+        remarks += more or another_arm(case, bounds)
+    factor, of_urdf = 1.0, any(r.code == "cad_disagrees" for r in remarks)
     if not in_ampere:
         sizes = gains(case)
         factor = unit_factor(sizes, bounds) or 1.0
-        remarks += unit_remarks(sizes, names, bounds)
+        remarks += [] if of_urdf else unit_remarks(case, sizes, bounds)
     if judge:
         remarks += unexplained(case.by_joint, case.total, names, bounds)
         remarks += base_remarks(case, bounds)

@@ -9,6 +9,11 @@ from ident.signals.arrays import Array
 from wamctl.arm.robot import inverse_dynamics
 
 _STRETCHES = 12
+_LINK = 11
+"""Columns of a link in the regression: ten of the rigid body, and the rotor's."""
+
+_DEPENDENT = 1e-3
+"""Singular values beside the largest that are none."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +45,7 @@ def gains(case: Case) -> Gains:
     value, sd, explained, weight = np.zeros((4, n))
     goals = inner = 0.0
     for k in np.flatnonzero(probe.moving):
-        others = np.column_stack([probe.motion.qd[:, k], probe.sign[:, k], np.ones(len(probe.t))])
+        others = _friction(case, int(k))
         x, y = _beside(others, model[:, k]), _beside(others, probe.tau[:, k])
         if x @ x < 1e-18 * max(float(model[:, k] @ model[:, k]), 1e-12):
             continue
@@ -52,6 +57,54 @@ def gains(case: Case) -> Gains:
     common = inner / weight.sum() if weight.any() else 0.0
     total = common * inner / goals if goals else 0.0
     return Gains(value, sd, explained, weight, float(common), float(total))
+
+
+@dataclass(frozen=True)
+class Load:
+    """A load at the last link that the URDF lacks: the other reading of torque that is too large.
+
+    Attributes:
+        mass_kg: of the load; None where the motion tells its moments alone.
+        left: part of the torque beside friction that the URDF leaves with it, the joints' mean.
+        left_by_factors: the same of the URDF with a factor at each joint instead.
+    """
+
+    mass_kg: float | None
+    left: float
+    left_by_factors: float
+
+    def explains(self, ratio: float) -> bool:
+        """Whether it is possible, and leaves so much less than factors do."""
+        possible = self.mass_kg is None or self.mass_kg > 0
+        return possible and self.left < ratio * self.left_by_factors
+
+
+def load_of(case: Case, found: Gains) -> Load:
+    """The load that fits best, where the gains of the case are known at some joint."""
+    probe, n = case.probe, case.robot.dof
+    model = inverse_dynamics(case.robot, probe.motion.q, probe.motion.qd, probe.motion.qdd)
+    last = case.columns.W[:, :, _LINK * (n - 1) : _LINK * n - 1]
+    rows, goals, factors = [], [], []
+    for k in np.flatnonzero(found.weight):
+        others = _friction(case, int(k))
+        x, y = _beside(others, model[:, k]), _beside(others, probe.tau[:, k])
+        size = np.linalg.norm(y)
+        rows.append(_beside(others, last[:, k]) / size)
+        goals.append((y - x) / size)
+        factors.append(np.sum((y - found.value[k] * x) ** 2) / size**2)
+    W, goal = np.concatenate(rows), np.concatenate(goals)
+    scale = np.maximum(np.linalg.norm(W, axis=0), 1e-300)
+    load, _, rank, _ = np.linalg.lstsq(W / scale, goal, rcond=_DEPENDENT)
+    without = np.linalg.matrix_rank(W[:, :-1] / scale[:-1], rtol=_DEPENDENT)
+    left = np.sum((goal - W @ (load / scale)) ** 2) / len(factors)
+    mass = float(load[-1] / scale[-1]) if without < rank else None
+    return Load(mass, float(left), float(np.mean(factors)))
+
+
+def _friction(case: Case, k: int) -> Array:
+    """Columns of a joint's friction and offset, shape (S, 3)."""
+    probe = case.probe
+    return np.column_stack([probe.motion.qd[:, k], probe.sign[:, k], np.ones(len(probe.t))])
 
 
 def _beside(others: Array, signal: Array) -> Array:

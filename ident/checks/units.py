@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from ident.checks.gains import Gains
+from ident.checks.case import Case
+from ident.checks.gains import Gains, Load, load_of
 from ident.checks.remark import Grade, Remark, joined, joints, numbers
 from ident.checks.settings import CheckSettings
 
@@ -19,6 +20,8 @@ UNITS = {
     0.102: "kgf m",
 }
 """Numbers that a torque of 1 N m has in other units."""
+
+_GIVE_LOAD = "Give a URDF with every load."
 
 
 def unit_factor(found: Gains, bounds: CheckSettings) -> float | None:
@@ -39,7 +42,7 @@ def _outside(found: Gains, bounds: CheckSettings) -> bool:
     return believed and not 1 / bounds.gain_bounds < size < bounds.gain_bounds
 
 
-def unit_remarks(found: Gains, names: tuple[str, ...], bounds: CheckSettings) -> list[Remark]:
+def unit_remarks(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark]:
     """What is said of the torque's size; a sure unit is converted, and its result doubtful."""
     factor = unit_factor(found, bounds)
     if factor is not None:
@@ -49,6 +52,13 @@ def unit_remarks(found: Gains, names: tuple[str, ...], bounds: CheckSettings) ->
         )
         return [Remark("units", (), text, Grade.DOUBTFUL, "Record the torque in N m.")]
     if _outside(found, bounds):
+        load = load_of(case, found)
+        if load.explains(bounds.load_ratio):
+            text = (
+                f"The torque is {abs(found.common):.3g} times what the arm's own weight requires:"
+                f" {_lacking(load)}."
+            )
+            return [Remark("cad_disagrees", (), text, Grade.DOUBTFUL, _GIVE_LOAD)]
         near = [name for u, name in UNITS.items() if 0.5 < abs(found.common) / u < 2.0]
         like = f" ({joined(near).replace(' and ', ' or ')}?)" if near else ""
         text = (
@@ -61,7 +71,7 @@ def unit_remarks(found: Gains, names: tuple[str, ...], bounds: CheckSettings) ->
             " estimated."
         )
         return [Remark("units", (), text, Grade.REFUSED, advice)]
-    return [*_strange(found, bounds), *_apart(found, names, bounds)]
+    return [*_strange(found, bounds), *_apart(case, found, bounds)]
 
 
 def _strange(found: Gains, bounds: CheckSettings) -> list[Remark]:
@@ -79,7 +89,16 @@ def _strange(found: Gains, bounds: CheckSettings) -> list[Remark]:
     return [Remark("cad_disagrees", (), text, Grade.DOUBTFUL, advice)]
 
 
-def _apart(found: Gains, names: tuple[str, ...], bounds: CheckSettings) -> list[Remark]:
+def _lacking(load: Load) -> str:
+    """The load in words, with its evidence."""
+    mass = "" if load.mass_kg is None else f" of about {load.mass_kg:.2g} kg"
+    return (
+        f"the URDF lacks a load{mass} at the last link (with it, its links"
+        f" leave {100 * load.left:.2g} % of the torque beyond friction)"
+    )
+
+
+def _apart(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark]:
     """Joints whose torque has factors of their own: currents, or masses that the URDF lacks."""
     sure = (found.explained > bounds.gain_explained) & (np.abs(found.value) > 5 * found.sd)
     if sure.sum() < 2:
@@ -93,13 +112,20 @@ def _apart(found: Gains, names: tuple[str, ...], bounds: CheckSettings) -> list[
     listed = joined([f"{found.value[k]:.3g} ± {found.sd[k]:.2g}" for k in places])
     rest = np.flatnonzero(sure & ~odd)
     others = f"{np.nanmin(size[rest]):.2g} to {np.nanmax(size[rest]):.2g}"
+    load, names = load_of(case, found), case.robot.joint_names
+    currents = (
+        "these are currents or motor torques with a different factor at each joint (with such"
+        f" factors, the URDF's links leave {100 * load.left_by_factors:.2g} % of the torque beyond"
+        " friction)"
+    )
+    estimate = "If they are currents, let `--set torque_unit=A` estimate the gains."
+    readings, advice = [currents], estimate
+    if load.mass_kg is None or load.mass_kg > 0:
+        first = load.explains(1.0)
+        readings.insert(0 if first else 1, _lacking(load))
+        advice = f"{_GIVE_LOAD} {estimate}" if first else f"{estimate} {_GIVE_LOAD}"
     text = (
         f"The effort of {joints(places, names)} is {listed} times what the URDF's links require,"
-        f" and that of {joints(rest, names)} {others} times: these are currents or motor torques"
-        " with a different factor at each joint, or the URDF lacks a load."
-    )
-    advice = (
-        "If they are currents, let `--set torque_unit=A` estimate the gains; otherwise give joint"
-        " torque in N m, and a URDF with every load."
+        f" and that of {joints(rest, names)} {others} times: {', or '.join(readings)}."
     )
     return [Remark("current_not_torque", numbers(places), text, Grade.DOUBTFUL, advice)]

@@ -9,9 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ident.checks.examine import examine
 from ident.cli import main
 from ident.effects.bound_effects import load_model
 from ident.model.identified_model import Model
+from ident.recordings.dataset import Segment, in_memory
+from ident.recordings.loading import Reading, read_logs
 from sim_bus.assembly import load_simulation
 from wamctl.arm.config import find_file
 from wamctl.arm.inertial import pseudo_inertia
@@ -101,3 +104,14 @@ def test_culling_lowers_the_error_and_its_controls_do_not(folder: Path) -> None:
     assert change("other", "mse") > -0.05
     ols, feasible = (found["estimators"][name]["mse"] for name in ("ols", "feasible"))
     assert feasible < 1.1 * ols
+
+
+@pytest.mark.parametrize(("start_s", "late_s"), [(4, 0.0), (7, 0.0), (7, 0.12)])
+def test_joints_that_stick_are_not_late_and_late_ones_are(folder, start_s, late_s) -> None:
+    """Eight seconds of the motion, in which torque changes before its joint slides again."""
+    arm, (data,) = read_logs([folder / "forwards.mcap"], None, Reading())
+    (whole,), rate = data.segments, round(data.rate_hz)
+    rows = np.arange(start_s * rate, (start_s + 8) * rate) + data.spans[0].used[0]
+    part = Segment(0.0, whole.q[rows], whole.tau[rows - round(late_s * rate)])
+    remarks = examine(arm, [in_memory(data, data.rate_hz, [part])]).remarks
+    assert any(r.code == "late_torque" for r in remarks) == (late_s > 0)

@@ -4,12 +4,14 @@ Torque and motion of one instant obey one law; of two instants they obey it the 
 apart these are. So the torque is moved along, and the arm fitted anew: where the least is left lies
 the delay. It is believed if stretches of the recording agree on it, and if much less is left than
 without it: what a model lacks (rotors, elasticity) may look like a small delay, but moving the
-torque then mends little. Delays of drives and filters are no fault of a recording, and are left
-to `ident gap`.
+torque then mends little. A joint that turns round sticks meanwhile, and its torque changes before
+its velocity does, as if it were early; so the instants in which joints slide must show the delay
+by themselves, and all of them as well. Delays of drives and filters are no fault of a recording,
+and are left to `ident gap`.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +19,8 @@ from numpy.typing import NDArray
 from ident.checks.case import Case
 from ident.checks.remark import Grade, Remark, joints, numbers
 from ident.checks.settings import CheckSettings
-from ident.regression.probe import Chunk
-from ident.regression.probe_fit import held_out_squares
+from ident.regression.probe import Chunk, Probe
+from ident.regression.probe_fit import Columns, held_out_squares
 from ident.regression.shifted_torque import shifted_torque
 from ident.signals.arrays import Array
 
@@ -82,43 +84,79 @@ def lag(case: Case, chunks: Sequence[Chunk], bounds: CheckSettings) -> Lag | Non
     taus = np.where(case.probe.moving, taus, 0.0)
     if inside.sum() < _STRETCHES or not taus[delays == 0.0][:, inside].any():
         return None
-    together = _lag(case, delays, taus, inside)
-    moving = np.flatnonzero(case.probe.moving).tolist()
+    whole = _Shifted(case.columns, delays, taus, inside)
+    found = _believed(whole.only(_sliding(case.probe, bounds)), bounds)
+    if found is None:
+        return None
+    of_all = whole.lag(found.joint)
+    return of_all if of_all.believed(bounds) else None
+
+
+def _sliding(probe: Probe, bounds: CheckSettings) -> NDArray[np.bool_]:
+    """Where each joint is faster than where it may stick, shape (S, n)."""
+    speed = np.abs(probe.motion.qd)
+    return speed > bounds.slides_speed * np.sqrt(np.mean(speed**2, axis=0))
+
+
+@dataclass(frozen=True)
+class _Shifted:
+    """Torque of other instants beside one motion.
+
+    Attributes:
+        columns: the regression.
+        delays: that are tried, D of them [s].
+        taus: torque recorded so much later [N m], shape (D, S, n).
+        inside: instants of which all of it was recorded, shape (S,).
+    """
+
+    columns: Columns
+    delays: Array
+    taus: Array
+    inside: NDArray[np.bool_]
+
+    def only(self, rows: NDArray[np.bool_]) -> "_Shifted":
+        """The same of some instants of each joint, shape (S, n)."""
+        W, tau = self.columns.W * rows[:, :, None], self.columns.tau * rows
+        columns = replace(self.columns, W=W, tau=tau)
+        return replace(self, columns=columns, taus=self.taus * rows)
+
+    def lag(self, joint: int | None = None) -> Lag:
+        """The delay that leaves least of a joint's torque, or of all joints'."""
+        now = self.taus[self.delays == 0.0]
+        taus = self.taus
+        if joint is not None:
+            taus = np.tile(now, (len(self.delays), 1, 1))
+            taus[:, :, joint] = self.taus[:, :, joint]
+        left = held_out_squares(self.columns, taus, self.inside)[:, self.inside]
+        size = np.sum(now[0, self.inside] ** 2, axis=0)
+        used = size > 0
+        shares = left.sum(axis=1)[:, used] / size[used]
+        left = left[:, :, used if joint is None else [joint]]
+        stretch = np.arange(left.shape[1]) * _STRETCHES // left.shape[1]
+        parts = np.array([left[:, stretch == s].sum(axis=1) for s in range(_STRETCHES)])
+        return _least(joint, self.delays, parts, shares)
+
+
+def _believed(shifted: _Shifted, bounds: CheckSettings) -> Lag | None:
+    """A delay of all joints, or else of the one of which most is explained by it."""
+    together = shifted.lag()
+    moving = np.flatnonzero(shifted.columns.tau.any(axis=0)).tolist()
     if together.believed(bounds) or len(moving) == 1:
         return together if together.believed(bounds) else None
-    alone = [_lag(case, delays, taus, inside, k) for k in moving]
+    alone = [shifted.lag(k) for k in moving]
     believed = [one for one in alone if one.believed(bounds)]
     return min(believed, key=lambda one: one.ratio, default=None)
 
 
-def _lag(
-    case: Case,
-    delays: Array,
-    taus: Array,
-    inside: NDArray[np.bool_],
-    joint: int | None = None,
-) -> Lag:
-    """The delay that leaves least.
+def _least(joint: int | None, delays: Array, parts: Array, shares: Array) -> Lag:
+    """Where the least is left, how surely, and how little.
 
     Args:
-        case: the recording.
-        delays: that are tried, D of them [s].
-        taus: torque recorded so much later [N m], shape (D, S, n).
-        inside: instants of which all of it was recorded, shape (S,).
-        joint: whose torque is moved; None: that of all.
+        joint: whose torque alone was moved.
+        delays: that were tried, D of them [s].
+        parts: squares that are left in each stretch, by delay and joint [N^2 m^2].
+        shares: the same of all stretches and joints beside their torque, shape (D, joints).
     """
-    now = taus[delays == 0.0]
-    if joint is not None:
-        moved = np.tile(now, (len(delays), 1, 1))
-        moved[:, :, joint] = taus[:, :, joint]
-        taus = moved
-    left = held_out_squares(case.columns, taus, inside)[:, inside]
-    size = np.sum(now[0, inside] ** 2, axis=0)
-    used = case.probe.moving & (size > 0)
-    shares = left.sum(axis=1)[:, used] / size[used]
-    left = left[:, :, used if joint is None else [joint]]
-    stretch = np.arange(left.shape[1]) * _STRETCHES // left.shape[1]
-    parts = np.array([left[:, stretch == s].sum(axis=1) for s in range(_STRETCHES)])
     total = parts.sum(axis=0)
     without = np.array([_lowest(delays, total - part) for part in parts])
     spread = (_STRETCHES - 1) / _STRETCHES * np.sum((without - without.mean()) ** 2)

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 from chain_arm import Log, recorded, urdf_of
+from wrong_inputs import loaded
 
 Right = tuple[str, Callable[[], Log], set[str]]
 
@@ -84,4 +85,5 @@ RIGHT: list[Right] = [
         for s in (1, 2)
     ),
     *((f"masses by {f:g}", lambda f=f: heavier(f, joints=4), set()) for f in (0.6, 1.5, 2.5)),
+    *((f"a load of {m:g} kg", lambda m=m: loaded(m, 4), set()) for m in (1.0, 3.0)),
 ]

@@ -5,11 +5,12 @@ import re
 import numpy as np
 import pytest
 from right_inputs import RIGHT
-from wrong_inputs import flipped, late, right, turned
+from wrong_inputs import flipped, late, loaded, right, turned
 from wrong_table import WRONG
 
 from ident.checks.examine import examine
 from ident.checks.remark import Grade, RefusedError, Remark, verdict_content
+from ident.checks.settings import DEFAULT
 from ident.workflows.run import run_data
 from wamctl.arm.errors import UserError
 
@@ -117,3 +118,19 @@ def test_a_delay_that_is_set_is_no_fault():
         known = arm.with_settings(delay_s=delay_s)
         codes.append({r.code for r in examine(known, [log.dataset(known)]).remarks})
     assert codes == [{"late_torque"}, set()]
+
+
+def test_torque_too_large_at_some_joints_names_the_likelier_reason_first():
+    bounds = DEFAULT.model_copy(update={"gain_apart": 1.2})
+    found = []
+    for log in (loaded(3.0, 4), right(joints=4).with_(tau=right(joints=4).tau * [1, 1, 1, 5])):
+        arm = log.arm()
+        (remark,) = examine(arm, [log.dataset(arm)], bounds).remarks
+        assert remark.code == "current_not_torque"
+        found.append(remark)
+    load, currents = found
+    assert "times: the URDF lacks a load of about 3 kg at the last link" in load.finding
+    assert load.finding.index("lacks a load") < load.finding.index("currents")
+    assert load.advice.startswith("Give a URDF with every load.")
+    assert "times: these are currents" in currents.finding
+    assert currents.advice.startswith("If they are currents")

@@ -29,6 +29,26 @@ def turned(*joints: int, what: str = "tau") -> Log:
     return log.with_(**{what: getattr(log, what) * signs})
 
 
+def mirrored(joint: int, joints: int) -> Log:
+    """A joint that counts the other way round in position and torque: its power stays the same."""
+    log = right(joints=joints, seconds=20.0)
+    signs = np.where(np.arange(joints) == joint, -1.0, 1.0)
+    return log.with_(q=log.q * signs, tau=log.tau * signs)
+
+
+def of_another_size(size: float, joints: int) -> Log:
+    """The URDF of a larger or smaller arm of one series, with masses of its own."""
+    log = right(joints=joints, seconds=20.0)
+    return log.with_(urdf=urdf_of(joints, 5.0 * size * 0.7 ** np.arange(joints), size=size))
+
+
+def loaded(mass: float, joints: int) -> Log:
+    """A load at the last link, of which the URDF knows nothing."""
+    own = 5.0 * 0.7 ** np.arange(joints)
+    own[-1] += mass
+    return recorded(joints=joints, seconds=20.0, true_urdf=urdf_of(joints, own))
+
+
 def reordered(order, *what: str, joints: int = 3) -> Log:
     log = right(joints=joints)
     return log.with_(**{w: getattr(log, w)[:, list(order)] for w in what})

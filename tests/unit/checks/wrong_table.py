@@ -16,8 +16,11 @@ from wrong_inputs import (
     inertia,
     interleaved,
     late,
+    loaded,
     mass,
+    mirrored,
     no_inertials,
+    of_another_size,
     reordered,
     right,
     scaled,
@@ -64,6 +67,19 @@ WRONG: list[Wrong] = [
     ("torques 1 and 3 reversed", lambda: turned(0, 2), {"sign"}),
     ("position 2 reversed", lambda: turned(1, what="q"), {"sign"}),
     ("position 3 reversed", lambda: turned(2, what="q"), {"sign"}),
+    *(
+        (f"joint {k + 1} of {n} mirrored", lambda k=k, n=n: mirrored(k, n), {"sign"})
+        for k, n in ((0, 3), (0, 4), (3, 4), (0, 6))
+    ),
+    *(
+        (
+            f"URDF of size {s:g}, {n} joints",
+            lambda s=s, n=n: of_another_size(s, n),
+            {"cad_disagrees"},
+        )
+        for s, n in ((0.7, 3), (1.4, 6))
+    ),
+    ("a load of 10 kg", lambda: loaded(10.0, 6), {"cad_disagrees"}),
     ("N mm", lambda: scaled(1000), {"units"}),
     ("N mm, five joints", lambda: scaled(1000, right(joints=5)), {"units"}),
     ("kN m", lambda: scaled(1e-3), {"units"}),

@@ -1,0 +1,97 @@
+"""A URDF of another arm than the one that moved: links of another length, axes turned round.
+
+Both leave a small error, since masses and friction are fitted: most torque is that of a joint's own
+motion and weight, which take any length and direction. What one joint's motion does at another
+tells them.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+
+from ident.checks.case import Case
+from ident.checks.gains import Gains, gains
+from ident.checks.remark import Grade, Remark, joints, numbers
+from ident.checks.settings import CheckSettings
+from ident.signals.arrays import Array
+
+_LONGER = (1.2, 1.4, 1.7, 2.0, 2.5, 3.0)
+_SHORTER = (0.85, 0.7, 0.6, 0.5, 0.4, 0.33)
+
+
+def another_arm(case: Case, bounds: CheckSettings) -> list[Remark]:
+    """What is said of a URDF that is another arm's."""
+    return [*_lengths(case, bounds), *_turned(case, bounds)]
+
+
+def _lengths(case: Case, bounds: CheckSettings) -> list[Remark]:
+    """Links that are all longer or shorter than the URDF's, as in another size of one series."""
+    (error, size) = min(_least(case, _LONGER), _least(case, _SHORTER))
+    if error > bounds.believed_ratio * case.error:
+        return []
+    text = (
+        f"The arm's links appear to be about {size:g} times as long as the URDF's (the error then"
+        f" falls from {100 * case.error:.3g} to {100 * error:.3g} %)."
+    )
+    advice = "Give the URDF of this very arm, not of another size of it."
+    return [Remark("cad_disagrees", (), text, Grade.DOUBTFUL, advice)]
+
+
+def _least(case: Case, sizes: Sequence[float]) -> tuple[float, float]:
+    """The least error on the way from one size to the next, as far as it falls, and its size."""
+    best = (case.error, 1.0)
+    for size in sizes:
+        error = _resized(case, size).error
+        if error >= best[0]:
+            break
+        best = (error, size)
+    return best
+
+
+def _resized(case: Case, size: float) -> Case:
+    """The case with all distances between joints multiplied."""
+    model = pin.Model(case.robot.model)
+    for k in range(1, model.njoints):
+        place = model.jointPlacements[k].copy()
+        place.translation = size * place.translation
+        model.jointPlacements[k] = place
+    return replace(case, robot=replace(case.robot, model=model))
+
+
+def _turned(case: Case, bounds: CheckSettings) -> list[Remark]:
+    """A joint that counts the other way round in position and torque alike.
+
+    Its power and its friction stay as they are, and the arm's mirror image often moves so: there
+    only the URDF's masses tell, which account for far more once the joint is turned round.
+    """
+    before = gains(case)
+    known = before.weight > 0
+    tried = []
+    for k in np.flatnonzero(case.probe.moving & known.any()).tolist():
+        signs = np.where(np.arange(case.robot.dof) == k, -1.0, 1.0)
+        turned = replace(case, probe=case.probe.turned(signs)).with_torque(signs)
+        left = np.sqrt(_unexplained(gains(turned)) / _unexplained(before))
+        tried.append((float(np.log(left[known]).mean()), k, turned, left))
+    if not tried:
+        return []
+    mean, k, turned, left = min(tried, key=lambda one: one[0])
+    least = int(np.argmin(np.where(known, left, np.inf)))
+    if mean > 0.0 or left[least] > bounds.turned_ratio:
+        return []
+    if turned.error > bounds.sign_cost * case.error:
+        return []
+    names = case.robot.joint_names
+    text = (
+        f"The position and the torque of {joints([k], names)} both appear to count in the opposite"
+        f" direction to the URDF's axis (what the URDF's links leave of the torque of"
+        f" {joints([least], names)} then falls to {100 * left[least]:.2g} % of what it is)."
+    )
+    advice = "Reverse the axis in the URDF, or the sign of the recorded position and torque."
+    return [Remark("sign", numbers([k]), text, Grade.DOUBTFUL, advice)]
+
+
+def _unexplained(found: Gains) -> Array:
+    """Part of each joint's torque beside friction that the URDF's links leave, shape (n,)."""
+    return np.maximum(1 - found.explained, 1e-9)
