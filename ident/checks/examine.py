@@ -210,11 +210,13 @@ def _of_one(
     if judge and not any(r.code in ("zero_pose", "gravity_direction") for r in remarks):
         case, more = by_weight(case, bounds)
         remarks += more or another_arm(case, bounds)
-    factor, of_urdf = 1.0, any(r.code == "cad_disagrees" for r in remarks)
+    told = any(r.code in ("cad_disagrees", "current_not_torque") for r in remarks)
+    factor = 1.0
     if not in_ampere:
         sizes = gains(case)
         factor = unit_factor(sizes, bounds) or 1.0
-        remarks += [] if of_urdf else unit_remarks(case, sizes, bounds)
+        more = unit_remarks(case, sizes, bounds)
+        remarks += [r for r in more if not (told and r.code == "current_not_torque")]
     if judge:
         remarks += unexplained(case.by_joint, case.total, names, bounds)
         remarks += base_remarks(case, bounds)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ident.checks.case import Case
 from ident.signals.arrays import Array
@@ -99,6 +100,24 @@ def load_of(case: Case, found: Gains) -> Load:
     left = np.sum((goal - W @ (load / scale)) ** 2) / len(factors)
     mass = float(load[-1] / scale[-1]) if without < rank else None
     return Load(mass, float(left), float(np.mean(factors)))
+
+
+def of_rotors(case: Case, found: Gains) -> NDArray[np.bool_]:
+    """Joints whose own rotor, of which URDFs say nothing, is a better reason than a factor, (n,).
+
+    Args:
+        case: the recording.
+        found: its gains.
+    """
+    probe = case.probe
+    model = inverse_dynamics(case.robot, probe.motion.q, probe.motion.qd, probe.motion.qdd)
+    better = np.zeros(case.robot.dof, dtype=bool)
+    for k in np.flatnonzero(found.weight):
+        others = _friction(case, int(k))
+        x, y, a = (_beside(others, s[:, k]) for s in (model, probe.tau, probe.motion.qdd))
+        rotor = max((y - x) @ a / max(a @ a, 1e-300), 0.0)
+        better[k] = np.sum((y - x - rotor * a) ** 2) < np.sum((y - found.value[k] * x) ** 2)
+    return better
 
 
 def _friction(case: Case, k: int) -> Array:

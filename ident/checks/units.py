@@ -3,7 +3,7 @@
 import numpy as np
 
 from ident.checks.case import Case
-from ident.checks.gains import Gains, Load, load_of
+from ident.checks.gains import Gains, Load, load_of, of_rotors
 from ident.checks.remark import Grade, Remark, joined, joints, numbers
 from ident.checks.settings import CheckSettings
 
@@ -106,7 +106,7 @@ def _apart(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark]:
     size = np.abs(np.where(sure, found.value, np.nan))
     middle = np.nanmedian(size)
     odd = sure & ((size > bounds.gain_apart * middle) | (size < middle / bounds.gain_apart))
-    places = np.flatnonzero(odd)
+    places = np.flatnonzero(odd & ~of_rotors(case, found)) if odd.any() else []
     if not len(places):
         return []
     listed = joined([f"{found.value[k]:.3g} ± {found.sd[k]:.2g}" for k in places])

@@ -1,12 +1,13 @@
 """A URDF of another arm than the one that moved: links of another length, axes turned round.
 
-Both leave a small error, since masses and friction are fitted: most torque is that of a joint's own
-motion and weight, which take any length and direction. What one joint's motion does at another
-tells them.
+Both leave a small error, as does one torque in a scale of its own, since masses and friction are
+fitted: most torque is that of a joint's own motion and weight, which take any length, direction and
+scale. What one joint's motion does at another tells them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pinocchio as pin
@@ -17,37 +18,64 @@ from ident.checks.remark import Grade, Remark, joints, numbers
 from ident.checks.settings import CheckSettings
 from ident.signals.arrays import Array
 
-_LONGER = (1.2, 1.4, 1.7, 2.0, 2.5, 3.0)
-_SHORTER = (0.85, 0.7, 0.6, 0.5, 0.4, 0.33)
+_LARGER = (1.2, 1.4, 1.7, 2.0, 2.5, 3.0)
+_SMALLER = (0.85, 0.7, 0.6, 0.5, 0.4, 0.33)
+
+Change = Callable[[Case, float], Case]
 
 
 def another_arm(case: Case, bounds: CheckSettings) -> list[Remark]:
-    """What is said of a URDF that is another arm's."""
-    return [*_lengths(case, bounds), *_turned(case, bounds)]
+    """What is said of a URDF that is another arm's, or of one joint's torque that is."""
+    return [*_out_of_scale(case, bounds), *_turned(case, bounds)]
 
 
-def _lengths(case: Case, bounds: CheckSettings) -> list[Remark]:
-    """Links that are all longer or shorter than the URDF's, as in another size of one series."""
-    (error, size) = min(_least(case, _LONGER), _least(case, _SHORTER))
+def _out_of_scale(case: Case, bounds: CheckSettings) -> list[Remark]:
+    """Links that are all longer or shorter than the URDF's, or one torque that is too large.
+
+    The first is another size of one series, the second a torque constant or a gear of its own.
+    """
+    changes: list[tuple[int | None, Change]] = [(None, _resized)]
+    changes += [(k, partial(_rescaled, k)) for k in np.flatnonzero(case.probe.moving).tolist()]
+    tried = [
+        (*_least(case, change, sizes), k) for k, change in changes for sizes in (_LARGER, _SMALLER)
+    ]
+    error, size, k = min(tried, key=lambda one: one[0])
     if error > bounds.believed_ratio * case.error:
         return []
-    text = (
-        f"The arm's links appear to be about {size:g} times as long as the URDF's (the error then"
-        f" falls from {100 * case.error:.3g} to {100 * error:.3g} %)."
-    )
-    advice = "Give the URDF of this very arm, not of another size of it."
-    return [Remark("cad_disagrees", (), text, Grade.DOUBTFUL, advice)]
+    figures = f"the error then falls from {100 * case.error:.3g} to {100 * error:.3g} %"
+    if k is None:
+        text = f"The arm's links appear to be about {size:g} times as long as the URDF's"
+        advice = (
+            "Give the URDF of this very arm, not of another size of it; if it is, check the stamps."
+        )
+        code, places = "cad_disagrees", ()
+    else:
+        text = (
+            f"The torque of {joints([k], case.robot.joint_names)} appears to be about"
+            f" {1 / size:.2g} times as large as the other joints' torques require"
+        )
+        advice = (
+            "Check the torque constant and the gear ratio of this joint; if the efforts are"
+            " currents, let `--set torque_unit=A` estimate the gains."
+        )
+        code, places = "current_not_torque", numbers([k])
+    return [Remark(code, places, f"{text} ({figures}).", Grade.DOUBTFUL, advice)]
 
 
-def _least(case: Case, sizes: Sequence[float]) -> tuple[float, float]:
+def _least(case: Case, change: Change, sizes: Sequence[float]) -> tuple[float, float]:
     """The least error on the way from one size to the next, as far as it falls, and its size."""
     best = (case.error, 1.0)
     for size in sizes:
-        error = _resized(case, size).error
+        error = change(case, size).error
         if error >= best[0]:
             break
         best = (error, size)
     return best
+
+
+def _rescaled(k: int, case: Case, size: float) -> Case:
+    """The case with one joint's torque multiplied."""
+    return case.with_torque(np.where(np.arange(case.robot.dof) == k, size, 1.0))
 
 
 def _resized(case: Case, size: float) -> Case:

@@ -18,15 +18,16 @@ _LEAST_ALIKE = 3
 
 def description_remarks(robot: Robot) -> list[Remark]:
     """Links that no arm can have, and links without mass."""
-    return [*_impossible(robot.urdf), *_empty(robot), *_placeholders(robot)]
+    return [*_impossible(robot), *_empty(robot), *_placeholders(robot)]
 
 
-def _impossible(urdf: str) -> list[Remark]:
-    """Links of negative mass or of an inertia that is negative about some axis."""
-    found = []
-    for link in ElementTree.fromstring(urdf).iterfind("link"):
+def _impossible(robot: Robot) -> list[Remark]:
+    """Moving links of negative mass or of an inertia that is negative about some axis."""
+    tree, found = ElementTree.fromstring(robot.urdf), []
+    moving = _moving_links(tree, robot)
+    for link in tree.iterfind("link"):
         name, inertial = link.get("name", ""), link.find("inertial")
-        if inertial is None:
+        if inertial is None or name not in moving:
             continue
         mass = _number(inertial.find("mass"), "value")
         inertia = _tensor(inertial.find("inertia"))
@@ -43,6 +44,20 @@ def _impossible(urdf: str) -> list[Remark]:
                 " which is physically impossible."
             )
             found.append(Remark("impossible_link", (), text, Grade.DOUBTFUL, _CORRECT))
+    return found
+
+
+def _moving_links(tree: ElementTree.Element, robot: Robot) -> set[str]:
+    """Links that the arm's joints carry; those of its base have no part in any torque."""
+    joints = [
+        (joint.get("name"), parent.get("link"), child.get("link", ""))
+        for joint in tree.iterfind("joint")
+        if (parent := joint.find("parent")) is not None
+        and (child := joint.find("child")) is not None
+    ]
+    found = {child for name, _, child in joints if name in robot.joint_names}
+    while more := {child for _, parent, child in joints if parent in found} - found:
+        found |= more
     return found
 
 
