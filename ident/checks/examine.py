@@ -209,18 +209,27 @@ def _of_one(
     case, signs, remarks = _signed(case, chunks, bounds)
     if judge and not any(r.code in ("zero_pose", "gravity_direction") for r in remarks):
         case, more = by_weight(case, bounds)
-        remarks += more or another_arm(case, bounds)
-    told = any(r.code in ("cad_disagrees", "current_not_torque") for r in remarks)
-    factor = 1.0
+        remarks += more
+    of_arm = another_arm(case, bounds) if judge and not remarks else []
+    factor, of_size = 1.0, []
     if not in_ampere:
         sizes = gains(case)
         factor = unit_factor(sizes, bounds) or 1.0
-        more = unit_remarks(case, sizes, bounds)
-        remarks += [r for r in more if not (told and r.code == "current_not_torque")]
+        of_size = unit_remarks(case, sizes, bounds)
+    remarks += _factors_once(of_arm, of_size)
     if judge:
         remarks += unexplained(case.by_joint, case.total, names, bounds)
         remarks += base_remarks(case, bounds)
     return signs / factor, remarks
+
+
+def _factors_once(of_arm: Sequence[Remark], of_size: Sequence[Remark]) -> list[Remark]:
+    """Factors at single joints told once, and not where the links are of another size."""
+    code = "current_not_torque"
+    if any(r.code == "cad_disagrees" for r in of_arm):
+        return [*of_arm, *(r for r in of_size if r.code != code)]
+    by_weight = any(r.code == code for r in of_size)
+    return [*(r for r in of_arm if not (by_weight and r.code == code)), *of_size]
 
 
 def _cutoff_hz(chunks: Sequence[Chunk], moving: NDArray[np.bool_]) -> float:

@@ -18,8 +18,8 @@ from ident.checks.remark import Grade, Remark, joints, numbers
 from ident.checks.settings import CheckSettings
 from ident.signals.arrays import Array
 
-_LARGER = (1.2, 1.4, 1.7, 2.0, 2.5, 3.0)
-_SMALLER = (0.85, 0.7, 0.6, 0.5, 0.4, 0.33)
+_LARGER = (1.2, 1.4, 1.7, 2.0, 2.5, 3.0, 4.0, 5.0, 7.0, 10.0)
+_SMALLER = (0.85, 0.7, 0.6, 0.5, 0.4, 0.33, 0.25, 0.2, 0.14, 0.1)
 
 Change = Callable[[Case, float], Case]
 

@@ -39,6 +39,14 @@ def heavier(factor: float, **settings) -> Log:
     return recorded(**settings, true_urdf=urdf_of(n, own))
 
 
+def odd_base() -> Log:
+    """A link of the base that is impossible, and has no part in any torque."""
+    log = recorded(joints=3)
+    inertia = '<mass value="1"/><inertia ixx="-1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+    base = f'<link name="base"><inertial>{inertia}</inertial></link>'
+    return log.with_(urdf=log.urdf.replace('<link name="base"/>', base))
+
+
 RIGHT: list[Right] = [
     *(
         (f"{n} joints", lambda n=n: recorded(joints=n, seconds=20.0 + 5 * (n > 6)), set())
@@ -85,5 +93,6 @@ RIGHT: list[Right] = [
         for s in (1, 2)
     ),
     *((f"masses by {f:g}", lambda f=f: heavier(f, joints=4), set()) for f in (0.6, 1.5, 2.5)),
+    ("an impossible base", odd_base, set()),
     *((f"a load of {m:g} kg", lambda m=m: loaded(m, 4), set()) for m in (1.0, 3.0)),
 ]

@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from chain_arm import recorded
 from right_inputs import RIGHT
 from wrong_inputs import flipped, late, loaded, right, turned
 from wrong_table import WRONG
@@ -120,12 +121,28 @@ def test_a_delay_that_is_set_is_no_fault():
     assert codes == [{"late_torque"}, set()]
 
 
+CLOSE = DEFAULT.model_copy(update={"gain_apart": 1.2})
+
+
+@pytest.mark.parametrize("current", [False, True])
+def test_a_rotor_that_the_urdf_lacks_is_no_current(current):
+    """A light joint, whose rotor looks like a factor of 1.3."""
+    log = recorded(joints=4, seconds=20.0)
+    smooth = np.hanning(21) / np.hanning(21).sum()
+    qdd = np.gradient(np.gradient(np.convolve(log.q[:, 3], smooth, "same"), log.t), log.t)
+    qdd[:50], qdd[-50:] = 0.0, 0.0
+    tau = log.tau.copy()
+    tau[:, 3] += tau[:, 3] if current else 0.3 * qdd
+    arm = log.arm()
+    remarks = examine(arm, [log.with_(tau=tau).dataset(arm)], CLOSE).remarks
+    assert {r.code for r in remarks} == ({"current_not_torque"} if current else set())
+
+
 def test_torque_too_large_at_some_joints_names_the_likelier_reason_first():
-    bounds = DEFAULT.model_copy(update={"gain_apart": 1.2})
     found = []
     for log in (loaded(3.0, 4), right(joints=4).with_(tau=right(joints=4).tau * [1, 1, 1, 5])):
         arm = log.arm()
-        (remark,) = examine(arm, [log.dataset(arm)], bounds).remarks
+        (remark,) = examine(arm, [log.dataset(arm)], CLOSE).remarks
         assert remark.code == "current_not_torque"
         found.append(remark)
     load, currents = found

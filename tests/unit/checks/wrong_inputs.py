@@ -36,6 +36,12 @@ def mirrored(joint: int, joints: int) -> Log:
     return log.with_(q=log.q * signs, tau=log.tau * signs)
 
 
+def rescaled(joint: int, factor: float) -> Log:
+    """One joint's torque with a wrong torque constant or gear ratio."""
+    log = right(joints=4)
+    return log.with_(tau=log.tau * np.where(np.arange(4) == joint, factor, 1.0))
+
+
 def of_another_size(size: float, joints: int) -> Log:
     """The URDF of a larger or smaller arm of one series, with masses of its own."""
     log = right(joints=joints, seconds=20.0)

@@ -22,6 +22,7 @@ from wrong_inputs import (
     no_inertials,
     of_another_size,
     reordered,
+    rescaled,
     right,
     scaled,
     shifted,
@@ -78,6 +79,10 @@ WRONG: list[Wrong] = [
             {"cad_disagrees"},
         )
         for s, n in ((0.7, 3), (1.4, 6))
+    ),
+    *(
+        (f"torque {k + 1} by {f:g}", lambda k=k, f=f: rescaled(k, f), {"current_not_torque"})
+        for k, f in ((0, 3.0), (1, 0.5), (3, 0.5))
     ),
     ("a load of 10 kg", lambda: loaded(10.0, 6), {"cad_disagrees"}),
     ("N mm", lambda: scaled(1000), {"units"}),
