@@ -18,19 +18,25 @@ _GIVE_GAINS = "Set gains_nm_per_a, or give a URDF with the arm's true masses."
 _BASIS = {
     "weight": "by the masses in the URDF",
     "links": "by the links that joints share",
+    "load": "by the known load",
 }
 
 
 def drive_gains(
-    arm: Arm, data: Sequence[Dataset], weighed: Gains, bounds: CheckSettings
+    arm: Arm,
+    data: Sequence[Dataset],
+    weighed: Gains,
+    bounds: CheckSettings,
+    basis: Source = "weight",
 ) -> DriveGains:
     """The gains of an arm's drives from recordings of their currents.
 
     Args:
         arm: robot and settings.
         data: the recordings, torque in ampere.
-        weighed: currents beside the torque of the URDF's links.
+        weighed: currents beside the torque of the URDF's links, or of a known load.
         bounds: of the checks.
+        basis: which of the two.
 
     Raises:
         ConfigurationError: gains that are given for another number of joints.
@@ -57,9 +63,9 @@ def drive_gains(
     sd = np.where(coupled, np.hypot(ratios.relative_sd, common_sd), np.inf)
     sd[alone] = of_weight[alone]
     source: list[Source] = [
-        "links" if c else "weight" if w else "none" for c, w in zip(coupled, alone, strict=True)
+        "links" if c else basis if w else "none" for c, w in zip(coupled, alone, strict=True)
     ]
-    source[reference] = "weight" if believed.any() else "none"
+    source[reference] = basis if believed.any() else "none"
     return DriveGains(value, sd, common_sd, tuple(source))
 
 

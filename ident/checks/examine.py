@@ -21,6 +21,7 @@ from ident.checks.hypotheses import (
     scanned,
     torque_sign,
 )
+from ident.checks.known_load import KnownLoad, gains_of_load
 from ident.checks.motion import (
     degrees_remark,
     in_degrees,
@@ -77,13 +78,20 @@ class Examined:
         return verdict_of(self.remarks)
 
 
-def examine(arm: Arm, data: Sequence[Dataset], bounds: CheckSettings = DEFAULT) -> Examined:
+def examine(
+    arm: Arm,
+    data: Sequence[Dataset],
+    bounds: CheckSettings = DEFAULT,
+    load: KnownLoad | None = None,
+) -> Examined:
     """Check recordings of an arm before anything is fitted to them.
 
     Args:
         arm: robot and settings.
         data: the recordings, joints in the robot's order.
         bounds: of the checks.
+        load: a recording with a known load, which tells the gains of drives whose currents were
+            recorded.
     """
     remarks = description_remarks(arm.robot) + short_remarks(data)
     found, gains = tuple(data), None
@@ -93,7 +101,7 @@ def examine(arm: Arm, data: Sequence[Dataset], bounds: CheckSettings = DEFAULT) 
             remarks += more
     if verdict_of(remarks) is not Grade.REFUSED:
         if arm.settings.torque_unit == "A":
-            found, gains, more = _currents(arm, found, bounds)
+            found, gains, more = _currents(arm, found, bounds, load)
             remarks += more
         found, more = _physics(arm, found, bounds)
         remarks += more
@@ -155,12 +163,14 @@ def _moving(data: Sequence[Dataset]) -> NDArray[np.bool_]:
 
 
 def _currents(
-    arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings
+    arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings, load: KnownLoad | None
 ) -> tuple[tuple[Dataset, ...], DriveGains, list[Remark]]:
     """Currents as torque, and the gains."""
-    chunks, moving = chunks_of(data), _moving(data)
-    weighed = gains(Case(arm.robot, arm.terms, _probe(chunks, moving)))
-    found = drive_gains(arm, data, weighed, bounds)
+    moving = _moving(data)
+    chunks = chunks_of(data if load is None else (*data, load.data))
+    case = Case(arm.robot, arm.terms, _probe(chunks, moving))
+    weighed = gains(case) if load is None else gains_of_load(case, load.load)
+    found = drive_gains(arm, data, weighed, bounds, "weight" if load is None else "load")
     torques = tuple(d.with_torque_times(found.value) for d in data)
     return torques, found, current_remarks(found, moving, arm.robot.joint_names, bounds)
 

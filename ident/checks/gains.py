@@ -52,7 +52,7 @@ def gains(case: Case) -> Gains:
             continue
         weight[k] = x @ x
         value[k] = (x @ y) / weight[k]
-        sd[k] = _spread(x, y)
+        sd[k] = spread(x, y)
         explained[k] = 1 - np.sum((y - value[k] * x) ** 2) / max(float(y @ y), 1e-300)
         inner, goals = inner + x @ y, goals + y @ y
     common = inner / weight.sum() if weight.any() else 0.0
@@ -82,9 +82,9 @@ class Load:
 
 def load_of(case: Case, found: Gains) -> Load:
     """The load that fits best, where the gains of the case are known at some joint."""
-    probe, n = case.probe, case.robot.dof
+    probe = case.probe
     model = inverse_dynamics(case.robot, probe.motion.q, probe.motion.qd, probe.motion.qdd)
-    last = case.columns.W[:, :, _LINK * (n - 1) : _LINK * n - 1]
+    last = last_link(case)
     rows, goals, factors = [], [], []
     for k in np.flatnonzero(found.weight):
         others = _friction(case, int(k))
@@ -100,6 +100,12 @@ def load_of(case: Case, found: Gains) -> Load:
     left = np.sum((goal - W @ (load / scale)) ** 2) / len(factors)
     mass = float(load[-1] / scale[-1]) if without < rank else None
     return Load(mass, float(left), float(np.mean(factors)))
+
+
+def last_link(case: Case) -> Array:
+    """Columns of the last link's tensor, first moment and mass, shape (S, n, 10)."""
+    n = case.robot.dof
+    return case.columns.W[:, :, _LINK * (n - 1) : _LINK * n - 1]
 
 
 def of_rotors(case: Case, found: Gains) -> NDArray[np.bool_]:
@@ -131,7 +137,7 @@ def _beside(others: Array, signal: Array) -> Array:
     return signal - others @ np.linalg.lstsq(others, signal, rcond=None)[0]
 
 
-def _spread(x: Array, y: Array) -> float:
+def spread(x: Array, y: Array) -> float:
     """Standard error of y / x, by leaving out stretches."""
     stretch = np.arange(len(x)) * _STRETCHES // len(x)
     xx = np.bincount(stretch, x * x, _STRETCHES)

@@ -53,7 +53,7 @@ def unit_remarks(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark
         return [Remark("units", (), text, Grade.DOUBTFUL, "Record the torque in N m.")]
     if _outside(found, bounds):
         load = load_of(case, found)
-        if load.explains(bounds.load_ratio):
+        if load.explains(bounds.load_ratio) and load.left < bounds.load_left:
             text = (
                 f"The torque is {abs(found.common):.3g} times what the arm's own weight requires:"
                 f" {_lacking(load)}."

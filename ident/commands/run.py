@@ -41,6 +41,13 @@ def run(
             help="A model.yaml from `ident gap`: its effects are subtracted first, and kept."
         ),
     ] = None,
+    load: Annotated[
+        str | None,
+        typer.Option(
+            help="For currents (torque_unit: A): LOG=KG,X,Y,Z, a recording with a known load, its"
+            " centre in the last link's parameter frame [m]. It tells the drives' gains."
+        ),
+    ] = None,
     solver: Annotated[
         str | None,
         typer.Option(help="Solver of the feasible fit: direct, or one of cvxpy's, such as SCS."),
@@ -77,12 +84,11 @@ def run(
         if chosen == Method.SIMULATION:
             from ident.workflows.output_error.run import run_simulation
 
-            refuse_with_simulation(
-                [*(["--effects"] if effects else []), *(f"--set {name}" for name in changes)]
-            )
+            given = [name for name, x in (("--effects", effects), ("--load", load)) if x]
+            refuse_with_simulation([*given, *(f"--set {name}" for name in changes)])
             text = run_simulation(logs, robot, out, reading, tell, remarks)
         else:
-            text = run_logs(logs, robot, out, reading, tell, effects, **changes)
+            text = run_logs(logs, robot, out, reading, tell, effects, load, **changes)
     content = json.loads(text)
     for log in content["logs"]:
         for remark in log.get("remarks", []):

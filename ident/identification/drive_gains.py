@@ -17,7 +17,7 @@ from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset
 from ident.signals.arrays import Array
 
-Source = Literal["given", "links", "weight", "none"]
+Source = Literal["given", "links", "weight", "load", "none"]
 
 _STRETCHES = 12
 _PASSES = 2
@@ -41,7 +41,7 @@ class DriveGains:
         common_sd: relative standard error of the factor that all have in common; infinite where
             nothing fixes it: one ampere of the strongest joint then counts as 1 N m.
         source: what each is known from: the arm's file, link parameters that joints share, the
-            masses in the URDF, or nothing.
+            masses in the URDF, a known load, or nothing.
     """
 
     value: Array

@@ -63,6 +63,7 @@ def gain_blocks(content: Content) -> list[Block]:
         "given": "given with the arm",
         "weight": "masses in the URDF",
         "links": "links that joints share",
+        "load": "the known load",
         "none": "nothing: the others' common factor",
     }
     names = joint_labels(content["joints"])

@@ -10,6 +10,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ident.checks.examine import examine
+from ident.checks.known_load import KnownLoad
 from ident.checks.remark import (
     Grade,
     RefusedError,
@@ -26,7 +27,7 @@ from ident.model.arm import Arm
 from ident.model.identified_model import Model
 from ident.recordings.dataset import Dataset
 from ident.recordings.errors import TooShortError
-from ident.recordings.loading import Reading, read_logs
+from ident.recordings.loading import Reading, read_for, read_logs
 from ident.regression.progress import Tell, silent
 from ident.report.page import render
 from ident.report.run_page import run_page, run_report
@@ -36,7 +37,8 @@ from ident.workflows.model_errors import errors_of_fit, errors_on
 from ident.workflows.provenance import provenance
 from ident.workflows.refusal import refused_run, write_refusal
 from ident.workflows.run_json import run_content, torque_units, write_results
-from wamctl.arm.errors import DataError
+from wamctl.arm.configuration.known_change import known_change
+from wamctl.arm.errors import ConfigurationError, DataError
 
 METHOD = "regression"
 
@@ -80,6 +82,7 @@ def run_logs(
     reading: Reading,
     tell: Tell = silent,
     effects: Path | None = None,
+    load: str | None = None,
     **settings: Any,
 ) -> str:
     """Identify and write; gives the content of `run.json`.
@@ -91,6 +94,7 @@ def run_logs(
         reading: topics and torque to read.
         tell: hears what is being done.
         effects: a `model.yaml` whose effects are taken off the torque first, and kept.
+        load: a log of the arm with a known load, and the load: LOG=KG,X,Y,Z.
         settings: fields of the identification section that differ from the arm's.
 
     Raises:
@@ -104,7 +108,8 @@ def run_logs(
     known = None if effects is None else _known(effects, arm)
     read = time.perf_counter() - start
     try:
-        done = run_data(arm, data, tell, known, paths)
+        loaded = None if load is None else _loaded(arm, load, reading)
+        done = run_data(arm, data, tell, known, paths, loaded)
     except RefusedError as refusal:
         write_refusal(out, "run", refusal, refused_run(arm, data, refusal), arm.name)
         raise
@@ -117,6 +122,21 @@ def run_logs(
     return done.write(out, page)
 
 
+def _loaded(arm: Arm, text: str, reading: Reading) -> KnownLoad:
+    """The recording with the known load.
+
+    Raises:
+        ConfigurationError: an arm whose efforts are no currents.
+        UserError: a text that names no log and load, or a log that cannot be used.
+    """
+    path, _, size = text.rpartition("=")
+    load = known_change(f"load={size}").load
+    if arm.settings.torque_unit != "A":
+        wrong = "a known load tells gains of currents alone: set torque_unit=A, or leave it out"
+        raise ConfigurationError("--load", [wrong])
+    return KnownLoad(read_for(arm, Path(path), reading), load)
+
+
 @threadpool_limits.wrap(limits=1)  # small matrices: more threads only wait for each other
 def run_data(
     arm: Arm,
@@ -124,6 +144,7 @@ def run_data(
     tell: Tell = silent,
     known: Model | None = None,
     paths: Sequence[Path] = (),
+    load: KnownLoad | None = None,
 ) -> Run:
     """Identify an arm from recordings that have been read; nothing is written.
 
@@ -133,12 +154,13 @@ def run_data(
         tell: hears what is being done.
         known: a model whose effects are taken off the torque first, and kept.
         paths: files of the recordings, where there are any.
+        load: a recording with a known load, which tells the gains of currents.
 
     Raises:
         RefusedError: recordings or an arm from which no model may be drawn.
     """
     tell("checking the recordings")
-    examined = examine(arm, data)
+    examined = examine(arm, data, load=load)
     if examined.verdict is Grade.REFUSED:
         raise RefusedError(examined.remarks)
     data, gains = examined.data, examined.gains

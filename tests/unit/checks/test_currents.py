@@ -1,13 +1,24 @@
 """Efforts that are currents: gains from links that joints share and from the URDF's weight."""
 
+import json
+
 import numpy as np
 import pytest
 from chain_arm import recorded, urdf_of
 
+from ident.checks.known_load import KnownLoad
+from ident.cli import main
 from ident.identification.validation import arm_of
 from ident.workflows.run import run_data
 from ident.workflows.validate import checked
 from wamctl.arm.errors import ConfigurationError
+from wamctl.arm.recorder import Recorder
+
+LOAD = """
+  <joint name="hook" type="fixed"><parent link="link_4"/><child link="load"/>
+    <origin xyz="0.1 0 0.2"/></joint>
+  <link name="load"><inertial><mass value="2"/>
+    <inertia ixx="1e-6" iyy="1e-6" izz="1e-6" ixy="0" ixz="0" iyz="0"/></inertial></link>"""
 
 GAINS = np.array([11.0, 14.0, 7.0, 9.0])
 
@@ -91,3 +102,42 @@ def test_given_gains_are_taken_and_a_model_predicts_currents():
 def test_gains_for_another_number_of_joints_are_refused():
     with pytest.raises(ConfigurationError, match="2 gains for 4 joints"):
         of_currents(in_ampere(), gains_nm_per_a=[1.0, 2.0])
+
+
+def with_load(seed: int):
+    """Recordings without and with 2 kg at (0.1, 0, 0.2) m of the last link, and a wrong URDF."""
+    half = urdf_of(4, 2.5 * 0.7 ** np.arange(4))
+    hung = urdf_of(4).replace("</link></robot>", f"</link>{LOAD}</robot>")
+    loaded = in_ampere(seed=seed + 10, true_urdf=hung)
+    return in_ampere(seed=seed).with_(urdf=half), loaded.with_(urdf=half)
+
+
+def test_a_known_load_tells_the_gains_where_masses_are_wrong():
+    empty, loaded = with_load(seed=0)
+    arm = empty.arm().with_settings(torque_unit="A")
+    load = KnownLoad(loaded.dataset(arm), (2.0, 0.1, 0.0, 0.2))
+    done = run_data(arm, [empty.dataset(arm)], load=load)
+    for told, gain in zip(done.content["gains"], GAINS, strict=True):
+        assert abs(told["nm_per_ampere"] - gain) < 3 * told["sd"]
+        assert told["sd"] < 0.05 * gain
+    assert "by the known load" in done.content["remarks"][0]["sentence"]
+
+
+def test_the_command_takes_a_known_load_for_currents_alone(tmp_path, capsys):
+    for name, one in zip(("empty", "loaded"), with_load(seed=1), strict=True):
+        inside = {"robot.urdf": one.urdf.encode()}
+        with Recorder(tmp_path / f"{name}.mcap", one.names, {}, inside) as log:
+            for t, q, tau in zip(one.t, one.q, one.tau, strict=True):
+                log.joint_states(round(t * 1e9), q, None, tau)
+    load = ["--load", f"{tmp_path / 'loaded.mcap'}=2,0.1,0,0.2", "--out", str(tmp_path / "out")]
+    codes = []
+    for more in ([], ["--set", "torque_unit=A"]):
+        with pytest.raises(SystemExit) as ended:
+            main(["run", str(tmp_path / "empty.mcap"), *load, *more])
+        codes.append(ended.value.code or 0)
+    assert codes == [3, 0]
+    assert "a known load tells gains of currents alone" in capsys.readouterr().err
+    gains = json.loads((tmp_path / "out" / "run.json").read_text())["gains"]
+    for told, gain in zip(gains, GAINS, strict=True):
+        assert told["from"] in ("load", "links")
+        assert told["nm_per_ampere"] == pytest.approx(gain, rel=0.05)
