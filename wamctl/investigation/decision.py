@@ -3,10 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from wamctl.investigation.evidence import odds_text, words
+from wamctl.investigation.evidence import odds_text
 from wamctl.investigation.state import Round
 
 NAMED, NO_GAP, AMBIGUOUS, UNKNOWN = "named", "no_gap", "ambiguous", "unknown"
+NONE = "none"
 
 
 @dataclass(frozen=True)
@@ -61,11 +62,10 @@ def ended(rounds: Sequence[Round], reason: str) -> Decision:
     text = f"No further motion: {reason}."
     if last not in (NO_GAP, UNKNOWN):
         return Decision(AMBIGUOUS, False, f"{text} No answer is confirmed against its rivals.")
-    ahead, nats = _ahead(whole[-1])
-    if last == NO_GAP and ahead and nats >= whole[-1].asked:
-        told = f"{ahead} predicted the motions better than {words(whole[-1].leader)}"
-        told = f"{text} {told}, with odds of {odds_text(nats)}, but the logs alone do not name it."
-        return Decision(AMBIGUOUS, False, told)
+    better, nats = _better_than_no_effect(whole[-1])
+    if last == NO_GAP and better:
+        told = f"{better} predicted the motions better than no effect, with odds of"
+        return Decision(AMBIGUOUS, False, f"{text} {told} {odds_text(nats)}, but is not confirmed.")
     return Decision(last, False, f"{text} The last verdict is not confirmed.")
 
 
@@ -80,6 +80,15 @@ def suspect_that_leads(rounds: Sequence[Round]) -> str:
         return ""
     last = whole[-1]
     return _ahead(last, last.suspected)[0] or (last.leader if _led_by_suspect(last) else "")
+
+
+def _better_than_no_effect(item: Round) -> tuple[str, float]:
+    """The answer that has beaten no effect by what was asked, and by how much [nats], or empty."""
+    if _led_by_suspect(item):
+        answer, nats = item.leader, item.evidence.get(NONE, 0.0)
+    else:
+        answer, nats = _ahead(item) if item.leader == NONE else ("", 0.0)
+    return (answer, nats) if answer and nats >= item.asked else ("", 0.0)
 
 
 def _led_by_suspect(item: Round) -> bool:

@@ -13,10 +13,11 @@ from wamctl.arm.configuration.known_change import KnownChangeError, known_change
 from wamctl.errors import UsageError
 from wamctl.investigation import rounds as rounds_module
 from wamctl.investigation.budget import Budget, Cost, duration_s, limited
+from wamctl.investigation.decision import ended
 from wamctl.investigation.investigate import investigate
 from wamctl.investigation.programs import ProgramError, call
 from wamctl.investigation.rounds import Site
-from wamctl.investigation.state import Request
+from wamctl.investigation.state import Request, Round
 
 ERRORS = {"relative_error_percent": 1.0, "rms_by_joint": [0.1]}
 STRIBECK = {
@@ -298,6 +299,15 @@ def test_a_suspect_that_predicts_better_leads_and_is_named_once_a_motion_bears_i
     assert [r["leader"] for r in found["rounds"]] == ["", "none", "stribeck:1"]
     assert found["rounds"][2]["asked_nats"] == pytest.approx(np.log(400.0))
     assert [e["name"] for e in found["effects"]] == ["stribeck"]
+
+
+def test_a_suspect_that_beats_no_effect_but_not_its_rival_is_ambiguous():
+    evidence = {"none": 10.0, "joint_spring:1": 0.4}
+    common = ("slow", "why", "rounds/04", Cost(), "stribeck:1", 6.0, evidence, {}, {})
+    last = Round(*common, "no_gap", "", {}, suspected=("stribeck:1",))
+    found = ended([last], "motions is 3 of 3")
+    assert (found.verdict, found.confirmed) == ("ambiguous", False)
+    assert "stribeck:1 predicted the motions better than no effect" in found.sentence
 
 
 def test_a_suspect_that_predicts_no_better_is_not_named(outcome):
