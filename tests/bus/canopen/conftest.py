@@ -1,6 +1,5 @@
 """A simulated Puck 4 arm in lockstep, on the embedded bus and on SocketCAN, and its experiment."""
 
-import os
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,13 +14,13 @@ import yaml
 
 from sim_bus.assembly import Simulation
 from sim_bus.can_bus.frame import Frame
-from sim_bus.can_bus.hub import Hub
 from sim_bus.can_bus.hubs import open_hub
 from sim_bus.canopen.drive import CanopenDrive
 from sim_bus.canopen.ds402 import State
 from sim_bus.faults.assembly import load_faulty_simulation
-from sim_bus.server import Arm, Lockstep, serve
+from sim_bus.server import Arm, Lockstep
 from tests.bus.buses import BUSES, EMBEDDED
+from tests.bus.serving import served_by_thread
 from wamctl.arm.config import find_file
 from wamctl.arm.errors import UserError
 from wamctl.arm.recording import Recording, read_recording
@@ -148,22 +147,6 @@ def configuration(folder: Path, periods: int = 1, **changes: dict[str, Any]) -> 
     return path
 
 
-@contextmanager
-def _serving(arm: Arm, simulation: Simulation, hub: Hub) -> Iterator[None]:
-    service = Lockstep(arm, hub, simulation.period_ns, simulation.schedule)
-    reading, writing = os.pipe()
-    with os.fdopen(reading) as stop:
-        thread = threading.Thread(target=serve, args=(service, hub, stop))
-        thread.start()
-        try:
-            yield
-        finally:
-            os.close(writing)
-            thread.join(10.0)
-            hub.close()
-            assert not thread.is_alive()
-
-
 @pytest.fixture(scope="module", params=BUSES)
 def word(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> str:
     """The bus of the tests, as `--bus` takes it."""
@@ -187,7 +170,9 @@ def serve_arms(word: str, tmp_path_factory: pytest.TempPathFactory) -> Callable[
         simulation.arm.plant.warm_up()
         witness = Witness(arm, simulation)
         served_arm = ServedArm(word, path, simulation, witness, said)
-        with _serving(witness, simulation, open_hub(word, fd=False)):
+        hub = open_hub(word, fd=False)
+        service = Lockstep(witness, hub, simulation.period_ns, simulation.schedule)
+        with served_by_thread(service, hub):
             yield served_arm
         assert [m.motor.torque_permille for m in witness.motors] == [0] * 7
         assert {m.motor.state for m in witness.motors} <= served_arm.expected

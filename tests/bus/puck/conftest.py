@@ -1,7 +1,5 @@
 """A simulated classic arm on the embedded bus, with hands on its inside."""
 
-import os
-import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -26,8 +24,9 @@ from sim_bus.puck import safety_node
 from sim_bus.puck.drive import PuckDrive
 from sim_bus.puck.safety_module import Press
 from sim_bus.puck.safety_node import SafetyNode
-from sim_bus.server import Arm, Lockstep, Service, serve
+from sim_bus.server import Arm, Lockstep
 from tests.bus.buses import BUSES, EMBEDDED
+from tests.bus.serving import served_by_thread
 from wamctl.arm.config import ArmFile, PuckDrivesSection, find_file, load_arm_file
 from wamctl.arm.recording import Recording, read_recording
 from wamctl.arm.trajectory import FourierSeries, Trajectory, write_trajectory
@@ -211,22 +210,6 @@ class Witness:
         self._arm.run_physics(time_ns)
 
 
-@contextmanager
-def serving(service: Service, hub: Hub) -> Iterator[None]:
-    """A thread that serves until the block is left."""
-    reading, writing = os.pipe()
-    with os.fdopen(reading) as stop:
-        thread = threading.Thread(target=serve, args=(service, hub, stop))
-        thread.start()
-        try:
-            yield
-        finally:
-            os.close(writing)
-            thread.join(10.0)
-            hub.close()
-            assert not thread.is_alive()
-
-
 def content() -> dict[str, Any]:
     """The shipped classic arm's file."""
     found = yaml.safe_load(find_file("wam7-classic.yaml").read_text())
@@ -246,7 +229,7 @@ def served(folder: Path, word: str, **changes: object) -> Iterator[ClassicArm]:
     simulation.arm.plant.warm_up()
     hub = Muffled(open_hub(word, fd=False))
     service = Lockstep(simulation.arm, hub, simulation.period_ns, simulation.schedule)
-    with serving(service, hub):
+    with served_by_thread(service, hub):
         yield ClassicArm(word, path, simulation, hub)
 
 
@@ -316,7 +299,7 @@ def run_experiment(folder: Path, word: str, *happens: dict[str, object]) -> Outc
     pucks = [m for m in simulation.arm.motors if isinstance(m, PuckDrive)]
     witness, hub = Witness(arm, pucks), open_hub(word, fd=False)
     stop = None
-    with serving(Lockstep(witness, hub, simulation.period_ns, simulation.schedule), hub):
+    with served_by_thread(Lockstep(witness, hub, simulation.period_ns, simulation.schedule), hub):
         prepared = prepare(path)
         setup = Setup(path, prepared.arm, word, lockstep=True)
         try:

@@ -1,6 +1,4 @@
-import os
 import struct
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,7 +12,8 @@ from sim_bus.can_bus.hub import Hub
 from sim_bus.can_bus.socket_hub import SocketHub
 from sim_bus.canopen.dictionary import Abort, Description, read_description
 from sim_bus.canopen.drive import CanopenDrive, DriveSettings
-from sim_bus.server import Lockstep, RealTime, serve
+from sim_bus.server import Lockstep, RealTime
+from tests.bus.serving import served_by_thread
 from wamctl.arm.config import shipped_file
 
 
@@ -28,17 +27,8 @@ def served(hub: Hub, *, lockstep: bool, seed: int = 0) -> Iterator[None]:
         if lockstep
         else RealTime(simulation.arm, hub, simulation.timing)
     )
-    reading, writing = os.pipe()
-    with os.fdopen(reading) as stop:
-        thread = threading.Thread(target=serve, args=(service, hub, stop))
-        thread.start()
-        try:
-            yield
-        finally:
-            os.close(writing)
-            thread.join(10.0)
-            hub.close()
-            assert not thread.is_alive()
+    with served_by_thread(service, hub):
+        yield
 
 
 @pytest.fixture
