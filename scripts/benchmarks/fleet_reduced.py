@@ -30,7 +30,7 @@ def entries_of(
     arms: dict[str, list[Entry]] = defaultdict(list)
     for source in found_logs([str(logs)]):
         stored = store.known(source)
-        if stored is None or not stored.reduced.hash or source.folder in left_out:
+        if stored is None or not stored.reduced.rows or source.folder in left_out:
             continue
         said = Rules().said(source, stored.reduced.metadata, stored.reduced.first_ns or 0)
         arms[said.arm].append(Entry(stored, **vars(said)))
