@@ -1,8 +1,8 @@
 # ruff: noqa: SLF001 - it gives the loop an operator
 """Every key and every signal in every phase: is the arm braked, and is all of it told and logged?
 
-Usage: scripts/benchmarks/operator_matrix.py PROTOCOL [--seed N], from the root, with .venv's
-Python; PROTOCOL is canopen or puck.
+Usage: scripts/benchmarks/operator_matrix.py PROTOCOL [--seed N] [--only NAME...], from the
+root, with .venv's Python; PROTOCOL is canopen or puck, NAME a key or signal (ctrl-c, SIGINT).
 
 One experiment with the test of the motors runs in lockstep, in one process, with a terminal of its
 own as standard input. In each phase it is forked for each key and signal, which is given there: in
@@ -20,6 +20,7 @@ import pty
 import signal
 import sys
 import tempfile
+import termios
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -130,7 +131,7 @@ def missed(
 
 
 def endings(
-    prepared: Prepared, config: Path, seed: int, master: int
+    prepared: Prepared, config: Path, seed: int, only: list[str], master: int
 ) -> list[tuple[tuple[str, str, str], list[str]]]:
     """For each phase, kind and name of what the operator did: what of a good ending was missed."""
     simulation = load_simulation(config, seed)
@@ -151,7 +152,8 @@ def endings(
                 brakes = True
                 os.kill(os.getpid(), signal.SIGINT)
             elif passed[now] == moments.get(now):
-                for attack in attacks(now):
+                for attack in (a for a in attacks(now) if not only or a.name in only):
+                    termios.tcsetattr(sys.stdin, termios.TCSANOW, single_keys)
                     if cases.branch((now.word, attack.kind, attack.name)):
                         phase, brakes = now, False
                         at_ns = witness.spans[-1].until_ns
@@ -161,6 +163,7 @@ def endings(
         rig.bus.before_cycle = before_cycle
         error: UserError | None = None
         with request.listening() as operator:
+            single_keys = termios.tcgetattr(sys.stdin)  # which each case gives back as it ends
             rig.loop._operator = operator
             try:
                 rig.run()
@@ -179,12 +182,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("protocol", choices=PROTOCOLS)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", nargs="*", default=[])
     asked, good, all_of = parser.parse_args(), Counter(), Counter()
     master, terminal = pty.openpty()
     os.dup2(terminal, sys.stdin.fileno())
     with tempfile.TemporaryDirectory() as box:
         config = configuration(Path(box), PROTOCOLS[asked.protocol].config)
-        for (phase, kind, name), wrong in endings(prepare(config), config, asked.seed, master):
+        found = endings(prepare(config), config, asked.seed, asked.only, master)
+        for (phase, kind, name), wrong in found:
             all_of[kind, phase] += 1
             good[kind, phase] += not wrong
             if wrong:
