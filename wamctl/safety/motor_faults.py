@@ -13,6 +13,7 @@ from wamctl.safety.torque_residual import TorqueResidual
 
 _CYCLES = 2  # in a row with too much torque left over
 _STILL_S = 0.012
+_STILL_ABOVE = 0.8  # share of the limit: a cycle in which it is silent hides 5 % of its torque
 _SUSPECT = 0.5  # share of the limit left over from which a motor takes no part in braking
 _SETTLING_S = 0.1  # in which an arm that has just got torque takes up its load
 _FAST_RAD_S, _FAST_COUNTS = 6.0, 8.0  # motor speed from which nothing stops within a cycle
@@ -107,7 +108,7 @@ class MotorFaults:
             )
 
     def _check_torques(self, left: Array) -> None:
-        above = np.abs(left) > self._limit
+        above = np.abs(left) > np.where(self._above > 0, _STILL_ABOVE, 1.0) * self._limit
         if not np.count_nonzero(above):
             self._above.fill(0)
             self.doubtful = above
