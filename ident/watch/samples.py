@@ -56,7 +56,7 @@ class Sampler:
     Args:
         joints: the arm's, n of them.
         topics: of states and commands.
-        torque: which to use; None: the commanded one where it comes with the first states.
+        torque: which to use; None: the commanded one where it comes among the first states.
         source: what to call it.
     """
 
@@ -99,11 +99,14 @@ class Sampler:
     def _take(self, batch: Messages) -> None:
         states, commands = self._topics
         measured, wanted = self._series(batch, states), self._series(batch, commands)
-        if self._torque is None and measured:
-            commanded = any(s.effort is not None for s in wanted)
-            self._torque = "commanded" if commanded else "measured"
         for series in measured:
             self._add(self._q, series, series.positions)
+        if self._torque is None and any(s.effort is not None for s in wanted):
+            self._torque = "commanded"
+        elif self._torque is None:  # a live server sends one message at a time
+            if len(self._q.t) < _LEARN and not any(s.effort is not None for s in measured):
+                return
+            self._torque = "measured"
         for series in wanted if self._torque == "commanded" else measured:
             if series.effort is not None:
                 self._add(self._tau, series, series.effort)
