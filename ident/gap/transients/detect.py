@@ -77,14 +77,14 @@ def find_transient(
     log, usual, structure = rows.log[design.segment], current.fit, current.fit.structure
     chosen = np.zeros(0, dtype=bool)
     for _ in range(_ROUNDS):
-        power = _power(design, usual, settings)
+        power = _power(design, usual)
         found = _loudest_interval(power, log, design.t, rows.hop_s)
         if found is None:
             return None
         chosen = _extended(found, power, log, settings.loudness)
         rest = design.with_folds(np.where(chosen, EXCLUDED, design.fold))
         usual = fit(rest.equations.of(range(FOLDS)), structure, usual.sigma)
-    squares, count = _power(design, usual, settings)
+    squares, count = _power(design, usual)
     left = residuals(design, usual)
     joints, torque = _affected(left, usual, chosen, settings)
     if not joints:
@@ -176,14 +176,13 @@ def _mean_square(values: Array) -> float:
     return float(np.mean(values**2))
 
 
-def _power(design: DesignMatrix, usual: Fit, settings: Transients) -> tuple[Array, Array]:
+def _power(design: DesignMatrix, usual: Fit) -> tuple[Array, Array]:
     """Squared residuals of all sliding joints in units of their noise, and how many slide, (R,)."""
     total, joints = np.zeros(len(design.t)), np.zeros(len(design.t))
-    noise = _noise(usual, settings)
     for j, r in enumerate(residuals(design, usual)):
         if len(r.values):
             sliding = _slides(r) & ~r.excluded
-            total += np.where(sliding, (r.values / noise[j][r.region]) ** 2, 0.0)
+            total += np.where(sliding, (r.values / usual.sigma[j][r.region]) ** 2, 0.0)
             joints += sliding
     return total, joints
 
