@@ -43,7 +43,7 @@ from wamctl.experiment.operator_stop import Interrupted, StopRequest
 from wamctl.experiment.preflight import load_arm, prepare
 from wamctl.experiment.session import Setup
 from wamctl.experiment.simulator import shipped_effects
-from wamctl.investigation.investigate import Investigation
+from wamctl.investigation.investigate import Investigation, what_next
 from wamctl.investigation.state import Request
 from wamctl.live.watch import PORT, check_installed, live_view
 
@@ -188,6 +188,7 @@ def _investigate(
         options += ["--live"] if live else []
         found = investigated(request, out, (budget, limit or []), resume, options, answer)
         _print(found, print_investigation, as_json)
+        next_step(what_next(found.content, out))
 
 
 @app.command("bench", short_help="Measure the loop's timing, without motion.")
@@ -248,6 +249,7 @@ def _monitor(
     with _reported(debug):
         path, arm = load_arm(config)
         monitor(Setup(path, arm, bus or arm.file.bus.channel), seconds)
+        next_step("wamctl home --config", config, "--bus", bus or arm.file.bus.channel)
 
 
 @app.command("home", short_help="Find the arm's zero, held by the operator.")
@@ -261,6 +263,7 @@ def _home(config: Config, bus: Bus = None, debug: Debug = False) -> None:
         setup = Setup(path, arm, bus or arm.file.bus.channel)
         for line in home(setup, lambda text: typer.prompt(text, default="", err=True)):
             typer.echo(line)
+        next_step("wamctl bench --config", config, "--bus", setup.bus)
 
 
 def _print(result: R, in_words: Callable[[R], None], as_json: bool) -> None:

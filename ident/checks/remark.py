@@ -1,6 +1,6 @@
 """What a check has to say, and the verdict that follows from all remarks."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
@@ -8,6 +8,7 @@ from typing import Any
 from wamctl.arm.errors import DataError
 from wamctl.arm.joint_labels import joint_labels, joints_text
 
+_LACKING = ("large_error",)  # codes of remarks on a model that lacks something, not on its input
 _SOUND = "the checks found nothing that speaks against this result."
 
 
@@ -118,6 +119,11 @@ def verdict_said(word: str, sentences: Sequence[str]) -> list[str]:
     if word == Grade.TRUSTWORTHY.word:
         return [f"Trustworthy: {_SOUND}", *sentences]
     return [f"{word.capitalize()}: {sentences[0]}", *sentences[1:]]
+
+
+def speaks_against_input(remarks: Iterable[Mapping[str, Any]]) -> bool:
+    """Whether a remark of a result file advises more than to look for what the model lacks."""
+    return any(r.get("advice") and r["code"] not in _LACKING for r in remarks)
 
 
 def verdict_content(remarks: Iterable[Remark]) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from ident.output_error.recordings import stretches_of
 from ident.output_error.servo_model import is_servo_model, read_servo_model
 from ident.report.page import render
 from ident.report.replay_page import ReplayReport, replay_page
+from wamctl.arm.command_line import next_step
 from wamctl.arm.errors import ConfigurationError, writing
 from wamctl.arm.recording import read_recording
 
@@ -132,6 +133,10 @@ def _told(summary: dict[str, Any], log: Path | None, *, as_json: bool) -> None:
     typer.echo(summary["file"])
     if "replay_page" in summary:
         typer.echo(summary["replay_page"])
+    if summary["format"] == Format.URDF:
+        next_step("ident check-urdf", Path(summary["file"]))
+    elif summary["format"] == Format.MJCF and log is None:
+        next_step("the same with --force --replay LOG.mcap, to compare it with a recording")
 
 
 def _replayed(to: Format, text: str, model: Model, log: Path) -> Replay:

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
+from ident.checks.remark import speaks_against_input
 from ident.commands.options import (
     CORRECTED,
     Force,
@@ -24,7 +25,6 @@ from ident.commands.options import (
     hold,
     refuse_with_simulation,
     rules_of,
-    speaks_against_input,
     verdict_printed,
     with_input,
 )

@@ -10,7 +10,7 @@ import typer
 import yaml
 from pydantic import BaseModel
 
-from ident.checks.remark import verdict_said
+from ident.checks.remark import speaks_against_input, verdict_said
 from wamctl.arm.command_line import next_step, shipped_names
 from wamctl.arm.config import IdentificationSection
 from wamctl.arm.errors import ConfigurationError, did_you_mean
@@ -119,8 +119,6 @@ CORRECTED = "follow the advice above, then repeat this command"
 """The next step where recordings or arm should be mended first."""
 
 _NO_RESULT = 6
-_LACKING = ("large_error",)
-"""Codes of remarks on a model that lacks something, where the input may well be right."""
 
 
 def effect_names(incomplete: str) -> list[str]:
@@ -201,11 +199,6 @@ def with_input(logs: Sequence[Path], robot: Path | None, reading: "Reading") -> 
     for old, new in reading.rules:
         words += ["--rename", f"{old}={new}"]
     return words
-
-
-def speaks_against_input(remarks: Sequence[Mapping[str, Any]]) -> bool:
-    """Whether a remark advises more than to look for what the model lacks."""
-    return any(r["advice"] and r["code"] not in _LACKING for r in remarks)
 
 
 def hold(word: str, strict: bool) -> None:

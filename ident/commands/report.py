@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from ident.commands.options import Force, Json
+from wamctl.arm.command_line import next_step
 
 
 class Kind(StrEnum):
@@ -33,3 +34,4 @@ def report(
     with file_written(out, force):
         sentence, text = compare_folders((first, second), out)
     typer.echo(text.rstrip() if as_json else f"{sentence}\n{out}")
+    next_step("ident gap NEWER.mcap --model", first / "model.yaml")

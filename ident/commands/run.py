@@ -1,9 +1,8 @@
 """`ident run`: recordings in; model, numbers, and report out."""
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -71,7 +70,7 @@ def run(
     from ident.commands.outputs import folder_written
     from ident.recordings.loading import Reading
     from ident.regression.progress import shown
-    from ident.report.run_page import error_sentences
+    from ident.report.run_page import asks_for_gap, error_sentences
     from ident.workflows.method import method_for
     from ident.workflows.run import run_logs
 
@@ -103,16 +102,7 @@ def run(
         typer.echo(f"{out / 'report.html'}")
     usual = ["ident validate OTHER.mcap --model", out / "model.yaml"]
     recordings = with_input(logs, robot, reading)
-    if not effects and _misses_much(content):
+    if not effects and asks_for_gap(content):
         usual = ["ident gap", *recordings]
     next_after(content["verdict"], content["remarks"], usual, recordings)
     hold(content["verdict"], strict)
-
-
-def _misses_much(content: Mapping[str, Any]) -> bool:
-    """Whether some joint's torque is so badly predicted that an effect may be missing."""
-    errors = [log["relative_error_percent_by_joint"] for log in content.get("errors", ())]
-    return max((x or 0.0 for joints in errors for x in joints), default=0.0) > _LARGE_PERCENT
-
-
-_LARGE_PERCENT = 25.0  # of a joint's torque

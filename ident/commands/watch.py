@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from ident.commands.options import JointStates, Json, TorqueChoice
+from wamctl.arm.command_line import next_step
 
 _CHANGED = 6
 _MOST_NAMED = 2
@@ -49,6 +50,7 @@ def watch(
         if alarms and once:
             break
     if alarms:
+        next_step("ident gap", source if Path(source).is_file() else "LOG.mcap", "--model", model)
         raise typer.Exit(_CHANGED)
 
 

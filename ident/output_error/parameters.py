@@ -49,7 +49,7 @@ QUANTITIES = (
     Quantity("stribeck_speed", "rad/s", 5e-3, 1.0, 0.1, 0.0, "where that has fallen to 1/e"),
     Quantity("load_friction", "1", 0.0, 0.9, 0.0, 0.05, "dry friction per load"),
     Quantity("offset", "N m", -1e3, 1e3, 0.0, 0.05, "constant torque that resists"),
-    Quantity("half_play", "rad", 0.0, 0.1, 0.0, 1e-3, "half the play of the gears"),
+    Quantity("half_play", "rad", 0.0, 0.1, 0.0, 1e-3, "half the backlash of the gears"),
     Quantity("compliance", "rad/(N m)", 0.0, 1.0, 0.0, 2e-3, "twist of the gears per torque"),
     Quantity("zero", "rad", -3.2, 3.2, 0.0, 0.05, "model's position less the recorded one"),
     Quantity("spring", "N m/rad", 0.0, 1e4, 0.0, 0.05, "torque per angle that resists"),

@@ -11,6 +11,7 @@ from ident.report.page import Block, Column, Figure, Page, Section, Step, Table,
 from ident.report.style import AFTER, BEFORE, BLUE, Sign
 from ident.report.words import (
     estimator_text,
+    input_words,
     known,
     number,
     percent,
@@ -83,7 +84,13 @@ def compare_page(both: Comparison) -> Page:
             Step(
                 "To ask which physical effect lies behind a difference, search the newer recording"
                 " against the older model:",
-                ["ident", "gap", *_logs(both.runs[1]), "--model", f"{both.names[0]}/model.yaml"],
+                [
+                    "ident",
+                    "gap",
+                    *input_words(both.runs[1]),
+                    "--model",
+                    f"{both.names[0]}/model.yaml",
+                ],
             )
         ],
     )

@@ -47,13 +47,14 @@ def culling_blocks(content: Content) -> list[Block]:
         " out (culls) samples of joints that are slower than a threshold. Leaving slow samples out"
         " should lower the error, and leaving as many out at random or at other speeds should not;"
         " the condition number should hardly rise (the paper's Fig. 2). Vertical line: the"
-        " threshold of this fit."
+        " threshold of this fit. As in the paper, friction changes sign at once here, so that"
+        " both numbers differ from those of the fit itself."
     )
     choice = setting(culling["automatic_choice_rad_s"])
     table = Table("Error and conditioning over the threshold.", columns, rows)
     return [
         Figure("Which samples to leave out", caption, charts, table),
-        Text(f"The automatic rule would take {choice}\u202frad/s."),
+        Text(f"By this figure, {choice}\u202frad/s would be enough."),
     ]
 
 

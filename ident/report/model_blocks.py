@@ -157,9 +157,9 @@ def feasibility_blocks(content: Content) -> list[Block]:
         for name, e in content["estimators"].items()
     ]
     caption = (
-        "A set of base parameters is possible when some arm with positive masses, real inertia"
-        " tensors, and friction that brakes has it. The mass matrix is tested at random postures"
-        " over the whole joint range."
+        "Base parameters are possible if some arm has them whose masses are positive, whose inertia"
+        " tensors are those of real bodies, and whose friction opposes motion. The mass matrix is"
+        " tested at random postures over the whole joint range."
     )
     place = list(content["estimators"]).index(chosen)
     return [

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.checks.remark import speaks_against_input
 from ident.identification.identify import Identification
 from ident.report.data_blocks import culling_blocks, motion_blocks
 from ident.report.model_blocks import (
@@ -25,6 +26,7 @@ from ident.report.traces import Trace, held_out_traces
 from ident.report.words import (
     DASH,
     estimator_text,
+    input_words,
     known,
     number,
     percent,
@@ -36,6 +38,8 @@ from ident.report.words import (
 from wamctl.arm.joint_labels import joint_labels, joints_text, listed
 
 Content = Mapping[str, Any]
+
+_LARGE_PERCENT = 25.0  # of a joint's torque: an effect may be missing
 
 _TRUST: dict[str, tuple[Status, str]] = {
     "trustworthy": ("good", "trustworthy"),
@@ -115,19 +119,33 @@ def run_page(report: RunReport) -> Page:
     )
 
 
+def asks_for_gap(content: Content) -> bool:
+    """Whether to ask what the model lacks, before it is tested on other recordings."""
+    errors = [log["relative_error_percent_by_joint"] for log in content.get("errors", ())]
+    large = max((x or 0.0 for joints in errors for x in joints), default=0.0) > _LARGE_PERCENT
+    return large or content.get("verdict", "trustworthy") != "trustworthy"
+
+
 def _steps(content: Content) -> list[Step]:
-    logs = list(content["provenance"]["logs"]) or ["LOG.mcap"]
-    return [
-        Step(
-            "Test the model on a recording that it was not fitted on:",
-            ["ident", "validate", "OTHER.mcap", "--model", "model.yaml"],
-        ),
-        Step("Ask which physical effect the model still lacks:", ["ident", "gap", *logs]),
-        Step(
-            "Use the arm in other programs:",
-            ["ident", "export", "model.yaml", "--to", "urdf", "--out", "arm.urdf"],
-        ),
-    ]
+    words = input_words(content)
+    test = Step(
+        "Test the model on a recording that it was not fitted on:",
+        ["ident", "validate", "OTHER.mcap", "--model", "model.yaml"],
+    )
+    gap = Step("Ask which physical effect the model still lacks:", ["ident", "gap", *words])
+    use = Step(
+        "Use the arm in other programs:",
+        ["ident", "export", "model.yaml", "--to", "urdf", "--out", "arm.urdf"],
+    )
+    mended = Step(
+        "Follow the advice at the top of this page, then repeat the command:",
+        ["ident", "run", *words],
+    )
+    if content.get("verdict") == "refused":
+        return [mended]
+    if speaks_against_input(content.get("remarks", ())):
+        return [mended, gap, test, use]
+    return [gap, test, use] if asks_for_gap(content) else [test, gap, use]
 
 
 def _verdict(report: RunReport) -> Verdict:
@@ -168,8 +186,8 @@ def _worst_joint(report: RunReport) -> str:
     worst, best = max(found), min(found)
     return (
         f"Joint by joint, the error lies between {percent(best[0], 2)} at {joints_text([best[1]])}"
-        f" and {percent(worst[0], 2)} at {joints_text([worst[1]])}; predicting no torque at all has"
-        " 100\u202f%."
+        f" and {percent(worst[0], 2)} at {joints_text([worst[1]])}; a model that predicts no torque"
+        " at all has 100\u202f%."
     )
 
 
@@ -187,7 +205,7 @@ def _ordinary(estimators: Content) -> str:
     if ols["negative"]:
         reasons.append(f"{listed(ols['negative'])} came out negative")
     if not reasons:
-        reasons.append("no masses and inertias have its base parameters")
+        reasons.append("no possible masses and inertias give its base parameters")
     return f"Ordinary least squares gives an arm that cannot exist: {', and '.join(reasons)}."
 
 
@@ -207,7 +225,7 @@ def _figures(report: RunReport) -> list[tuple[str, str]]:
     error = report.held_out[report.chosen]
     return [
         (percent(error["relative_error_percent"]), "torque error, data not fitted"),
-        (number(content["condition_number"]), "condition number of W"),
+        (number(content["condition_number"]), "condition number (small is good)"),
         (whole(content["rank"]), "base parameters"),
         (whole(content["samples"]), f"samples at {setting(content['sample_rate_hz'])}\u202fHz"),
         (share(content["culled_fraction"]), "of rows left out (culled): joint too slow"),

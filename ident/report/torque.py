@@ -50,7 +50,8 @@ def error_figure(
     }
     caption = (
         "Size of the torque that the model leaves unexplained, relative to the torque itself."
-        " Further left is better; equal steps along the axis are equal factors."
+        " Further left is better; equal steps along the axis are equal factors. Of markers at one"
+        " place only the last is seen."
     )
     rows = ["all joints", *labels]
     chart = row_chart(title, "relative torque error [%]", rows, values, factors=True, wide=True)

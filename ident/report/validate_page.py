@@ -9,7 +9,16 @@ from ident.report.page import Block, Column, Page, Section, Step, Table, Text, V
 from ident.report.provenance_section import provenance_section
 from ident.report.torque import error_figure, torque_blocks
 from ident.report.traces import Trace
-from ident.report.words import DASH, known, number, percent, plus_minus, setting, whole
+from ident.report.words import (
+    DASH,
+    input_words,
+    known,
+    number,
+    percent,
+    plus_minus,
+    setting,
+    whole,
+)
 from wamctl.arm.joint_labels import joint_labels, listed
 
 Content = Mapping[str, Any]
@@ -50,14 +59,14 @@ def validate_page(report: ValidationReport) -> Page:
 
 
 def _steps(content: Content) -> list[Step]:
-    logs = list(content["provenance"]["logs"]) or ["LOG.mcap"]
+    words = input_words(content)
     return [
         Step(
             "If the error is larger than on the recordings of the fit, ask which effect is missing"
             " or has changed since:",
-            ["ident", "gap", *logs, "--model", content["model"]],
+            ["ident", "gap", *words, "--model", content["model"]],
         ),
-        Step("Or fit a model to these recordings:", ["ident", "run", *logs]),
+        Step("Or fit a model to these recordings:", ["ident", "run", *words]),
     ]
 
 

@@ -82,6 +82,11 @@ def share(value: float | None, digits: int = 3) -> str:
     return percent(None if value is None else 100 * value, digits)
 
 
+def closed_share(value: float | None) -> str:
+    """The part of a gap that is closed: all of it only where nothing is left."""
+    return "over 99\u202f%" if value is not None and 0.99 < value < 1.0 else share(value, 2)
+
+
 def with_unit(value: float | None, unit: str, digits: int = 3) -> str:
     """A number and its unit."""
     return f"{number(value, digits)}\u202f{unit_text(unit)}" if known(value) else DASH
@@ -108,6 +113,22 @@ def plus_minus(value: float | None, sd: float | None, unit: str = "") -> str:
 def unit_text(unit: str) -> str:
     """A unit with its dots and powers."""
     return _UNITS.get(unit, unit.replace("^2", "²").replace(" ", "·"))
+
+
+def quantity_text(name: str) -> str:
+    """A parameter of an effect in print."""
+    return {"half_play": "half the backlash"}.get(name, name.replace("_", " "))
+
+
+def input_words(content: Mapping[str, Any]) -> list[str]:
+    """The recordings behind a result file, and the arm where they do not carry it, as typed."""
+    provenance = content.get("provenance", {})
+    source = provenance.get("arm", {}).get("described in", ":")
+    inside = ":" in source  # RECORDING:FILE
+    return [
+        *(list(provenance.get("logs", ())) or ["LOG.mcap"]),
+        *([] if inside else ["--robot", source]),
+    ]
 
 
 def estimator_text(name: str) -> str:
@@ -175,8 +196,8 @@ def closed_text(held_out: Mapping[str, Any], of: Callable[[Sequence[int]], str])
         where = f" of {of([best + 1])}"
         texts = [with_unit(x, "N m") for x in pairs[best]]
     return (
-        f"Adding it closes {share(held_out['closed_fraction'], 2)} of the gap: on held-out data,"
-        f" the error{where} falls from {texts[0]} to {texts[1]}.{_other_motion(held_out)}"
+        f"Adding it closes {closed_share(held_out['closed_fraction'])} of the gap: on held-out"
+        f" data, the error{where} falls from {texts[0]} to {texts[1]}.{_other_motion(held_out)}"
     )
 
 
@@ -186,7 +207,7 @@ def _other_motion(held_out: Mapping[str, Any]) -> str:
     sides = [others.get(k, {}).get("relative_error_percent") for k in ("before", "after")]
     if not all(known(x) for x in sides):
         return (
-            " That part belongs to the same motion: record another motion to see what carries over."
+            " The held-out part is of the same motion; record another one to see what carries over."
         )
     return (
         f" On each recording, predicted by fits to the others, it goes from {percent(sides[0])} to"

@@ -280,6 +280,7 @@ def _report(outcome: _Outcome, content: dict[str, Any]) -> GapReport:
     joints = joints[:_MOST_JOINTS] or np.flatnonzero(found.source.moving).tolist()
     effects = catalogue() | EVENTS
     nameless = [u["joint"] - 1 for u in content["unexplained"]]
+    curves, acts = effect_figures(found, both, labels)
     return GapReport(
         content,
         found.source.arm.name,
@@ -287,9 +288,10 @@ def _report(outcome: _Outcome, content: dict[str, Any]) -> GapReport:
         {name: e.title for name, e in effects.items()},
         {name: (e.signature, e.experiment) for name, e in effects.items()},
         sizes_of(found),
-        effect_figures(found, both, labels),
+        curves,
         reversals(both),
         left_figure(found, both, nameless, labels),
         torque_figure(found, both, joints, labels),
         motion_figure(outcome.before, outcome.after, joints, labels),
+        acts,
     )

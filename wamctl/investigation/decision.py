@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from wamctl.investigation.evidence import odds_text
+from wamctl.investigation.evidence import odds_text, words
 from wamctl.investigation.state import Round
 
 NAMED, NO_GAP, AMBIGUOUS, UNKNOWN = "named", "no_gap", "ambiguous", "unknown"
@@ -35,8 +35,8 @@ def decided(rounds: Sequence[Round]) -> Decision | None:
     if is_confirmed(last) and (borne_out or _led_by_suspect(last)):
         least = min(last.evidence.values())
         text = (
-            f"{last.leader} predicted a new motion better than every rival: the odds are at least"
-            f" {odds_text(least)}, and {odds_text(last.asked)} were asked."
+            f"{words(last.leader)} predicted a new motion better than every rival: with odds of"
+            f" {odds_text(least)} or better, where {odds_text(last.asked)} were asked."
         )
         return Decision(NAMED, True, text)
     if last.is_altered:
@@ -64,7 +64,7 @@ def ended(rounds: Sequence[Round], reason: str) -> Decision:
         return Decision(AMBIGUOUS, False, f"{text} No answer is confirmed against its rivals.")
     better, nats = _better_than_no_effect(whole[-1])
     if last == NO_GAP and better:
-        told = f"{better} predicted the motions better than no effect, with odds of"
+        told = f"{words(better)} predicted the motions better than no effect, with odds of"
         return Decision(AMBIGUOUS, False, f"{text} {told} {odds_text(nats)}, but is not confirmed.")
     return Decision(last, False, f"{text} The last verdict is not confirmed.")
 

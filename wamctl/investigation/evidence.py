@@ -60,8 +60,10 @@ def odds_text(nats: float) -> str:
 
 
 def words(answer: str) -> str:
-    """An answer or a verdict as the operator reads it."""
-    return _WORDS.get(answer, answer)
+    """An answer or a verdict as the operator reads it: `stribeck:4` is `stribeck at joint 4`."""
+    name, _, joints = answer.partition(":")
+    said = _WORDS.get(name, name.replace("_", " "))
+    return f"{said} at joint {joints.replace(',', ', ')}" if joints else said
 
 
 def signed_evidence(bets: Sequence[float]) -> float:

@@ -1,6 +1,7 @@
 """Rounds until the verdict is final or the budget is used up; results after every round."""
 
 import json
+import shlex
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
@@ -148,7 +149,7 @@ def _said(state: State) -> str:
         return f"a limit has ended the motion: {last.stopped}"
     likely = sorted(last.odds.items(), key=lambda item: -item[1])[:3]
     told = ", ".join(f"{words(name)} {share:.0%}" for name, share in likely)
-    return f"{words(last.verdict)} {last.answer}".rstrip() + f"; odds: {told}"
+    return f"{words(last.verdict)} {words(last.answer)}".rstrip() + f"; odds: {told}"
 
 
 def _write(site: Site, state: State, budget: Budget, decision: Decision | None) -> dict[str, Any]:
@@ -190,7 +191,9 @@ def _write(site: Site, state: State, budget: Budget, decision: Decision | None) 
     leads = whole[-1].leader if measured or borne_out else None
     model = planned / plan["models"][leads]["file"] if leads else last / "model.yaml"
     write_whole(site.out / "model.yaml", model.read_text(encoding="utf-8"))
-    write_whole(site.out / "report.html", page(content, _sentence(content)))
+    write_whole(
+        site.out / "report.html", page(content, _sentence(content), what_next(content, site.out))
+    )
     write_whole(site.out / "investigation.json", json.dumps(content, indent=2))
     return content
 
@@ -233,6 +236,13 @@ def _prediction(last: Any, plan: dict[str, Any]) -> dict[str, Any]:
 
 def _intervention(decision: Decision | None, plan: dict[str, Any]) -> str | None:
     return plan.get("intervention") if decision and decision.verdict == "ambiguous" else None
+
+
+def what_next(content: dict[str, Any], out: Path) -> str:
+    """The command that comes next."""
+    if content["final"] and content["verdict"] != "ambiguous":
+        return f"ident validate OTHER.mcap --model {shlex.quote(str(out / 'model.yaml'))}"
+    return "the same command with --resume, and with a larger --budget, or --answer CHANGE"
 
 
 def _sentence(content: dict[str, Any]) -> str:

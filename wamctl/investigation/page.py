@@ -1,6 +1,7 @@
 """The notebook of an investigation: one self-contained page, written after every round."""
 
 from functools import cache
+from math import floor, log10
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
@@ -23,12 +24,13 @@ _BOUNDS = {
 }
 
 
-def page(content: dict[str, Any], sentence: str) -> str:
+def page(content: dict[str, Any], sentence: str, advice: str) -> str:
     """The page of an `investigation.json`.
 
     Args:
         content: its content.
         sentence: the verdict in a sentence.
+        advice: the command that comes next.
     """
     rounds = [
         r | {"likely": _likely(r["odds"]), "drawn": _drawn(r["bets"])} for r in content["rounds"]
@@ -42,7 +44,11 @@ def page(content: dict[str, Any], sentence: str) -> str:
     declared = content["budget"]["declared"]
     budget = [(_BOUNDS[name], used[name], most) for name, most in declared.items()]
     return _template().render(
-        content=content | {"effects": effects}, sentence=sentence, rounds=rounds, budget=budget
+        content=content | {"effects": effects},
+        sentence=sentence,
+        rounds=rounds,
+        budget=budget,
+        next=advice,
     )
 
 
@@ -78,6 +84,13 @@ def _curve(effect: dict[str, Any]) -> dict[str, Any]:
     return joined | {"zero": high * up, "low": low, "high": high, "unit": known[0]["unit"]}
 
 
+def _measured(value: dict[str, Any]) -> str:
+    """A value with its standard deviation to two digits, and its unit."""
+    places = max(0, 1 - floor(log10(value["sd"]))) if value["sd"] else 4
+    unit = "" if value["unit"] == "1" else f" {value['unit']}"
+    return f"{value['value']:.{places}f} ± {value['sd']:.{places}f}{unit}".replace("-", "−")
+
+
 @cache
 def _template() -> Template:
     loader = PackageLoader("wamctl.investigation", ".")
@@ -86,4 +99,5 @@ def _template() -> Template:
     )
     environment.filters["odds"] = odds_text
     environment.filters["words"] = words
+    environment.filters["measured"] = _measured
     return environment.get_template("page.html.j2")

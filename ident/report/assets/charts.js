@@ -79,6 +79,13 @@
 
   function lines(box, spec, key) {
     const plots = [], known = [], entries = [], outputs = [];
+    let room = 46; // of the values beside the panels, alike for all of them
+    const beside = (u, values) => {
+      ruler.font = FONT;
+      const most = Math.max(room, ...(values || []).map(v => 14 + ruler.measureText(v).width));
+      if (most > room) setTimeout(() => plots.forEach(p => p.redraw(false, true)));
+      return room = most;
+    };
     spec.panels.forEach((panel, p) => {
       const data = [spec.x], series = [{}], bands = [];
       for (const s of panel.series) {
@@ -115,7 +122,7 @@
       plots.push(new uPlot({
         width: box.clientWidth, height: panel.height + (last ? 50 : 14), padding: [8, 12, last ? 0 : 8, 0], legend: { show: false },
         scales: { x: { time: false }, y: { range } }, series, bands,
-        axes: [axis("x", 2, last ? spec.x_label : null, last ? {} : { size: 0, values: (u, s) => s.map(() => "") }), axis("y", 3, panel.label, { size: 46, space: 26 })],
+        axes: [axis("x", 2, last ? spec.x_label : null, last ? {} : { size: 0, values: (u, s) => s.map(() => "") }), axis("y", 3, panel.label, { size: beside, space: (u, i, low, high, tall) => Math.min(26, tall / 5) })],
         cursor: { sync: { key, scales: ["x", null] }, drag: { x: true, y: false }, y: false },
         hooks: { drawClear: [marks], setCursor: [u => entries.forEach((e, i) => {
           for (const [q, s] of e.places) if (q == p && outputs[i]) outputs[i].textContent = u.cursor.idx == null ? "" : text(u.data[s][u.cursor.idx]);
@@ -129,6 +136,7 @@
   }
 
   function rows(box, spec) {
+    ruler.font = FONT;
     const names = spec.rows, values = spec.series.flatMap(s => s.y).filter(v => v != null && (!spec.log || v > 0));
     const plots = [], low = Math.min(...values), high = Math.max(...values);
     const range = spec.log ? [low / 1.3, high * 1.3] : span(Math.min(0, low), Math.max(0, high));
@@ -137,7 +145,7 @@
     const ticks = spec.log ? { splits: () => factors, values: (u, s) => s.map(text), filter: (u, s) => s } : {};
     const draw = painter((ctx, at, px, u) => {
       names.forEach((_, i) => {
-        const y = at(i, "x"), ends = (spec.joined || []).map(k => spec.series[k].y[i]);
+        const y = at(i, "x"), ends = spec.joined.map(k => spec.series[k].y[i]);
         ctx.strokeStyle = GREY;
         ctx.lineWidth = 2.5 * px;
         if (ends.length && ends.every(v => v != null)) { ctx.beginPath(); ctx.moveTo(at(ends[0], "v"), y); ctx.lineTo(at(ends[1], "v"), y); ctx.stroke(); }
@@ -169,7 +177,7 @@
     };
     let shown;
     plots.push(new uPlot({
-      width: box.clientWidth, height: tall(box.clientWidth), padding: [4, 18, 0, 0], legend: { show: false },
+      width: box.clientWidth, height: tall(box.clientWidth), padding: [4, Math.max(18, ruler.measureText(text(range[1])).width / 2), 0, 0], legend: { show: false },
       scales: { x: { time: false, ori: 1, dir: -1, range: [-0.6, names.length - 0.4] }, v: { ori: 0, distr: spec.log ? 3 : 1, range } },
       axes: [axis("x", 3, null, { splits: () => all, values: (u, s) => s.map(() => ""), space: 10, size: room }), axis("v", 2, spec.label, { space: 60, ...ticks })],
       series: [{}, ...spec.series.map(s => ({ scale: "v", stroke: s.sign.colour, paths: () => null, points: { show: false } }))],

@@ -6,7 +6,7 @@ from typing import Any
 from ident.report.charts import row_chart
 from ident.report.page import Block, Column, Figure, Status, Table
 from ident.report.style import BLUE, Sign
-from ident.report.words import known, number, plus_minus, unit_text
+from ident.report.words import known, number, plus_minus, quantity_text, unit_text
 
 VERDICT_WORDS: dict[str, tuple[Status, str]] = {
     "no_gap": ("good", "nothing missing"),
@@ -20,7 +20,7 @@ VERDICT_WORDS: dict[str, tuple[Status, str]] = {
 def parameter_table(effect: Mapping[str, Any]) -> Table:
     """The parameters of an effect of `gap.json`."""
     rows = [
-        [name.replace("_", " "), plus_minus(p["value"], p["sd"]), unit_text(p["unit"])]
+        [quantity_text(name), plus_minus(p["value"], p["sd"]), unit_text(p["unit"])]
         for name, p in effect["parameters"].items()
     ]
     columns = [Column("parameter", "words"), Column("value"), Column("unit", "words")]

@@ -97,7 +97,7 @@ def _where(variable: str, x: Array, torque: Array) -> str:
         return ""
     return (
         f"{share(_MOST, 2)} of its squared torque acts at a {name} {edge}\u202f{unit}, in"
-        f" {share(samples / max(last, 1), 2)} of the samples."
+        f" {share(samples / max(last, 1), 2)} of the samples"
     )
 
 

@@ -1,10 +1,12 @@
 """Figures of a gap: each effect as a curve, what is left, torque and motion over time."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.effects.catalogue import catalogue
 from ident.gap.data.noise_regions import Region
 from ident.gap.data.segments import HELD_OUT
 from ident.gap.results.forward_simulation import ForwardSimulation
@@ -17,18 +19,27 @@ from ident.report.page import Block, Column, Figure, Table
 from ident.report.style import BLUE, MEASURED, ORANGE, WITH, WITHOUT, Sign
 from ident.report.words import number
 from ident.signals.arrays import Array
+from wamctl.arm.joint_labels import joints_text
 
 _CELLS = (24, 16)
 _MOST_JOINTS = 4
 
 
-def effect_figures(found: SearchResult, both: BeforeAfter, labels: Sequence[str]) -> list[Figure]:
-    """One for each effect that was taken in: its torque over the quantity that it depends on."""
-    figures = []
+def effect_figures(
+    found: SearchResult, both: BeforeAfter, labels: Sequence[str]
+) -> tuple[list[Figure], list[str]]:
+    """Of each effect that was taken in: its torque over what it depends on; where it acts most."""
+    figures, acts = [], []
     for i, effect in enumerate(found.verdict.effects):
         curves = {labels[j]: effect_curve(found, both, i, j) for j in effect.joints[:_MOST_JOINTS]}
         figures.append(_effect(curves))
-    return figures
+        title = catalogue()[effect.candidate.effect].title
+        acts += [
+            f"{title[0].upper()}{title[1:]}, {joints_text([label])}: {c.where}."
+            for label, c in curves.items()
+            if c.where
+        ]
+    return figures, acts
 
 
 def _effect(curves: Mapping[str, EffectCurve]) -> Figure:
@@ -48,11 +59,10 @@ def _effect(curves: Mapping[str, EffectCurve]) -> Figure:
     over = "No single quantity draws this effect as a curve, so its torque is drawn over itself"
     if said != OWN_TORQUE:
         over = f"Torque of the effect over {said.partition(' [')[0]}"
-    where = " ".join(dict.fromkeys(c.where for c in curves.values() if c.where))
     caption = (
         f"{over}, beside the measured torque minus everything else in the model, while the joint"
-        " slides (averages). Lower panel: the residual at the same"
-        f" place, without the effect and with it. {where}"
+        " slides (averages). Lower panel: the residual at the same place, without the effect and"
+        " with it."
     )
     heads = (said, "the effect [N·m]", "measured [N·m]", "rms without [N·m]", "rms with [N·m]")
     columns = [Column("joint", "words"), *map(Column, heads)]
@@ -121,12 +131,12 @@ def torque_figure(
         sides = [torque - side[j].values[order] for side in (both.before, both.after)]
         turning = both.after[j].region[order] == Region.REVERSAL
         runs.append((labels[j], design.t[order], [torque, *sides], turning))
-    caption = (
-        "First recording: measured torque and the model's, and below the residual on the same"
-        " scale for both models. Grey: the joint stands still or turns round, where the residual"
-        " may leave the panel; zoom in to see it there."
-    )
     named = bool(found.end.accepted)
+    caption = (
+        f"First recording: measured torque and the model's{_below('residual', named)} Grey: the"
+        " joint stands still or turns round, where the residual may leave the panel; zoom in to"
+        f" see it there.{_some(runs, joints)}"
+    )
     return _over_time("Torque of the joints", caption, ("torque", "N·m", "residual"), runs, named)
 
 
@@ -144,12 +154,20 @@ def motion_figure(
         (labels[j], old.t, [r[:, j] for r in (old.measured, old.simulated, new.simulated)], None)
         for j in joints[:_MOST_JOINTS]
     ]
+    named = new is not old
     caption = (
         "First recording: measured motion, and the closed loop of controller and model simulated"
-        " along the wanted motion. Below, the error on the same scale for both models."
+        f" along the wanted motion{_below('error', named)}{_some(runs, joints)}"
     )
-    named = new is not old
     return _over_time("Motion of the joints", caption, ("position", "rad", "error"), runs, named)
+
+
+def _below(what: str, named: bool) -> str:
+    return f"; below, the {what}{', on one scale for both models' if named else ''}."
+
+
+def _some(runs: Sequence[Any], joints: Sequence[int]) -> str:
+    return f" {len(runs)} of {len(joints)} joints are drawn." if len(runs) < len(joints) else ""
 
 
 _Run = tuple[str, Array, list[Array], NDArray[np.bool_] | None]

@@ -28,10 +28,12 @@ from ident.report.provenance_section import provenance_section
 from ident.report.style import AFTER, BEFORE, BLUE, FLOOR, Sign
 from ident.report.words import (
     DASH,
+    closed_share,
     effect_text,
     known,
     number,
     percent,
+    quantity_text,
     share,
     unit_text,
 )
@@ -44,7 +46,18 @@ _STEPS = {
     "coulomb": "Coulomb friction",
     "viscous": "viscous friction",
 }
-_WHERE = "By joint and speed of the joint, in units of the noise there."
+_WHERE = (
+    "By joint, while it slides (above the speed at which friction changes its direction) or stands"
+    " still and turns round (below it), in units of the noise there."
+)
+_SIZES = {
+    "coulomb_1": "Coulomb friction",
+    "coulomb_change": "change of Coulomb friction",
+    "error": "relative error",
+    "sine": "amplitude",
+}
+"""The coefficient that is an effect's size, where its name says little."""
+
 _RESIDUAL = (
     "The residual is the measured torque minus the model's, averaged over windows of a fraction of"
     " a second, on the part of the recordings that no fit has seen. A joint slides where it moves"
@@ -61,7 +74,7 @@ def gap_page(report: GapReport) -> Page:
     sections = [
         *([] if report.named else [seen]),
         Section("What is missing", _effects(report)),
-        Section("Where it shows", where_blocks(content["where"], report.labels, _WHERE)),
+        Section("Where it shows", _where(report)),
         Section("Residual on held-out data", _held_out(report)),
         Section("Torque over time", report.torque),
         Section("Simulation against measurement", [*_forward(report), *report.motion]),
@@ -87,19 +100,19 @@ def _figures(report: GapReport) -> list[tuple[str, str]]:
     held_out = report.content["held_out"]
     sides = _sides(report)
     tiles = [
-        (percent(held_out[k]["relative_error_percent"]), f"held-out error {words}".strip())
+        (percent(held_out[k]["relative_error_percent"]), f"held-out error while sliding{words}")
         for k, words in sides.items()
         if known(held_out.get(k, {}).get("relative_error_percent"))
     ]
-    closed = [(share(held_out["closed_fraction"], 2), "of the gap closed")]
+    closed = [(closed_share(held_out["closed_fraction"]), "of the gap closed")]
     return [*tiles, *(closed if report.named else [])]
 
 
 def _sides(report: GapReport) -> dict[str, str]:
     """Parts of `held_out` that differ from each other, and their words."""
     if not report.named:
-        return {"before": "", "noise_floor": "of the noise alone"}
-    return {"before": "without it", "after": "with it", "noise_floor": "of the noise alone"}
+        return {"before": "", "noise_floor": ", noise alone"}
+    return {"before": ", without it", "after": ", with it", "noise_floor": ", noise alone"}
 
 
 def _effects(report: GapReport) -> list[Block]:
@@ -120,6 +133,11 @@ def _effects(report: GapReport) -> list[Block]:
         blocks += [parameter_table(effect)] if effect["parameters"] else []
         blocks += [curve] if curve is not None else []
     return blocks
+
+
+def _where(report: GapReport) -> list[Block]:
+    told = [Text(text) for text in report.acts]
+    return [*told, *where_blocks(report.content["where"], report.labels, _WHERE)]
 
 
 def _held_out(report: GapReport) -> list[Block]:
@@ -249,12 +267,13 @@ def _seen(report: GapReport) -> list[Block]:
     sizes = content["minimum_detectable"]
     if sizes:
         joints = [j + 1 for j in report.moving]
-        columns = [Column("effect", "words"), Column("size in", "words")]
+        columns = [Column("effect", "words"), Column("size", "words")]
         columns += [Column(report.labels[j]) for j in report.moving]
         rows = []
         for name, by_joint in sizes.items():
             coefficient, unit = report.sizes.get(name, ("", ""))
-            size = f"{coefficient.replace('_', ' ')} [{unit_text(unit)}]" if unit else DASH
+            said = _SIZES.get(coefficient) or quantity_text(coefficient)
+            size = f"{said} [{unit_text(unit)}]" if unit else DASH
             found = [by_joint.get(str(j), by_joint.get(j)) for j in joints]
             rows.append([report.title(name), size, *(number(x, 2) for x in found)])
         caption = f"The smallest size that would have been named, by joint; {DASH}: none would."
@@ -266,5 +285,6 @@ def _seen(report: GapReport) -> list[Block]:
     for entry in content["not_observable"]:
         joints = [j for j in entry["joints"] if j not in held]
         if joints or not entry["joints"]:
-            hidden.append(f"{report.title(entry['name'])} at {report.of(joints)}")
-    return [*blocks, Text("This motion does not show:"), Points(hidden)] if hidden else blocks
+            where = f" at {report.of(joints)}" if joints else ""
+            hidden.append(f"{report.title(entry['name'])}{where}")
+    return [*blocks, Text("Not to be told by this motion:"), Points(hidden)] if hidden else blocks

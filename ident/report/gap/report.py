@@ -29,6 +29,7 @@ class GapReport:
         left: figures of what is left where it has no name.
         torque: figures of torque over time.
         motion: figures of measured and simulated motion.
+        acts: where each effect acts most, in its own variable, a sentence each.
     """
 
     content: Content
@@ -42,6 +43,7 @@ class GapReport:
     left: Sequence[Block] = ()
     torque: Sequence[Block] = ()
     motion: Sequence[Block] = ()
+    acts: Sequence[str] = ()
 
     @property
     def labels(self) -> list[str]:

@@ -10,10 +10,12 @@ from ident.report.gap.report import GapReport
 from ident.report.page import Step
 from ident.report.words import (
     closed_text,
+    input_words,
     kinds_text,
     known,
     number,
     percent,
+    quantity_text,
     share,
     with_unit,
 )
@@ -65,8 +67,8 @@ def _as_validated(errors: Sequence[Mapping[str, Any]]) -> str:
         return ""
     told = [f"{percent(e['relative_error_percent'])} on {Path(e['name']).name}" for e in errors]
     return (
-        "Counted as by ident run and ident validate, at the model's own cut-off and with what"
-        f" static friction adds when joints turn round, the model's error is {listed(told)}."
+        "By the measure of `ident run` and `ident validate`, which counts more of the moments at"
+        f" which joints turn round, the model's error is {listed(told)}."
     )
 
 
@@ -97,9 +99,10 @@ def _counted(effects: Sequence[str]) -> str:
 def _what_is_left(report: GapReport, entry: Content) -> str:
     nearest = [report.title(n["name"]) for n in entry["nearest"]]
     words = f" The nearest of the catalogue: {listed(nearest)}." if nearest else ""
+    part = share(entry["share_of_residual"], 2)
     return (
-        f"What is left at {report.of([entry['joint']])} depends on {entry['depends_on']}"
-        f" ({share(entry['share_of_residual'], 2)} of its residual).{words}"
+        f"Of what is then left at {report.of([entry['joint']])}, {part} depends on"
+        f" {entry['depends_on']}.{words}"
     )
 
 
@@ -147,7 +150,7 @@ def leaning_texts(report: GapReport, effect: Content) -> list[str]:
     """What an effect's values rest on: other effects beside it, and what no data of here test."""
     facts = effect["evidence"]
     texts = [
-        f"Its {_parameter(on['parameter'])} leans on {report.title(on['name'])} at"
+        f"Its {quantity_text(on['parameter'])} leans on {report.title(on['name'])} at"
         f" {report.of(on['joints'])}: without that effect it would be"
         f" {with_unit(on['value_without'], on['unit'])}."
         for on in facts.get("leans_on", [])
@@ -155,14 +158,10 @@ def leaning_texts(report: GapReport, effect: Content) -> list[str]:
     return [*texts, *([facts["taken_for_granted"]] if facts.get("taken_for_granted") else [])]
 
 
-def _parameter(name: str) -> str:
-    return name.replace("_", " ")
-
-
 def steps_text(report: GapReport) -> list[Step]:
     """What to do next."""
     content = report.content
-    logs = list(content["provenance"]["logs"]) or ["LOG.mcap"]
+    words = input_words(content)
     design = ["ident", "design", "--config", "ARM.yaml", "--for"]
     check = ["ident", "validate", "OTHER.mcap", "--model", "model.yaml"]
     wanted = [e["separating_experiment"] for e in content["effects"] if e["separating_experiment"]]
@@ -172,10 +171,10 @@ def steps_text(report: GapReport) -> list[Step]:
     ]
     if content["verdict"] == "data_fault":
         return [
-            Step("Mend the recording, or record again, and search again:", ["ident", "gap", *logs])
+            Step("Mend the recording, or record again, and search again:", ["ident", "gap", *words])
         ]
     if report.named:
-        fit = ["ident", "run", *logs, "--effects", "model.yaml"]
+        fit = ["ident", "run", *words, "--effects", "model.yaml"]
         steps.append(Step("Fit a model beside the effects that were named:", fit))
         simulate = ["ident", "simulate", "--model", "model.yaml", "--out", "simulated.mcap"]
         steps.append(Step("Simulate the arm with them:", simulate))

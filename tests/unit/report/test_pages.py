@@ -240,6 +240,30 @@ def test_the_verdict_of_run_json_leads(verdict: str, status: str, run_report: Ru
     assert shown.more[0] == "Joint 1 seems to be in degrees."
 
 
+@pytest.mark.parametrize(
+    ("code", "verdict", "first"),
+    [
+        ("units", "doubtful", ["ident", "run"]),
+        ("large_error", "doubtful", ["ident", "gap"]),
+        ("units", "refused", ["ident", "run"]),
+        ("note", "trustworthy", ["ident", "validate"]),
+    ],
+)
+def test_what_to_do_next_follows_the_verdict(
+    code: str, verdict: str, first: list[str], run_report: RunReport
+) -> None:
+    advice = "" if verdict == "trustworthy" else "Mend it."
+    remarks = [{"code": code, "joints": [], "sentence": "Something.", "advice": advice}]
+    provenance = dict(run_report.content["provenance"])
+    provenance["arm"] = {"name": "ur10", "described in": "ur10.urdf"}
+    content = dict(run_report.content) | {"verdict": verdict, "remarks": remarks}
+    content |= {"provenance": provenance}
+    steps = run_page(replace(run_report, content=content)).steps
+    assert list(steps[0].words[:2]) == first
+    assert {"run", "gap"} >= {s.words[1] for s in steps if "--robot" in s.words} > set()
+    assert verdict != "refused" or len(steps) == 1
+
+
 def test_validate_page_has_the_numbers_of_validate_json(
     pages: dict[str, str], validate_content: dict[str, Any]
 ) -> None:
@@ -290,7 +314,7 @@ def test_gap_page_has_the_numbers_of_gap_json(pages: dict[str, str]) -> None:
     assert (
         "To tell them apart, move joints 1 and 2 together: ident design --for coupled_friction:1."
     ) in text
-    assert "gravity tilt at the whole arm" in text
+    assert "Not to be told by this motion: gravity tilt" in text
 
 
 def test_gap_page_shows_the_error_step_by_step(

@@ -273,7 +273,7 @@ def test_a_curve_that_predicts_worse_than_no_effect_is_not_kept(outcome, tmp_pat
 def test_a_rival_that_refutes_the_verdict_without_a_name_makes_it_ambiguous(outcome):
     found = outcome(Programs(["no_gap"] * 4, 0.05, {}))
     assert (found["verdict"], found["confirmed"], len(found["rounds"])) == ("ambiguous", False, 4)
-    assert "stribeck:1 predicted the motions better than no effect" in found["why"]
+    assert "stribeck at joint 1 predicted the motions better than no effect" in found["why"]
 
 
 class Suspecting(Programs):
@@ -307,7 +307,7 @@ def test_a_suspect_that_beats_no_effect_but_not_its_rival_is_ambiguous():
     last = Round(*common, "no_gap", "", {}, suspected=("stribeck:1",))
     found = ended([last], "motions is 3 of 3")
     assert (found.verdict, found.confirmed) == ("ambiguous", False)
-    assert "stribeck:1 predicted the motions better than no effect" in found.sentence
+    assert "stribeck at joint 1 predicted the motions better than no effect" in found.sentence
 
 
 def test_a_suspect_that_predicts_no_better_is_not_named(outcome):
