@@ -67,8 +67,9 @@ class Case:
         places = np.arange(len(self.probe.moving)) if order is None else order
         tau, raw = (factors * x[:, places] for x in (self.probe.tau, self.probe.raw))
         found = replace(self, probe=replace(self.probe, tau=tau, raw=raw))
-        moved = np.where(self.probe.moving, tau, 0.0)
-        found.__dict__["columns"] = replace(self.columns, tau=moved)
+        if "columns" in self.__dict__:
+            moved = np.where(self.probe.moving, tau, 0.0)
+            found.__dict__["columns"] = self.columns.with_torque(moved)
         return found
 
     def with_gravity(self, gravity: Array) -> "Case":

@@ -80,7 +80,7 @@ def reduced(path: Path, robot: Path | None, reading: Reading, settings: FleetSet
     try:
         arm, data = _read(path, robot, reading)
         metadata: dict[str, str] = {}
-        for piece in data.source.log.pieces():
+        for piece in data.source.pieces():
             metadata |= piece.metadata
         arm = with_offset(arm)
         found = replace(found, metadata=metadata, first_ns=data.source.first_ns, arm=arm.name)

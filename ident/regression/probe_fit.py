@@ -1,6 +1,7 @@
 """Least squares on a probe, and its error on what was left out."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,18 @@ class Columns:
     friction: NDArray[np.intp]
     tau: Array
     fold: NDArray[np.intp]
+
+    @cached_property
+    def squares(self) -> Array:
+        """W^T W of each fold and joint, shape (FOLDS, n, p, p): whatever the torque and weights."""
+        folds = [self.W[self.fold == k].transpose(1, 0, 2) for k in range(FOLDS)]
+        return np.array([rows.transpose(0, 2, 1) @ rows for rows in folds])
+
+    def with_torque(self, tau: Array) -> "Columns":
+        """The same motion with other torque [N m], shape (S, n)."""
+        found = replace(self, tau=tau)
+        found.__dict__["squares"] = self.squares
+        return found
 
 
 def columns_of(robot: Robot, terms: Terms, probe: Probe) -> Columns:
@@ -101,42 +114,29 @@ def held_out_residual(columns: Columns, weights: Array | None = None) -> Array:
         weights: of the joints' rows, shape (n,); None: every joint's torque counts alike.
     """
     w = weights_of(columns.tau) if weights is None else weights
-    rows, goal = columns.W * w[:, None], columns.tau * w
-    grams = [gram(rows[columns.fold == k], goal[columns.fold == k]) for k in range(FOLDS)]
-    result = columns.tau.copy()
-    for k in range(FOLDS):
-        others = [grams[i] for i in range(FOLDS) if i != k]
-        beta = solution(*(np.sum(parts, axis=0) for parts in zip(*others, strict=True)))
-        inside = columns.fold == k
-        result[inside] -= columns.W[inside] @ beta
-    return result
+    return held_out_residuals(columns, columns.tau[None], w)[0]
 
 
-def held_out_squares(columns: Columns, taus: Array, inside: NDArray[np.bool_]) -> Array:
-    """What remains of several torques along one motion where they were not fitted, squared.
+def held_out_residuals(columns: Columns, taus: Array, weights: Array) -> Array:
+    """What remains of several torques along one motion where they were not fitted.
 
     Args:
-        columns: the regression; its torque gives the weights.
+        columns: the regression; its own torque takes no part.
         taus: the torques [N m], shape (D, S, n).
-        inside: instants to use, shape (S,).
+        weights: of the joints' rows, shape (n,).
 
     Returns:
-        Squares of the residuals [N^2 m^2], shape (D, S, n); zero at instants that are not used.
+        Residuals [N m], shape (D, S, n).
     """
-    w, joints = weights_of(columns.tau), taus.shape[2]
-    parts = [inside & (columns.fold == k) for k in range(FOLDS)]
-    grams = []
-    for part in parts:
-        rows = (columns.W[part] * w[:, None]).reshape(-1, columns.W.shape[-1])
-        goals = (taus[:, part] * w).reshape(len(taus), -1)
-        grams.append((rows.T @ rows, rows.T @ goals.T))
-    result = np.zeros_like(taus)
+    grams = np.tensordot(weights**2, columns.squares, axes=(0, 1))
+    parts = [columns.fold == k for k in range(FOLDS)]
+    rows = [columns.W[part].reshape(-1, columns.W.shape[-1]) for part in parts]
+    goals = [(taus[:, part] * weights**2).reshape(len(taus), -1).T for part in parts]
+    sides = np.array([w.T @ goal for w, goal in zip(rows, goals, strict=True)])
+    result = taus.copy()
     for k, part in enumerate(parts):
-        others = [grams[i] for i in range(FOLDS) if i != k]
-        beta = solution(*(np.sum(x, axis=0) for x in zip(*others, strict=True)))
-        rows = columns.W[part].reshape(-1, columns.W.shape[-1])
-        fitted = (rows @ beta).T.reshape(len(taus), -1, joints)
-        result[:, part] = (taus[:, part] - fitted) ** 2
+        beta = solution(grams.sum(axis=0) - grams[k], sides.sum(axis=0) - sides[k])
+        result[:, part] -= (rows[k] @ beta).T.reshape(len(taus), -1, taus.shape[2])
     return result
 
 

@@ -154,9 +154,11 @@ def write(path: Path, model: pin.Model, names: tuple[str, ...], truth: Truth, da
     stamps = start + np.round(np.arange(len(q)) / RATE_HZ * 1e9).astype(np.int64)
     facts = {"temperature_c": f"{degrees:.1f}", "firmware": "1.0" if number < 30 else "1.1"}
     path.parent.mkdir(parents=True, exist_ok=True)
-    with Recorder(path, names, facts) as log:
+    part = path.with_suffix(".part")
+    with Recorder(part, names, facts) as log:
         for stamp, position, effort in zip(stamps.tolist(), read, tau, strict=True):
             log.joint_states(stamp, position, None, effort)
+    part.replace(path)
 
 
 def main() -> None:
@@ -192,7 +194,9 @@ def main() -> None:
             path = given.out / "logs" / name / f"{day:04d}.mcap"
             today = truth if day < from_day else after
             random = np.random.default_rng((given.seed, number, day))
-            write(path, robot.model.copy(), robot.joint_names, today, (day, degrees, route, random))
+            if not path.exists():  # an earlier call was stopped
+                one = (day, degrees, route, random)
+                write(path, robot.model.copy(), robot.joint_names, today, one)
     (given.out / "planted.json").write_text(json.dumps(planted, indent=1), encoding="utf-8")
 
 

@@ -20,7 +20,7 @@ from ident.checks.case import Case
 from ident.checks.remark import Grade, Remark, joints, numbers
 from ident.checks.settings import CheckSettings
 from ident.regression.probe import Chunk, Probe
-from ident.regression.probe_fit import Columns, held_out_squares
+from ident.regression.probe_fit import Columns, held_out_residuals, weights_of
 from ident.regression.shifted_torque import shifted_torque
 from ident.signals.arrays import Array
 
@@ -84,7 +84,8 @@ def lag(case: Case, chunks: Sequence[Chunk], bounds: CheckSettings) -> Lag | Non
     taus = np.where(case.probe.moving, taus, 0.0)
     if inside.sum() < _STRETCHES or not taus[delays == 0.0][:, inside].any():
         return None
-    whole = _Shifted(case.columns, delays, taus, inside)
+    columns = replace(case.columns, W=case.columns.W * inside[:, None, None])
+    whole = _Shifted(columns, delays, taus, inside)
     found = _believed(whole.only(_sliding(case.probe, bounds)), bounds)
     if found is None:
         return None
@@ -103,7 +104,7 @@ class _Shifted:
     """Torque of other instants beside one motion.
 
     Attributes:
-        columns: the regression.
+        columns: the regression; zero at instants that are not inside.
         delays: that are tried, D of them [s].
         taus: torque recorded so much later [N m], shape (D, S, n).
         inside: instants of which all of it was recorded, shape (S,).
@@ -127,7 +128,8 @@ class _Shifted:
         if joint is not None:
             taus = np.tile(now, (len(self.delays), 1, 1))
             taus[:, :, joint] = self.taus[:, :, joint]
-        left = held_out_squares(self.columns, taus, self.inside)[:, self.inside]
+        weights = weights_of(self.columns.tau)
+        left = held_out_residuals(self.columns, taus, weights)[:, self.inside] ** 2
         size = np.sum(now[0, self.inside] ** 2, axis=0)
         used = size > 0
         shares = left.sum(axis=1)[:, used] / size[used]
