@@ -50,12 +50,14 @@ class Stretch:
         q: what the encoders told [rad], shape (S, n).
         name: of the recording.
         counted: the first sample that errors count; before it the simulation finds its way.
+        wrong: samples of the recording that were left out, as no motion reaches them, by joint.
     """
 
     motion: Motion
     q: Array
     name: str = ""
     counted: int = 0
+    wrong: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.output_error.fit import Stretch
+from ident.output_error.glitches import unreachable
 from ident.output_error.plant import Motion
 from ident.recordings.errors import JointMismatchError
 from ident.recordings.log_summary import GAP_PERIODS
@@ -28,6 +29,8 @@ def stretches_of(
 ) -> tuple[Stretch, ...]:
     """Commands and positions of a recording between its holes, joints in the robot's order.
 
+    Positions that no motion can reach are left out, and counted with the first stretch.
+
     Raises:
         DataError: no commanded positions, other joints, or too few samples.
     """
@@ -39,6 +42,8 @@ def stretches_of(
     new = np.diff(recording.stamp_ns, prepend=recording.stamp_ns[0] - 1) > 0
     zero = recording.stamp_ns[0]
     t, q = (recording.stamp_ns[new] - zero) * 1e-9, recording.q[new][:, columns]
+    wrong = unreachable(t, q)
+    t, q = t[~wrong.any(axis=1)], q[~wrong.any(axis=1)]
     fresh = np.diff(stamp_ns, prepend=stamp_ns[0] - 1) > 0
     stamp, command = (stamp_ns[fresh] - zero) * 1e-9, wanted[fresh][:, columns]
     period = float(np.median(np.diff(t)))
@@ -46,8 +51,10 @@ def stretches_of(
     parts = [slice(a, b) for a, b in itertools.pairwise(edges) if b - a >= _SHORTEST]
     if not parts:
         raise DataError(f"{name} has {len(t)} samples; a simulation needs {_SHORTEST} in a row.")
-    return tuple(_stretch(t[p], q[p], stamp, command, name, warm=i > 0) for i, p in
-                 enumerate(parts))  # fmt: skip
+    first, *others = (
+        _stretch(t[p], q[p], stamp, command, name, warm=i > 0) for i, p in enumerate(parts)
+    )
+    return replace(first, wrong=tuple(wrong.sum(axis=0).tolist())), *others
 
 
 def parted(stretches: Sequence[Stretch], seconds: float) -> list[Stretch]:

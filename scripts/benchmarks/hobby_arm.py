@@ -4,11 +4,11 @@ Run: .venv/bin/python scripts/benchmarks/hobby_arm.py FOLDER [--seconds S] [--ag
 
 FOLDER holds the tables and `so101_new_calib.xml`. Five motions are fitted, the others judged.
 Beside the tool: the published MJCF (old and new published gains) with the best zero and gain of
-each joint (`gains`), and with all of MuJoCo's own parameters of a joint (gain, damping, friction,
-rotor, force limit, zero): found by CMA-ES (`cma`) or by MuJoCo's own `mujoco.sysid` (`sysid`, which
-needs `pip install 'mujoco[sysid]'`), in the tool's processor time (`--seconds` sets another). They
-minimise what is judged, on every fourth piece of 8 s, which makes them four times as fast. A gain
-on speed would be damping once more, and a delay comes out below 3 ms with the tool.
+each joint (`gains`, by `mujoco.sysid`), and with all of its own parameters of a joint (gain,
+damping, friction, rotor, force limit, zero), found by CMA-ES (`cma`) or by MuJoCo's own library
+(`sysid`), in the tool's processor time (`--seconds` sets another). They minimise what is judged, on
+every fourth piece of 8 s, which makes them four times as fast. A gain on speed would be damping
+once more, and a delay comes out below 3 ms with the tool. `pip install cma 'mujoco[sysid]'`.
 """
 
 import argparse
@@ -140,7 +140,7 @@ def mjcf_error(
     search = Search(lambda x: residuals(arm, placed(x), fitted), start, seconds)
     note = "it has ended itself"
     try:
-        search.by_sysid() if what == "sysid" else search.by_cma(seed)
+        search.by_cma(seed) if what == "cma" else search.by_sysid()
     except SpentError:
         note = "the time is over"
     rms = np.sqrt(np.mean(residuals(arm, placed(search.best), judged) ** 2, axis=0))

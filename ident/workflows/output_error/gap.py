@@ -24,7 +24,7 @@ from ident.report.page import render
 from ident.report.servos.gap_page import ServoGap, servo_gap_page, verdict_sentences
 from ident.report.servos.run_page import ServoTrace
 from ident.workflows.output_error.gap_json import gap_content
-from ident.workflows.output_error.logs import read_commanded
+from ident.workflows.output_error.logs import glitch_remarks, read_commanded
 from ident.workflows.provenance import provenance
 from ident.workflows.run_json import write_results
 
@@ -124,7 +124,8 @@ def gap_of_servos(
     done = outcome(begun, search(begun, settings, tell), settings, tell)
     tell("what would have been seen")
     content = gap_content(begun, done, settings)
-    trust = verdict_content(remarks)
+    told = glitch_remarks(stretches, arm.robot.joint_names)
+    trust = verdict_content([*remarks, *told])
     content |= {"trust": trust["verdict"], "remarks": trust["remarks"]}
     content["provenance"] = provenance(arm, paths)
     content["seconds"] = time.perf_counter() - start

@@ -3,6 +3,9 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
+from ident.checks.remark import Grade, Remark, joints, numbers
 from ident.model.arm import Arm
 from ident.output_error.fit import Stretch
 from ident.output_error.recordings import stretches_of
@@ -34,6 +37,21 @@ def read_commanded_for(
     if pairs:
         log = _read(path, reading, (), pairs)
     return stretches_of(log, joint_names, str(path))
+
+
+def glitch_remarks(stretches: Sequence[Stretch], names: Sequence[str]) -> list[Remark]:
+    """What is said of samples that were left out, recording by recording."""
+    said = []
+    for s in stretches:
+        places = np.flatnonzero(s.wrong)
+        if len(places):
+            text = (
+                f"{s.name}: {sum(s.wrong)} positions that no motion reaches from their neighbours,"
+                f" at {joints(places, names)}, were left out; others may be wrong without showing."
+            )
+            advice = "Check the cables, the bus and the recorder."
+            said.append(Remark("glitches", numbers(places), text, Grade.DOUBTFUL, advice))
+    return said
 
 
 def _read(path: Path, reading: Reading, joints: tuple[str, ...], pairs: tuple) -> Recording:

@@ -21,7 +21,7 @@ from ident.regression.progress import Tell, silent
 from ident.report.page import render
 from ident.report.servos.run_page import ServoTrace, servo_page
 from ident.signals.arrays import Array
-from ident.workflows.output_error.logs import read_commanded
+from ident.workflows.output_error.logs import glitch_remarks, read_commanded
 from ident.workflows.provenance import provenance
 from ident.workflows.run_json import numbers, write_results
 
@@ -102,7 +102,8 @@ def simulated_run(
     """Identify an arm from commands and positions that have been read; nothing is written."""
     start = time.perf_counter()
     found = identify_by_simulation(arm, stretches, tell)
-    content = verdict_content([*remarks, *_remarks(found)]) | _content(arm, found)
+    told = glitch_remarks(stretches, arm.robot.joint_names)
+    content = verdict_content([*remarks, *told, *_remarks(found)]) | _content(arm, found)
     content["provenance"] = provenance(arm, paths)
     content["seconds"] = {"solve": time.perf_counter() - start}
     content["solver"]["seconds"] = content["seconds"]["solve"]

@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from ident.checks.remark import verdict_content
 from ident.model.arm import Arm, arm_from_urdf
 from ident.output_error.servo_model import ServoModel, read_servo_model
 from ident.recordings.loading import Reading
 from ident.regression.progress import Tell, silent
 from ident.report.page import render
 from ident.report.servos.run_page import ServoTrace, servo_page
-from ident.workflows.output_error.logs import read_commanded_for
+from ident.workflows.output_error.logs import glitch_remarks, read_commanded_for
 from ident.workflows.provenance import provenance
 from ident.workflows.run_json import write_results
 
@@ -35,16 +36,16 @@ def validate_simulation(
     """
     start = time.perf_counter()
     model = read_servo_model(model_path)
-    traces, logs = [], []
+    traces, logs, told = [], [], []
     for path in paths:
         tell(f"replaying {path.name}")
         stretches = read_commanded_for(model.robot.joint_names, path, reading)
+        told += glitch_remarks(stretches, model.robot.joint_names)
         mine = [ServoTrace.of(s, model.replay(s)) for s in stretches]
         traces += mine
         logs.append(_log(str(path), mine))
     content: dict[str, Any] = {
-        "verdict": "trustworthy",
-        "remarks": [],
+        **verdict_content(told),
         "method": "simulation",
         "arm": model.arm,
         "model": str(model_path),

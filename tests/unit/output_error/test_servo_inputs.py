@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from servo_arm import URDF, recording
+from servo_arm import STEP_RAD, URDF, recording
 
 import ident
 from ident.api.identified_servos import IdentifiedServos
 from ident.output_error.first_guess import neutral
+from ident.output_error.glitches import unreachable
 from ident.output_error.identify import prepared
 from ident.output_error.missing.visibility import held_by_weight
 from ident.output_error.parameters import ROW
@@ -74,3 +75,24 @@ def test_weight_holds_the_gears_of_an_arm_that_is_stretched_out_and_not_of_one_t
     hanging[ROW["zero"], 0] = np.pi / 2
     assert held_by_weight(replace(setup, stretches=calm), stretched).all()
     assert not held_by_weight(replace(setup, stretches=calm), hanging).any()
+
+
+def test_a_wrong_byte_is_left_out_and_told_and_does_not_move_the_result() -> None:
+    spoilt = MADE.q[:200].copy()
+    spoilt[[90, 91, 150], [0, 0, 1]] += 3.0
+    found = identified(np.arange(200) / 50, spoilt, COMMAND[:200]).content
+    (remark,) = (r for r in found["remarks"] if r["code"] == "glitches")
+    assert remark["sentence"] == (
+        "strange: 3 positions that no motion reaches from their neighbours, at joints 1 (shoulder)"
+        " and 2 (elbow), were left out; others may be wrong without showing. Check the cables, the"
+        " bus and the recorder."
+    )
+    assert max(found["held_out"]["rms_q_by_joint"]) < 4 * STEP_RAD
+
+
+def test_no_sample_of_a_motion_is_taken_for_wrong_whatever_its_rate_or_holes() -> None:
+    t = np.arange(len(MADE.q)) / 50
+    for every in (1, 3, 10):
+        assert not unreachable(t[::every], MADE.q[::every]).any()
+    rest = np.r_[0:100, 120:300]
+    assert not unreachable(t[rest], MADE.q[rest]).any()
