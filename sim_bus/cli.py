@@ -57,27 +57,31 @@ def _main(version: Version = False, quiet: QuietOption = False) -> None:
 def _serve(
     config: Annotated[
         str,
-        typer.Option(
-            help="the arm's file, or the name of a shipped one", autocompletion=shipped_names
-        ),
+        typer.Option(help="The arm's file, or a shipped one's name.", autocompletion=shipped_names),
     ],
-    bus: Annotated[str, typer.Option(help="simbus:PATH, or INTERFACE:CHANNEL of python-can")],
-    seed: Annotated[int, typer.Option(min=0, help="random seed of the arm and its noise")] = 0,
+    bus: Annotated[str, typer.Option(help="simbus:PATH, or INTERFACE:CHANNEL of python-can.")],
+    seed: Annotated[
+        int, typer.Option(min=0, metavar="N", help="Random seed of the arm and its noise.")
+    ] = 0,
     lockstep: Annotated[
-        bool, typer.Option(help="simulated time: one period of physics per SYNC")
+        bool, typer.Option(help="Simulated time: one period of physics per SYNC.")
     ] = False,
-    truth: Annotated[Path | None, typer.Option(help="write the arm's true parameters here")] = None,
+    truth: Annotated[
+        Path | None, typer.Option(help="Write the arm's true parameters here.")
+    ] = None,
     faults: Annotated[
-        Path | None, typer.Option(help="fault file: what goes wrong, and when")
+        Path | None, typer.Option(help="Fault file: what goes wrong, and when.")
     ] = None,
     hidden: Annotated[
         str | None,
         typer.Option(
-            metavar="NAME|FILE", help="effects to hide in the arm", autocompletion=hidden_names
+            metavar="NAME|FILE",
+            help="Hide an effect in the arm; `sim-bus hidden` lists them.",
+            autocompletion=hidden_names,
         ),
     ] = None,
-    stop_with_stdin: Annotated[bool, typer.Option(help="stop when standard input closes")] = False,
-    debug: Annotated[bool, typer.Option(help="show the traceback of an error")] = False,
+    stop_with_stdin: Annotated[bool, typer.Option(help="Stop when standard input closes.")] = False,
+    debug: Annotated[bool, typer.Option(help="Show the traceback of an error.")] = False,
 ) -> None:
     """Serve the drives and the arm until SIGINT or SIGTERM.
 
@@ -112,7 +116,7 @@ def _serve(
 
 @app.command("hidden")
 def _hidden(
-    as_json: Annotated[bool, typer.Option("--json", help="print the result as JSON")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
     """List the effects that `serve --hidden` knows.
 

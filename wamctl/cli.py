@@ -65,7 +65,9 @@ Bus = Annotated[
 Trajectory = Annotated[
     Path | None, typer.Option(help="Trajectory file; default: the one in the configuration.")
 ]
-Seed = Annotated[int, typer.Option(min=0, help="Random seed of the simulated arm and its noise.")]
+Seed = Annotated[
+    int, typer.Option(min=0, metavar="N", help="Random seed of the simulated arm and its noise.")
+]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 Debug = Annotated[bool, typer.Option(help="Show the traceback of an error.")]
 R = TypeVar("R", Summary, Bench, Check, Investigation)
@@ -119,7 +121,8 @@ def _excite(
     ] = "",
     live: Annotated[bool, typer.Option("--live", help="Show the run live in Foxglove.")] = False,
     live_port: Annotated[
-        int, typer.Option(min=1, max=65535, help="Port of --live, on this machine only.")
+        int,
+        typer.Option(min=1, max=65535, metavar="N", help="Port of --live, on this machine only."),
     ] = PORT,
     as_json: Json = False,
     debug: Debug = False,
@@ -176,7 +179,7 @@ def _investigate(
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Experiment, identify, ask for the gap and choose the next motion, until it is final.
+    """Experiment, identify, find the gap and choose the next motion, until the verdict is final.
 
     Example: wamctl investigate --config wam7.yaml --bus sim --lockstep --out investigation
     """
@@ -195,7 +198,9 @@ def _investigate(
 def _bench(
     config: Config,
     bus: Bus = None,
-    seconds: Annotated[float, typer.Option(min=1.0, help="How long to measure [s].")] = 20.0,
+    seconds: Annotated[
+        float, typer.Option(min=1.0, metavar="X", help="How long to measure [s].")
+    ] = 20.0,
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
@@ -238,7 +243,8 @@ def _monitor(
     config: Config,
     bus: Bus = None,
     seconds: Annotated[
-        float | None, typer.Option(min=0.0, help="How long [s]; default: until a key is pressed.")
+        float | None,
+        typer.Option(min=0.0, metavar="X", help="How long [s]; default: until a key is pressed."),
     ] = None,
     debug: Debug = False,
 ) -> None:

@@ -19,7 +19,7 @@ def check_urdf(
     file: Annotated[Path, typer.Argument(help="The URDF, or the bare name of a shipped one.")],
     logs: Annotated[
         list[Path] | None,
-        typer.Argument(help="Recordings of this arm, which may contradict its masses."),
+        typer.Argument(metavar="LOG", help="Recordings of this arm, to test its masses."),
     ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Repaired URDF to write; without it nothing is written.")
@@ -33,8 +33,8 @@ def check_urdf(
 ) -> None:
     """Check whether the arm of a URDF can exist, and repair what can be repaired.
 
-    Exits with 3 where faults are left, with 6 where the recording was refused, and with --strict
-    also where it contradicts a mass.
+    The exit code is 3 if faults are left, and 6 if the recording was refused or, with --strict,
+    contradicts a mass.
 
     Example: ident check-urdf wam7.urdf --out repaired.urdf
     """

@@ -12,24 +12,28 @@ from wamctl.arm.command_line import next_step
 
 def fleet(
     logs: Annotated[
-        list[str], typer.Argument(help="Folders, globs, or URLs such as s3://bucket/prefix.")
+        list[str],
+        typer.Argument(metavar="LOG", help="Folders, globs, or URLs such as s3://bucket/prefix."),
     ],
     out: Annotated[
-        Path, typer.Option(help="Folder for the results; what was reduced is kept there too.")
+        Path, typer.Option(help="Folder for the results, and for the reduced logs.")
     ] = Path("fleet"),
     robot: Annotated[
         Path | None, typer.Option(help="Arms' .yaml or .urdf; default: what the logs carry.")
     ] = None,
     scheduler: Annotated[
         str | None,
-        typer.Option(help="Of Dask: tcp://HOST:8786, or local; default: processes here."),
+        typer.Option(help="A Dask scheduler: tcp://HOST:8786, or local; default: processes here."),
     ] = None,
     workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes on this machine; default: one a processor.")
+        int | None,
+        typer.Option(
+            min=1, metavar="N", help="Processes on this machine; default: one per processor."
+        ),
     ] = None,
     pattern: Annotated[
         str | None,
-        typer.Option(help="End of the addresses, e.g. '{arm}/{time}_{temperature}.mcap'."),
+        typer.Option(help="How the logs' paths end, such as '{arm}/{time}_{temperature}.mcap'."),
     ] = None,
     table: Annotated[
         Path | None,

@@ -40,7 +40,10 @@ def gap(
     robot: Robot = None,
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("gap"),
     null_runs: Annotated[
-        int, typer.Option(min=0, help="Number of effect-free simulations that set the thresholds.")
+        int,
+        typer.Option(
+            min=0, metavar="N", help="Number of effect-free simulations that set the thresholds."
+        ),
     ] = 4,
     with_suspected: Annotated[
         bool, typer.Option("--with-suspected", help="Keep suspected effects in the model.")

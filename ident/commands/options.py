@@ -43,7 +43,9 @@ MethodChoice = Annotated[
     ),
 ]
 
-Logs = Annotated[list[Path], typer.Argument(help="Logs: .mcap files or ROS 2 bag folders.")]
+Logs = Annotated[
+    list[Path], typer.Argument(metavar="LOG", help="Logs: .mcap files or ROS 2 bag folders.")
+]
 Cutoff = Annotated[
     float | None,
     typer.Option("--cutoff", help="Low-pass cut-off [Hz]; the same as --set cutoff_hz=VALUE."),
@@ -111,7 +113,9 @@ Robot = Annotated[
 Rename = Annotated[
     list[str] | None,
     typer.Option(
-        "--rename", help="FROM=TO: replace this part of the log's joint names, to match the arm's."
+        "--rename",
+        metavar="FROM=TO",
+        help="Replace this part of the log's joint names, to match the arm's.",
     ),
 ]
 

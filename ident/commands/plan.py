@@ -17,7 +17,8 @@ def plan(
     gap: Annotated[Path, typer.Option(help="Folder of `ident gap` on the same logs.")],
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("plan"),
     ran: Annotated[
-        list[str] | None, typer.Option(help="Name of a motion that is not to be repeated.")
+        list[str] | None,
+        typer.Option(metavar="MOTION", help="A motion that is not to be repeated."),
     ] = None,
     lead: Annotated[
         str | None,

@@ -43,8 +43,9 @@ def run(
     load: Annotated[
         str | None,
         typer.Option(
-            help="For currents (torque_unit: A): LOG=KG,X,Y,Z, a recording with a known load, its"
-            " centre in the last link's parameter frame [m]. It tells the drives' gains."
+            metavar="LOG=KG,X,Y,Z",
+            help="A further recording with a known load, its centre in the last link's parameter"
+            " frame [m]; it tells the drives' gains where efforts are currents (torque_unit: A).",
         ),
     ] = None,
     solver: Annotated[

@@ -21,12 +21,18 @@ def watch(
     model: Annotated[Path, typer.Option(help="The trusted model.yaml of `ident run`.")],
     once: Annotated[bool, typer.Option("--once", help="End with the first alarm.")] = False,
     false_alarms: Annotated[
-        float, typer.Option(min=1e-6, max=3600.0, help="Most false ones in an hour of motion.")
+        float,
+        typer.Option(
+            min=1e-6, max=3600.0, metavar="X", help="False alarms to expect in an hour of motion."
+        ),
     ] = 0.01,
     idle: Annotated[
-        float, typer.Option(min=0.0, help="A log that has not grown for so long has ended [s].")
+        float,
+        typer.Option(
+            min=0.0, metavar="SECONDS", help="A log that has not grown for this long has ended."
+        ),
     ] = 10.0,
-    report: Annotated[Path | None, typer.Option(help="A page of what was told, .html.")] = None,
+    report: Annotated[Path | None, typer.Option(help="Write the alarms as a page, .html.")] = None,
     torque: TorqueChoice = None,
     joint_states: JointStates = "/joint_states",
     as_json: Json = False,

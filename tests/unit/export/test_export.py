@@ -216,7 +216,7 @@ def test_the_command(tmp_path: Path) -> None:
     result = CliRunner().invoke(app, [str(path), "--to", "mjcf", "--out", str(out)])
     assert result.exit_code == 0
     assert result.stdout == f"{out}\n"
-    assert result.stderr == ""
+    assert result.stderr.startswith("Next: the same with --force --replay LOG.mcap")
     assert mujoco.MjModel.from_xml_path(str(out)).nq == 2  # pyright: ignore
     missing = tmp_path / "no" / "arm.urdf"
     result = CliRunner().invoke(app, [str(path), "--to", "urdf", "--out", str(missing)])
