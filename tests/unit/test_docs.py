@@ -1,12 +1,12 @@
 """The documentation builds without a warning, and what is generated in it is up to date."""
 
+import importlib.metadata
 import runpy
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
 
-import yaml
+import pytest
 
 PROJECT = Path(__file__).parents[2]
 
@@ -22,6 +22,8 @@ def test_the_site_builds_without_a_warning(tmp_path) -> None:
     assert done.returncode == 0, done.stderr
     page = (tmp_path / "site/docs/quick-start/index.html").read_text(encoding="utf-8")
     assert "ident gap bag.mcap" in page
+    reference = (tmp_path / "site/docs/api/index.html").read_text(encoding="utf-8")
+    assert all(f"Model.{name}" in reference for name in ("inverse_dynamics", "regressor", "save"))
 
 
 def test_the_settings_page_is_that_of_the_models() -> None:
@@ -33,10 +35,21 @@ def test_the_settings_page_is_that_of_the_models() -> None:
         assert path.read_text("utf-8") == made["schema"](kind), advice
 
 
-def test_one_version_everywhere() -> None:
-    version = tomllib.loads((PROJECT / "pyproject.toml").read_text("utf-8"))["project"]["version"]
-    assert yaml.safe_load((PROJECT / "CITATION.cff").read_text("utf-8"))["version"] == version
-    assert f"\n## [{version}] - " in (PROJECT / "CHANGELOG.md").read_text("utf-8")
+def test_the_version_and_its_notes_are_those_of_the_tag(tmp_path) -> None:
+    made = runpy.run_path(str(PROJECT / "scripts/release.py"))
+    version, notes = made["version"], made["notes"]
+    assert notes().strip()
+    assert importlib.metadata.version("wam-ident") == version()
+    (tmp_path / "CITATION.cff").write_text("title: x\nversion: 1.2.0\n", "utf-8")
+    changes = "## [Unreleased]\n\n## [1.2.0] - 2026-01-02\n\n- New.\n\n## [1.1.0] - 2026-01-01\n"
+    (tmp_path / "CHANGELOG.md").write_text(changes, "utf-8")
+    assert (version(tmp_path), notes(tmp_path)) == ("1.2.0", "- New.\n")
+    named = ["-c", "user.name=a", "-c", "user.email=a@b"]
+    for words in (["init"], [*named, "commit", "--allow-empty", "-m", "x"], ["tag", "v1.3.0"]):
+        subprocess.run(["git", *words], cwd=tmp_path, check=True, capture_output=True)
+    assert version(tmp_path) == "1.3.0"
+    with pytest.raises(SystemExit, match=r"no section '## \[1\.3\.0\]"):
+        notes(tmp_path)
 
 
 def test_the_readme_is_one_screen() -> None:
