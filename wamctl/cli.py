@@ -313,7 +313,7 @@ def main() -> None:
     """Entry point of the console script."""
     try:
         app(without_quiet(sys.argv[1:]))
-    except Exception as error:  # noqa: BLE001
+    except Exception as error:  # noqa: BLE001 - the last place: a bug ends in a sentence too
         if "--debug" in sys.argv:
             traceback.print_exc()
         say(

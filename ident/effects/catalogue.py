@@ -47,7 +47,7 @@ def own_effects() -> dict[str, Effect]:
 def _loaded(entry: EntryPoint) -> Effect:
     try:
         effect = entry.load()
-    except Exception as error:
+    except Exception as error:  # another package's import may raise anything
         raise DataError(
             f"The effect {entry.name!r} cannot be loaded from {entry.value} ({error!r}): mend or"
             " uninstall the package that brings it."

@@ -115,7 +115,7 @@ def done(
                         result = future.result()
                         _, item = pending.pop(future)
                         yield item, result
-        except Exception as error:
+        except Exception as error:  # any scheduler's; what is no loss of a worker goes on
             if not _lost(error):
                 raise
             for number, item in pending.values():

@@ -142,6 +142,6 @@ def local_copy(address: str) -> Iterator[Path]:
         try:
             system, remote = _file_system(address)
             system.get_file(remote, str(path))
-        except Exception as error:  # as above
+        except Exception as error:  # libraries of many stores, each with errors of its own
             raise DataError(unreachable(address, error)) from error
         yield path

@@ -34,7 +34,7 @@ def process_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     pool = _Pool(workers, get_context("spawn"), _end_with_parent)
     try:
         yield pool
-    except BaseException:
+    except BaseException:  # Ctrl-C too must leave no process behind
         for worker in set(active_children()) - before:
             worker.terminate()
         raise
