@@ -18,6 +18,9 @@ from wamctl.arm.errors import ConfigurationError, DataError
 Messages = dict[str, tuple[list[int], list[bytes]]]
 """Per topic the instants of recording [ns], and the encoded messages."""
 
+_Message = tuple[str, int, bytes]
+"""Topic, instant of recording [ns], and the encoded message."""
+
 _TOGETHER_NS = 200_000_000
 _LOOK_S = 0.05
 _PROTOCOL = "foxglove.sdk.v1"
@@ -37,15 +40,30 @@ def messages(source: str, topics: tuple[str, ...], idle_s: float) -> Iterator[Me
         DataError: no such file, no MCAP, or no server.
     """
     if source.startswith(("ws://", "wss://")):
-        yield from _live(source, topics)
+        yield from _together(_live(source, topics))
     elif source == "-":
-        yield from _mcap(sys.stdin.buffer, "standard input", topics)
+        yield from _together(_mcap(sys.stdin.buffer, "standard input", topics))
     else:
         try:
             with Path(source).open("rb") as file:
-                yield from _mcap(_Growing(file, idle_s), source, topics)
+                yield from _together(_mcap(_Growing(file, idle_s), source, topics))
         except OSError as error:
             raise DataError(f"{source} cannot be read ({error.strerror or error}).") from error
+
+
+def _together(found: Iterator[_Message]) -> Iterator[Messages]:
+    """Messages of a fifth of a second at a time: to decode them one by one would take longer."""
+    batch: Messages = defaultdict(lambda: ([], []))
+    first = None
+    for topic, stamp, data in found:
+        first = stamp if first is None else first
+        if stamp - first > _TOGETHER_NS:
+            yield dict(batch)
+            batch.clear()
+            first = stamp
+        batch[topic][0].append(stamp)
+        batch[topic][1].append(data)
+    yield dict(batch)
 
 
 class _Growing:
@@ -64,34 +82,23 @@ class _Growing:
         return found
 
 
-def _mcap(stream: Any, name: str, topics: tuple[str, ...]) -> Iterator[Messages]:
+def _mcap(stream: Any, name: str, topics: tuple[str, ...]) -> Iterator[_Message]:
     named: dict[int, str] = {}
-    batch: Messages = defaultdict(lambda: ([], []))
-    first = None
     try:
         for record in StreamReader(stream).records:
             if isinstance(record, Channel):
                 named[record.id] = record.topic
             if isinstance(record, DataEnd | Footer):
                 break
-            if not isinstance(record, Message) or named.get(record.channel_id) not in topics:
-                continue
-            first = record.log_time if first is None else first
-            if record.log_time - first > _TOGETHER_NS:
-                yield dict(batch)
-                batch.clear()
-                first = record.log_time
-            stamps, data = batch[named[record.channel_id]]
-            stamps.append(record.log_time)
-            data.append(record.data)
+            if isinstance(record, Message) and named.get(record.channel_id) in topics:
+                yield named[record.channel_id], record.log_time, record.data
     except EndOfFile:
         pass
     except (McapError, struct.error) as error:
         raise DataError(f"{name} is no MCAP log that can be read ({error}).") from error
-    yield dict(batch)
 
 
-def _live(address: str, topics: tuple[str, ...]) -> Iterator[Messages]:
+def _live(address: str, topics: tuple[str, ...]) -> Iterator[_Message]:
     """Messages of a server of Foxglove's WebSocket protocol, as `wamctl excite --live` starts."""
     try:
         from websockets.exceptions import ConnectionClosed, WebSocketException
@@ -112,7 +119,7 @@ def _live(address: str, topics: tuple[str, ...]) -> Iterator[Messages]:
                     _subscribe(end, json.loads(message), topics, named)
                 elif message[0] == _MESSAGE_DATA:
                     _, subscription, stamp = _LIVE.unpack_from(message)
-                    yield {named[subscription]: ([stamp], [bytes(message[_LIVE.size :])])}
+                    yield named[subscription], stamp, bytes(message[_LIVE.size :])
     except (OSError, WebSocketException) as error:
         raise DataError(
             f"{address} does not answer ({error}): start `wamctl excite --live` first."

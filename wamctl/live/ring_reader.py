@@ -25,7 +25,7 @@ class Record:
 
 
 class Reader:
-    """Looks for the newest record of each kind.
+    """Looks for new records.
 
     Args:
         ring: the ring, which stays as it is.
@@ -35,19 +35,16 @@ class Reader:
         self._ring = ring
         self._read = 0
 
-    def newest(self) -> dict[int, Record]:
-        """By kind the newest record since the last call; kinds without any are missing."""
+    def new(self) -> dict[int, list[Record]]:
+        """By kind the records since the last call, in order; kinds without any are missing."""
         produced = int(self._ring.header[shared.PRODUCED])
         first = max(self._read, produced - _SEEN_AT_MOST)
         slots = np.arange(first, produced) % shared.SLOTS
         self._read = produced
-        found = {}
-        for kind in (shared.CYCLE, shared.STATUS):
-            of_kind = slots[self._ring.kinds[slots] == kind]
-            if len(of_kind):
-                slot = of_kind[-1]
-                stamp = int(self._ring.stamps_ns[slot])
-                found[kind] = Record(stamp, self._ring.values[slot].copy())
+        found: dict[int, list[Record]] = {}
+        for slot in slots.tolist():
+            record = Record(int(self._ring.stamps_ns[slot]), self._ring.values[slot].copy())
+            found.setdefault(int(self._ring.kinds[slot]), []).append(record)
         return found
 
     def first_stamp_ns(self) -> int | None:

@@ -1,8 +1,9 @@
 """The process that serves the running experiment to Foxglove, so that no viewer delays the loop.
 
 Started as `python -m wamctl.live.server DESCRIPTOR PORT`. One line of JSON on its input says what
-the log is about; it answers `ready`, or why it cannot serve, and ends with its input. The newest
-cycle is sent fifty times a second, with the topics and messages that the log has.
+the log is about; it answers `ready`, or why it cannot serve, and ends with its input. Every cycle
+is sent with the topics and messages that the log has, fifty times a second those since the last
+time; of the drives' states and the links' places only the newest.
 """
 
 import json
@@ -61,7 +62,7 @@ def main() -> None:
     ended = False
     while not ended:
         ended = bool(select.select([sys.stdin], [], [], _INTERVAL_S)[0])
-        new = reader.newest()
+        new = reader.new()
         if new:
             broadcast.send(new, reader.first_stamp_ns())
     server.stop()
@@ -83,19 +84,21 @@ class Broadcast:
         self._frames = FrameTransformsChannel("/tf")
         self._messages: Messages | None = None
 
-    def send(self, new: dict[int, Record], start_ns: int | None) -> None:
-        """Send the newest records.
+    def send(self, new: dict[int, list[Record]], start_ns: int | None) -> None:
+        """Send new records.
 
         Args:
-            new: by kind.
+            new: by kind, in order.
             start_ns: stamp of the log's first record [ns], where it is known.
         """
         if self._messages is None:
             self._messages = Messages(self._names, start_ns)
+        for cycle in new.get(shared.CYCLE, []):
+            self._send_cycle(cycle, self._messages)
         if shared.CYCLE in new:
-            self._send_cycle(new[shared.CYCLE], self._messages)
+            self._send_pose(new[shared.CYCLE][-1])
         if shared.STATUS in new:
-            found = new[shared.STATUS]
+            found = new[shared.STATUS][-1]
             entries = diagnostics(found.values, self._drives, self._state_names)
             message = self._messages.diagnostics(found.stamp_ns, entries)
             self._channels[DIAGNOSTICS].log(message, log_time=found.stamp_ns)
@@ -109,8 +112,11 @@ class Broadcast:
             (JOINT_REFERENCE, (q_ref, qd_ref, qdd_ref)),
         ):
             self._channels[topic].log(messages.joints(topic, stamp, *arrays), log_time=stamp)
-        transforms = [_transform(p, stamp) for p in self._links.at(q)]
-        self._frames.log(FrameTransforms(transforms=transforms), log_time=stamp)
+
+    def _send_pose(self, new: Record) -> None:
+        q = new.values[: len(self._names)]
+        transforms = [_transform(p, new.stamp_ns) for p in self._links.at(q)]
+        self._frames.log(FrameTransforms(transforms=transforms), log_time=new.stamp_ns)
 
 
 def _channel(topic: str, kind: str) -> foxglove.Channel:
