@@ -9,7 +9,7 @@ from ident.dynamics.compiled_chain import chain_of
 from ident.effects.bound_effects import members_of
 from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
-from ident.effects.observation import ArmFacts
+from ident.effects.observation import ArmFacts, Observed
 from ident.effects.observing import CurrentModel, observed, on_links
 from ident.effects.reversal_friction import MaxwellSlipMixture, reversal_speed, shapes_of
 from ident.effects.smoothed_segment import SmoothedSegment, smoothed
@@ -37,6 +37,29 @@ def without_effects(model: Model, data: Dataset) -> Dataset:
     if not segments:
         raise DataError(f"{data.name}: too short to say what the model's effects do in it.")
     return in_memory(data, data.rate_hz, segments)
+
+
+def torque_along(model: Model, data: Dataset, motion: SmoothedSegment) -> Array:
+    """Torque of a whole model along a stretch of a recording [N m], shape (S, n).
+
+    Links, friction that turns round as in the model's fit, and effects, all on the smoothed motion.
+
+    Args:
+        model: the arm with its effects.
+        data: the recording.
+        motion: a stretch of it, smoothed.
+
+    Raises:
+        DataError: an effect that is not known.
+    """
+    effects = members_of(model)
+    present = _present(model, data, effects)
+    seen = observed(motion, present, 1)[0]
+    drives, value = model.terms.drive_matrix, model.parameter
+    joints = value("fv") * motion.qd + value("fc") * seen.direction + value("fo")
+    speed, change = motion.qd @ drives.T, motion.qdd @ drives.T
+    motors = value("ia") * change + value("fvm") * speed + value("fcm") * np.sign(speed)
+    return seen.load + joints + motors @ drives + _effects_torque(seen, effects)
 
 
 def _present(
@@ -70,10 +93,7 @@ def _cleaned(
 ) -> Segment | None:
     if motion is None:
         return None
-    seen = observed(motion, present, 1)[0]
-    torque = np.zeros_like(motion.tau)
-    for h, values in effects:
-        torque[:, list(h.rows)] += catalogue()[h.effect].columns(seen, h) @ values
+    torque = _effects_torque(observed(motion, present, 1)[0], effects)
     edge = (len(segment.q) - len(torque)) // 2
     kept = slice(edge, edge + len(torque))
     first, end = segment.used or (0, len(segment.q))
@@ -87,3 +107,10 @@ def _cleaned(
         reference=reference,
         used=(used[0], used[1]),
     )
+
+
+def _effects_torque(seen: Observed, effects: Sequence[tuple[Candidate, Array]]) -> Array:
+    torque = np.zeros_like(seen.q)
+    for h, values in effects:
+        torque[:, list(h.rows)] += catalogue()[h.effect].columns(seen, h) @ values
+    return torque

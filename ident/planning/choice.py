@@ -15,20 +15,19 @@ from ident.excitation.problem.design_problem import Problem
 from ident.excitation.problem.trajectory_grid import grid, series_of
 from ident.excitation.settings import DesignSettings
 from ident.excitation.target_effect import drawn, frame_of
+from ident.gap.data.windows import windows_for
 from ident.planning.hypotheses import Hypothesis
+from ident.planning.noise import in_blocks
 from ident.signals.arrays import Array
-from ident.signals.zero_phase import Lowpass, spectrum
 from wamctl.arm.trajectory import FourierSeries, sample
 
 SLOWER = 4
 """A motion runs at a quarter of its speed first."""
 
-BLOCK_S = 1.5
-"""Residuals this far apart count as independent: longer than they correlate, as in `ident gap`."""
-
 _RATE_HZ = 100.0
-_BET = 0.7  # of each block on the leader
+_NOISIER = 4.0  # than written down: neighbouring rows are alike, and a new motion fits less well
 _ENOUGH = 12.0  # nats: more of them decide nothing more
+_TELLING = 0.5  # nats: less of them tell nothing
 _JOULES_PER_SECOND = 20.0  # so much energy is worth one second of motion
 _OVERHEAD_S = 40.0  # of both runs: test of the motors, approach, ramps and return
 _RANDOM = 4
@@ -46,7 +45,6 @@ class Motion:
         seconds: of motion that it costs, the first run at a quarter of its speed included.
         energy_j: mechanical work of the joints, both ways.
         gains: expected log-odds of the leader over each rival, were the leader right [nats].
-        weights: share of each joint in what tells them apart, shape (n,), by rival.
     """
 
     name: str
@@ -55,7 +53,6 @@ class Motion:
     seconds: float
     energy_j: float
     gains: Mapping[str, float]
-    weights: Mapping[str, Array]
 
     def worth(self, odds: Mapping[str, float]) -> float:
         """Expected gain of log-odds per second and joule [nats/s].
@@ -64,7 +61,7 @@ class Motion:
             odds: of each rival.
         """
         cost = self.seconds + self.energy_j / _JOULES_PER_SECOND
-        return sum(odds[r] * min(g, _ENOUGH) for r, g in self.gains.items()) / cost
+        return sum(p * min(self.gains[r], _ENOUGH) for r, p in odds.items()) / cost
 
 
 def motions(
@@ -87,6 +84,18 @@ def motions(
     return [_judged(place, found, n, s) for n, s in tried if s is not None]
 
 
+def distinct(found: Sequence[Hypothesis], tried: Sequence[Motion]) -> list[Hypothesis]:
+    """The leader and its rivals, but for those that are the leader with more coefficients.
+
+    An offset is a spring of any stiffness near zero: where no motion is expected to tell them
+    apart, the one of fewer coefficients is the answer.
+    """
+    leader, *rivals = found
+    told = {h.name: max(m.gains[h.name] for m in tried) for h in rivals}
+    kept = [h for h in rivals if h.size <= leader.size or told[h.name] > _TELLING]
+    return [leader, *kept]
+
+
 def designed(place: DesignTask, motion: Motion, pose: Array) -> Design:
     """The motion, checked at 1 kHz against every limit.
 
@@ -107,18 +116,18 @@ def _judged(place: DesignTask, found: Sequence[Hypothesis], name: str, sketch: S
     names = place.robot.joint_names
     series = series_of(sketch.coefficients, names, 2 * np.pi / sketch.period_s)
     leader, rivals = found[0], found[1:]
-    apart: dict[str, list[Array]] = {h.name: [] for h in rivals}
+    gains = {h.name: 0.0 for h in rivals}
     energy = 0.0
+    windows = windows_for(_RATE_HZ, leader.noise.cutoff_hz)
     for run in (slowed(series), series):
         torque, qd = torques_along(found, run)
-        noise = leader.noise(qd)
+        noise = leader.noise.of_rows(qd, windows)
         for h in rivals:
-            apart[h.name].append(((torque[leader.name] - torque[h.name]) / noise) ** 2)
+            apart = windows.mean(torque[leader.name] - torque[h.name]) / noise
+            gains[h.name] += _expected(in_blocks(apart**2, windows).sum(axis=1))
         energy += float(np.abs(torque[leader.name] * qd).sum() / _RATE_HZ)
-    weights = {r: _shares(np.concatenate(a)) for r, a in apart.items()}
-    gains = {r: sum(_expected(x @ weights[r]) for x in a) for r, a in apart.items()}
     seconds = (1 + SLOWER) * series.period_s + _OVERHEAD_S
-    return Motion(name, _words(name), sketch, seconds, energy, gains, weights)
+    return Motion(name, _words(name), sketch, seconds, energy, gains)
 
 
 def _words(name: str) -> str:
@@ -145,7 +154,7 @@ def slowed(series: FourierSeries) -> FourierSeries:
 def torques_along(
     found: Sequence[Hypothesis], series: FourierSeries
 ) -> tuple[dict[str, Array], Array]:
-    """What each answer predicts along one period, as the low-pass of its model leaves it.
+    """What each answer predicts along one period.
 
     The answers are models of one arm with the same terms, so that they share their columns.
 
@@ -156,10 +165,8 @@ def torques_along(
     columns = found[0].model.regressor(*motion)
     torque = {}
     for h in found:
-        bare = columns @ h.model.delta
-        whole = bare + h.model.effects.torque(h.model, Samples(*motion), 1 / _RATE_HZ)
-        lowpass = Lowpass(h.model.filter.cutoff_hz, h.model.filter.order, _RATE_HZ)
-        torque[h.name] = spectrum(whole, _RATE_HZ).signal(lowpass)
+        effects = h.model.effects.torque(h.model, Samples(*motion), 1 / _RATE_HZ)
+        torque[h.name] = columns @ h.model.delta + effects
     return torque, motion[1]
 
 
@@ -167,18 +174,10 @@ def _motion(series: FourierSeries) -> tuple[Array, Array, Array]:
     return sample(series, np.arange(0.0, series.period_s - 0.5 / _RATE_HZ, 1 / _RATE_HZ))
 
 
-def _shares(apart: Array) -> Array:
-    """Share of each joint in a difference, shape (n,)."""
-    whole = apart.mean(axis=0)
-    return whole / max(float(whole.sum()), np.finfo(float).tiny)
-
-
 def _expected(apart: Array) -> float:
     """Expected growth of the evidence along one run [nats].
 
     Args:
-        apart: squared difference of two answers in units of the noise, shape (S,).
+        apart: sum of squared differences of two answers in units of the noise, shape (B,).
     """
-    size = round(BLOCK_S * _RATE_HZ)
-    blocks = apart[: len(apart) // size * size].reshape(-1, size).mean(axis=1)
-    return float(np.log1p(_BET * blocks / (2.0 + blocks)).sum())
+    return float(np.log(2.0 / (1.0 + np.exp(-apart / (4.0 * _NOISIER)))).sum())

@@ -13,7 +13,6 @@ from ident.effects.bound_effects import load_model, members_of
 from ident.effects.candidate import Candidate, Value
 from ident.effects.measured_effect import VARIANTS, curve_over
 from ident.gap.data.experiment import Experiment, facts_of
-from ident.gap.data.noise_regions import Region
 from ident.gap.options import Options
 from ident.gap.regression.current_model import CurrentFit, extend, nominal_fit
 from ident.gap.regression.feasible_fit import feasible_fit
@@ -26,7 +25,7 @@ from ident.gap.selection.estimates import final_estimates
 from ident.gap.selection.refinement import refine_nonlinear_parameters
 from ident.gap.selection.scoring import Score
 from ident.model.identified_model import Model
-from ident.signals.arrays import Array
+from ident.planning.noise import Noise, noise_of
 from wamctl.arm.errors import DataError
 
 Tell = Callable[[str], None]
@@ -47,23 +46,18 @@ class Hypothesis:
     Attributes:
         name: `none`, `unknown`, or effects with their joints from 1, such as `stribeck:4`.
         model: the arm with it, fitted to all logs.
-        slow: speed below which a joint counts as turning back [rad/s], shape (n,).
-        sigma: what the answer leaves of each joint's torque while it turns back, and while it
-            slides [N m], shape (2, n).
+        noise: what it leaves of the torque.
+        size: number of coefficients of its effects.
         estimates: of the parameters of its effects, by name.
         resembles: effects of the catalogue that come nearest to a measured curve.
     """
 
     name: str
     model: Model
-    slow: Array
-    sigma: Array
+    noise: Noise
+    size: int = 0
     estimates: tuple[Mapping[str, Value], ...] = ()
     resembles: tuple[str, ...] = ()
-
-    def noise(self, qd: Array) -> Array:
-        """What it leaves of the torque at a speed [rad/s], shape (S, n) [N m]."""
-        return np.where(np.abs(qd) < self.slow, self.sigma[0], self.sigma[1])
 
 
 @dataclass(frozen=True)
@@ -161,10 +155,9 @@ class _Work:
             final = final_estimates(self.rows, current, self.options.settings.significance)
             fit, effects, estimates = final.fit, final.effects, final.parameters
         possible = feasible_fit(self.source, fit, len(self.rows.base_parameters), near_cad=True)
-        sigma = current.fit.sigma[:, [Region.REVERSAL, Region.SLIDING]].T
-        held = np.where(self.source.moving, sigma, np.inf)
         model = model_with(self.source, possible, fit, effects)
-        return Hypothesis(name, model, current.model.slow, held, estimates)
+        size = sum(len(h.coefficients) for h in effects)
+        return Hypothesis(name, model, noise_of(current, self.rows.windows), size, estimates)
 
     def scores(self, current: CurrentFit, candidates: Sequence[Candidate]) -> list[Score]:
         """Candidates beside a model, best first."""

@@ -1,48 +1,52 @@
 """How well each answer predicted a recording that it had not seen."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 
-from ident.identification.validation import arm_of, predict
+from ident.effects.compensation import torque_along
+from ident.effects.smoothed_segment import SmoothedSegment, smoothed
+from ident.gap.data.windows import windows_for
 from ident.model.identified_model import Model
-from ident.planning.choice import BLOCK_S
+from ident.planning.noise import Noise, in_blocks
 from ident.recordings.dataset import Dataset
-from ident.regression.squared_errors import sums
 from ident.signals.arrays import Array
+from wamctl.arm.errors import DataError
 
 
-@dataclass(frozen=True)
-class Weighed:
-    """A recording against all answers.
-
-    Attributes:
-        squares: squared residuals [N^2 m^2] in blocks of time, shape (B, n), by answer.
-    """
-
-    squares: Mapping[str, Array]
-
-
-def weigh(models: Mapping[str, Model], data: Dataset) -> Weighed:
-    """Squared residuals of each answer's prediction, in blocks that count as independent.
-
-    Args:
-        models: the answers, by name.
-        data: the recording.
+def stretches(data: Dataset) -> list[SmoothedSegment]:
+    """The recording's unbroken stretches, smoothed.
 
     Raises:
-        DataError: the recording moves joints that the models have not seen moving.
+        DataError: none is long enough.
     """
-    return Weighed({name: _squares(model, data) for name, model in models.items()})
+    found = [smoothed(s, data.rate_hz, 0) for s in data.segments]
+    long = [s for s in found if s is not None]
+    if not long:
+        raise DataError(f"{data.name}: too short to say how well an answer predicted it.")
+    return long
 
 
-def _squares(model: Model, data: Dataset) -> Array:
-    found = predict(model, arm_of(model), data)
-    log = found.evidence.logs[0]
-    reduced, beta = log.reduction, found.betas[model.estimator]
-    seconds = log.data.samples / log.data.rate_hz / len(reduced.R)
-    together = max(1, int(np.ceil(BLOCK_S / seconds)))
-    first = range(0, len(reduced.R) - together + 1, together)
-    parts = [slice(k, k + together) for k in first]
-    return np.array([sums(reduced.R[p], reduced.count[p], beta).residual for p in parts])
+def log_likelihood(
+    model: Model, noise: Noise, data: Dataset, motion: Sequence[SmoothedSegment]
+) -> Array:
+    """Logarithm of the likelihood of each block and joint [nats], shape (B, n).
+
+    What all answers share is left out.
+
+    Args:
+        model: the answer.
+        noise: of the prediction, the same for all answers.
+        data: the recording.
+        motion: its stretches.
+
+    Raises:
+        DataError: an effect that is not known.
+    """
+    windows = windows_for(data.rate_hz, noise.cutoff_hz)
+    found = []
+    for s in motion:
+        left = windows.mean(s.tau - torque_along(model, data, s))
+        squares = (left / noise.of_rows(s.speeds[1], windows)) ** 2
+        found.append(in_blocks(-squares / 2.0, windows))
+    return np.concatenate(found)

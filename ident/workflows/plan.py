@@ -8,7 +8,6 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ident.effects.bound_effects import load_model
@@ -20,13 +19,14 @@ from ident.gap.options import Options
 from ident.identification.validation import arm_of
 from ident.model.identified_model import Model
 from ident.planning.changed_arm import changed
-from ident.planning.choice import Motion, designed, motions, slowed
+from ident.planning.choice import Motion, designed, distinct, motions, slowed
 from ident.planning.hypotheses import UNKNOWN, Answer, Hypothesis, hypotheses, read_answer
+from ident.planning.noise import read_noise
 from ident.planning.rehearsal import MOST_TRACKING, tracking
-from ident.planning.weighing import weigh
+from ident.planning.weighing import log_likelihood, stretches
 from ident.recordings.loading import Reading, read_for
 from ident.workflows.design import place_of
-from ident.workflows.run_json import as_json, numbers
+from ident.workflows.run_json import as_json
 from wamctl.arm.configuration.known_change import KnownChange
 from wamctl.arm.errors import DataError
 from wamctl.arm.trajectory import Trajectory, write_trajectory
@@ -74,12 +74,13 @@ def plan_logs(
     fitted = hypotheses(read_experiment(logs), answer, Options(), tell)
     fitted.sort(key=lambda h: h.name != lead)  # a stable sort
     found = [replace(h, model=changed(h.model, change)) for h in fitted]
-    models = _written(found, out / "models")
     tell("choosing the next motion")
     place = place_of(config, "all")
     tried = motions(place, found, _joints(found, answer), ran)
     if not tried:
         raise DataError("No motion is left that fits into the limits and has not run yet.")
+    found = distinct(found, tried)
+    models = _written(found, out / "models")
     odds = {h.name: 1.0 / max(1, len(found) - 1) for h in found[1:]}
     pose = possible_pose(place.arm, place.robot, place.limits, config)
     for best in sorted(tried, key=lambda m: -m.worth(odds)):
@@ -90,7 +91,6 @@ def plan_logs(
     else:
         raise DataError("No motion is left that the arm would follow under every answer.")
     _written_motions(design.trajectory, out)
-    noise = found[0].sigma[1]
     content = {
         "leader": found[0].name,
         "models": models,
@@ -99,8 +99,7 @@ def plan_logs(
         "changed": asdict(change) if change.alters_the_model else None,
         "motion": _motion_content(best, odds),
         "rehearsed_tracking": rehearsed,
-        "weights": {r: numbers(w) for r, w in best.weights.items()},
-        "noise_nm": numbers(np.where(np.isfinite(noise), noise, np.nan)),
+        "noise": found[0].noise.content(),
         "tried": [_motion_content(m, odds) for m in tried],
         "seconds": time.perf_counter() - start,
     }
@@ -165,7 +164,7 @@ def _motion_content(motion: Motion, odds: dict[str, float]) -> dict[str, Any]:
         "words": motion.words,
         "seconds": motion.seconds,
         "energy_j": motion.energy_j,
-        "expected_nats": dict(motion.gains),
+        "expected_nats": {rival: motion.gains[rival] for rival in odds},
         "worth_nats_per_s": motion.worth(odds),
     }
 
@@ -179,7 +178,8 @@ def weigh_logs(logs: Sequence[Path], plan: Path, tell: Tell) -> dict[str, Any]:
         UserError: a log that cannot be used.
     """
     try:
-        written = json.loads((plan / "plan.json").read_text(encoding="utf-8"))["models"]
+        content = json.loads((plan / "plan.json").read_text(encoding="utf-8"))
+        written, noise = content["models"], read_noise(content["noise"])
     except (OSError, ValueError, LookupError, TypeError) as error:
         raise DataError(f"{plan} holds no plan.json that can be read ({error!r}).") from error
     models = {}
@@ -192,6 +192,8 @@ def weigh_logs(logs: Sequence[Path], plan: Path, tell: Tell) -> dict[str, Any]:
     found = []
     for log in logs:
         tell(f"weighing {log.name}")
-        squares = weigh(models, read_for(arm, log, Reading())).squares
-        found.append({"log": log.name, "squares": {n: s.tolist() for n, s in squares.items()}})
+        data = read_for(arm, log, Reading())
+        motion = stretches(data)
+        nats = {n: log_likelihood(m, noise, data, motion).tolist() for n, m in models.items()}
+        found.append({"log": log.name, "log_likelihood": nats})
     return {"logs": found}

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from wamctl.investigation.evidence import odds_text, words
+from wamctl.investigation.evidence import ALPHA, asked, odds_text, signed_evidence, words
 from wamctl.investigation.state import Round
 
 NAMED, NO_GAP, AMBIGUOUS, UNKNOWN = "named", "no_gap", "ambiguous", "unknown"
@@ -18,11 +18,13 @@ class Decision:
         verdict: named, no_gap, ambiguous or unknown.
         confirmed: whether a motion after the first has borne it out.
         sentence: why it ends here.
+        answer: that a motion has borne out; empty: none.
     """
 
     verdict: str
     confirmed: bool
     sentence: str
+    answer: str = ""
 
 
 def decided(rounds: Sequence[Round]) -> Decision | None:
@@ -31,14 +33,14 @@ def decided(rounds: Sequence[Round]) -> Decision | None:
     whole = [r for r in rounds if r.stopped is None]
     if last.stopped is not None or len(whole) < 2:
         return None
-    borne_out = last.answer == last.leader and last.verdict in (NAMED, AMBIGUOUS)
-    if is_confirmed(last) and (borne_out or _led_by_suspect(last)):
-        least = min(last.evidence.values())
+    answer = borne_out(rounds)
+    if answer:
+        least = min(known(rounds, answer).values())
         text = (
-            f"{words(last.leader)} predicted a new motion better than every rival: with odds of"
-            f" {odds_text(least)} or better, where {odds_text(last.asked)} were asked."
+            f"{words(answer)} predicted a new motion better than every rival: with odds of"
+            f" {odds_text(least)} or better, where {odds_text(_bar(rounds, answer))} were asked."
         )
-        return Decision(NAMED, True, text)
+        return Decision(NAMED, True, text, answer)
     if last.is_altered:
         return None
     before = whole[-2]
@@ -95,9 +97,54 @@ def _led_by_suspect(item: Round) -> bool:
     return item.verdict == NO_GAP and item.leader in item.suspected
 
 
-def is_confirmed(item: Round) -> bool:
-    """Whether the leader has beaten every rival by what was asked before the motion."""
-    return bool(item.evidence) and min(item.evidence.values()) >= item.asked
+def borne_out(rounds: Sequence[Round]) -> str:
+    """The answer that has beaten every other one by what was asked; empty: none has.
+
+    It is what `ident gap` names of all logs, or, where that shows no gap, what it suspects.
+    """
+    last = rounds[-1]
+    found = [last.answer] if last.verdict in (NAMED, AMBIGUOUS) else []
+    found += last.suspected if last.verdict == NO_GAP else []
+    for answer in found:
+        ahead = known(rounds, answer)
+        if ahead and min(ahead.values()) >= _bar(rounds, answer):
+            return answer
+    return ""
+
+
+def known(rounds: Sequence[Round], answer: str) -> dict[str, float]:
+    """Evidence of an answer of the last plan over each other one, from all rounds that had both."""
+    last = rounds[-1]
+    answers = [last.leader, *last.bets]
+    if not last.bets or answer not in answers:
+        return {}
+    return {r: signed_evidence(_ratios(rounds, answer, r)) for r in answers if r != answer}
+
+
+def asked_of(rounds: Sequence[Round], answer: str) -> float:
+    """Evidence that will confirm an answer which leads after some rounds [nats].
+
+    The first one was chosen before any motion was predicted, later ones among all that were.
+    """
+    leaders = {r.leader for r in rounds if r.leader}
+    among = {name for r in rounds if r.bets for name in (r.leader, *r.bets)}
+    first = not leaders or answer == next(r.leader for r in rounds if r.leader)
+    return asked(ALPHA, len({*leaders, answer}), 1 if first else len(among))
+
+
+def _bar(rounds: Sequence[Round], answer: str) -> float:
+    return rounds[-1].asked if answer == rounds[-1].leader else asked_of(rounds, answer)
+
+
+def _ratios(rounds: Sequence[Round], answer: str, rival: str) -> list[float]:
+    """Log-likelihood ratios of two answers in all rounds that had both [nats]."""
+    found = list[float]()
+    for item in rounds:
+        nothing = [0.0] * len(next(iter(item.bets.values()), []))
+        behind = {item.leader: nothing, **item.bets}  # of each answer, the leader's lead
+        if answer in behind and rival in behind:
+            found += [b - a for a, b in zip(behind[answer], behind[rival], strict=True)]
+    return found
 
 
 def _ahead(item: Round, among: Sequence[str] | None = None) -> tuple[str, float]:

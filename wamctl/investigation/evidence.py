@@ -1,12 +1,13 @@
 """Evidence that stays valid although it is looked at after every motion.
 
-Two answers have written down what they predict of a motion. In each block of time the one with the
-smaller squared residual wins; its share of the sum is a bet's outcome between -1 and 1. If the
-rival predicts at least as well on average (residuals symmetric about it and unimodal, of whatever
-size), a wealth that bets a fixed share on the leader is a supermartingale, so that by Ville's
-inequality it ever exceeds 1/alpha with a probability of at most alpha (Ramdas, Grunwald, Vovk,
-Shafer 2023, "Game-theoretic statistics and safe anytime-valid inference", sections 2 and 3). The
-mean over several shares is one again.
+Two answers have written down what they predict of a motion, and with which noise. Each block of
+time multiplies a wealth by twice the leader's share of their two likelihoods, 2 / (1 + exp(-z)) for
+a log-likelihood ratio z. Should the rival predict at least as well (z symmetric about something not
+above zero, of whatever size), the factor's mean is at most one, so that by Ville's inequality the
+wealth ever exceeds 1/alpha with a probability of at most alpha (Ramdas, Grunwald, Vovk, Shafer
+2023, "Game-theoretic statistics and safe anytime-valid inference", sections 2 and 3). The same
+holds for z over any factor, by which the noise may be larger than written down, and for the mean
+over several.
 """
 
 import math
@@ -23,31 +24,33 @@ _WORDS = {
     "no_gap": "no gap",
     "measured_effect": "a measured curve",
 }
-SHARES = (0.1, 0.25, 0.5, 0.75, 0.9)
-"""Of the wealth, that are bet on each block."""
+NOISIER = (1.0, 4.0, 16.0, 64.0, 256.0, 1024.0)
+"""So many times the variance that was written down; rows that are alike count in it."""
+
+ALPHA = 0.01
+"""Probability with which an investigation may confirm a wrong name, over all its rounds."""
 
 SEARCH_NATS = 3.0
 """What a search counts for the answer that it gives to the data it searches: twenty to one."""
 
 
-def outcomes(leader: Array, rival: Array, weights: Array) -> Array:
-    """Outcome of the bet on the leader in each block, -1 to 1, shape (B,).
+def growth(ratios: Array) -> Array:
+    """Growth of the log of the wealth in each block, by factor on the noise, shape (F, B) [nats].
 
     Args:
-        leader: its squared residuals, shape (B, n).
-        rival: those of the rival, shape (B, n).
-        weights: of the joints, fixed before the motion, shape (n,).
+        ratios: log-likelihood of the leader less that of the rival, shape (B,) [nats].
     """
-    lost, won = leader @ weights, rival @ weights
-    total = lost + won
-    return np.divide(won - lost, total, out=np.zeros_like(total), where=total > 0.0)
+    return math.log(2.0) - np.logaddexp(0.0, -ratios / np.array(NOISIER)[:, None])
 
 
-def log_evidence(bets: Sequence[float]) -> float:
-    """Logarithm of the e-value of the leader over a rival after these outcomes [nats]."""
-    wealth = [float(np.log1p(share * np.array(bets, dtype=float)).sum()) for share in SHARES]
-    most = max(wealth)
-    return most + math.log(sum(math.exp(w - most) for w in wealth) / len(wealth))
+def log_evidence(ratios: Sequence[float]) -> float:
+    """Logarithm of the e-value of the leader over a rival after these blocks [nats].
+
+    Args:
+        ratios: log-likelihood of the leader less that of the rival, by block [nats].
+    """
+    wealth = growth(np.array(ratios, dtype=float)).sum(axis=1)
+    return float(np.logaddexp.reduce(wealth)) - math.log(len(NOISIER))
 
 
 def odds_text(nats: float) -> str:
@@ -66,20 +69,21 @@ def words(answer: str) -> str:
     return f"{said} at joint {joints.replace(',', ', ')}" if joints else said
 
 
-def signed_evidence(bets: Sequence[float]) -> float:
+def signed_evidence(ratios: Sequence[float]) -> float:
     """Evidence of the leader over a rival [nats], or minus that of the rival over it."""
-    ahead = log_evidence(bets)
-    return ahead if ahead > 0.0 else -max(log_evidence([-b for b in bets]), 0.0)
+    ahead = log_evidence(ratios)
+    return ahead if ahead > 0.0 else -max(log_evidence([-z for z in ratios]), 0.0)
 
 
-def asked(alpha: float, leaders: int) -> float:
+def asked(alpha: float, leaders: int, among: int = 1) -> float:
     """What confirms the answer that leads as the k-th one [nats]: alpha / 2^k is spent on it.
 
     Args:
         alpha: error rate of the whole investigation.
         leaders: how many different answers have led, this one included.
+        among: of how many answers it was chosen by motions that count for it.
     """
-    return math.log(2.0**leaders / alpha)
+    return math.log(2.0**leaders * among / alpha)
 
 
 def odds(
@@ -89,14 +93,14 @@ def odds(
 
     Args:
         searched: answers, and what searches of the same data count for each [nats].
-        pairs: outcomes of all bets, by leader and rival.
+        pairs: log-likelihood ratios of all blocks, by leader and rival [nats].
     """
     nats = dict(searched)
     for leader, rival in pairs:
         nats.setdefault(leader, 0.0)
         nats.setdefault(rival, 0.0)
-    for (_, rival), bets in pairs.items():
-        nats[rival] -= signed_evidence(bets)
+    for (_, rival), ratios in pairs.items():
+        nats[rival] -= signed_evidence(ratios)
     most = max(nats.values())
     parts = {name: math.exp(value - most) for name, value in nats.items()}
     whole = sum(parts.values())

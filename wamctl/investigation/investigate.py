@@ -165,7 +165,8 @@ def _write(site: Site, state: State, budget: Budget, decision: Decision | None) 
     measured = plan.get("measured") if decision and decision.verdict == "unknown" else None
     if whole[-1].evidence.get("none", 0.0) < 0.0:  # a curve that predicts no better is none
         measured = None
-    borne_out = [e for e in gap.get("suspected", []) if named and place_of(e) == whole[-1].leader]
+    lead = decision.answer if decision and decision.answer else whole[-1].leader
+    borne_out = [e for e in gap.get("suspected", []) if named and place_of(e) == lead]
     if measured:
         measured |= {"evidence": {"closed_on_new_motion": whole[-1].closed.get("none")}}
     content = {
@@ -188,8 +189,8 @@ def _write(site: Site, state: State, budget: Budget, decision: Decision | None) 
         "budget": {"declared": asdict(budget), "used": asdict(state.cost)},
         "arm": gap["arm"],
     }
-    leads = whole[-1].leader if measured or borne_out else None
-    model = planned / plan["models"][leads]["file"] if leads else last / "model.yaml"
+    asked_for = planned / plan["models"][lead]["file"] if measured or borne_out else None
+    model = asked_for or last / "model.yaml"
     write_whole(site.out / "model.yaml", model.read_text(encoding="utf-8"))
     write_whole(
         site.out / "report.html", page(content, _sentence(content), what_next(content, site.out))

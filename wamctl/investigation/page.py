@@ -1,5 +1,6 @@
 """The notebook of an investigation: one self-contained page, written after every round."""
 
+import math
 from functools import cache
 from math import floor, log10
 from typing import Any
@@ -61,10 +62,16 @@ def _drawn(bets: dict[str, list[float]]) -> dict[str, list[dict[str, float]]]:
     return {
         rival: [
             {"x": k * _BAR, "y": _HALF - max(b, 0.0) * _HALF, "height": max(abs(b) * _HALF, 0.5)}
-            for k, b in enumerate(won)
+            for k, b in enumerate(_between_ends(won))
         ]
         for rival, won in bets.items()
     }
+
+
+def _between_ends(values: list[float]) -> list[float]:
+    """Each value between -1 and 1: half where it is as large as their rms."""
+    usual = math.sqrt(sum(v**2 for v in values) / max(len(values), 1)) or 1.0
+    return [v / (abs(v) + usual) for v in values]
 
 
 def _curve(effect: dict[str, Any]) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,22 +13,17 @@ from wamctl.arm.configuration.known_change import known_change
 from wamctl.arm.errors import DataError, UserError
 from wamctl.experiment.loop import Arm
 from wamctl.investigation.budget import Cost, cost_of
-from wamctl.investigation.decision import NAMED, NO_GAP, suspect_that_leads
+from wamctl.investigation.decision import NAMED, NO_GAP, asked_of, known, suspect_that_leads
 from wamctl.investigation.evidence import (
     SEARCH_NATS,
-    asked,
     odds,
     odds_text,
-    outcomes,
     signed_evidence,
     words,
 )
 from wamctl.investigation.intervention import with_change
 from wamctl.investigation.programs import STOPPED, ProgramError, call
 from wamctl.investigation.state import Round, State, made
-
-ALPHA = 0.01
-"""Probability with which an investigation may confirm a wrong name, over all its rounds."""
 
 _NONE, _UNKNOWN = "none", "unknown"
 _EVENTS = ("contact", "dropped_samples")
@@ -102,24 +97,24 @@ def next_round(site: Site, state: State) -> Round:
         suspected = [place_of(e) for e in gap.get("suspected", [])]
     bets, closed = _weighed(folder, logs, plan) if plan else ({}, {})
     leader = plan.get("leader", "")
-    everything = {r: [*_earlier(state, leader, r), *b] for r, b in bets.items()}
-    believed = _odds(state, leader, everything, verdict, answer)
-    return Round(
+    item = Round(
         reason=reason,
         motion=plan.get("motion", {}).get("name", ""),
         folder=str(folder.relative_to(site.out)),
         cost=cost,
         leader=leader,
-        asked=asked(ALPHA, len({*state.leaders, leader})) if leader else 0.0,
-        evidence={r: signed_evidence(b) for r, b in everything.items()},
+        asked=asked_of(state.rounds, leader) if leader else 0.0,
+        evidence={},
         bets=bets,
         closed=closed,
         verdict=verdict,
         answer=answer,
-        odds=believed,
+        odds={},
         changed=state.pending,
         suspected=suspected,
     )
+    rounds = (*state.rounds, item)
+    return replace(item, evidence=known(rounds, leader), odds=_odds(rounds))
 
 
 def logs_of(out: Path, state: State) -> list[Path]:
@@ -297,9 +292,10 @@ def _asked_for_gap(logs: Sequence[Path], folder: Path) -> dict[str, Any]:
 def _weighed(
     folder: Path, logs: Sequence[Path], plan: Mapping[str, Any]
 ) -> tuple[dict[str, list[float]], dict[str, float]]:
-    """Outcomes of the bets on the leader in this round's blocks, by rival.
+    """Log-likelihood of the leader less that of each rival in this round's blocks, by rival.
 
-    And the share of each rival's squared error that the leader does not make.
+    And the share of each rival's squared error that the leader does not make at the joint at which
+    they differ most.
     """
     names = [str(log) for log in logs]
     options = ["--plan", str(folder / "plan")]
@@ -307,36 +303,30 @@ def _weighed(
         folder / "weights.json",
         lambda p: call("ident.cli", ["weigh", *names, *options, "--out", str(p)]),
     )
-    found = [log["squares"] for log in read(path)["logs"]]
-    squares = {n: np.concatenate([np.array(log[n]) for log in found]) for n in plan["models"]}
-    noise = np.array([n or np.inf for n in plan["noise_nm"]])
-    own = squares[plan["leader"]]
+    found = [log["log_likelihood"] for log in read(path)["logs"]]
+    nats = {n: np.concatenate([np.array(log[n]) for log in found]) for n in plan["models"]}
+    own = nats.pop(plan["leader"])
     bets, closed = {}, {}
-    for rival, shares in plan["weights"].items():
-        weights = np.array(shares) / noise**2
-        bets[rival] = outcomes(own, squares[rival], weights).tolist()
-        theirs = float((squares[rival] @ weights).sum())
-        closed[rival] = 1.0 - float((own @ weights).sum()) / theirs if theirs > 0.0 else 0.0
+    for rival, theirs in nats.items():
+        apart = own - theirs
+        bets[rival] = apart.sum(axis=1).tolist()
+        joint = int(np.abs(apart.sum(axis=0)).argmax())
+        whole = float(theirs[:, joint].sum())
+        closed[rival] = 1.0 - float(own[:, joint].sum()) / whole if whole < 0.0 else 0.0
     return bets, closed
 
 
-def _earlier(state: State, leader: str, rival: str) -> list[float]:
-    return [b for r in state.rounds if r.leader == leader for b in r.bets.get(rival, [])]
-
-
-def _odds(
-    state: State, leader: str, bets: Mapping[str, list[float]], verdict: str, answer: str
-) -> dict[str, float]:
+def _odds(rounds: Sequence[Round]) -> dict[str, float]:
     """What is believed after a round.
 
     The last search has seen the logs of all earlier ones. A measured curve that predicts badly
     speaks against itself, not against an effect that has no name.
     """
     pairs: dict[tuple[str, str], list[float]] = {}
-    for item in state.rounds:
+    for item in rounds:
         for rival, won in item.bets.items():
             pairs.setdefault((item.leader, rival), []).extend(won)
-    pairs |= {(leader, rival): list(won) for rival, won in bets.items()}
     pairs = {p: b for p, b in pairs.items() if p[0] != _UNKNOWN or signed_evidence(b) > 0.0}
-    likely = _UNKNOWN if verdict == _UNKNOWN else answer or _NONE
+    last = rounds[-1]
+    likely = _UNKNOWN if last.verdict == _UNKNOWN else last.answer or _NONE
     return odds({_NONE: 0.0, _UNKNOWN: 0.0} | {likely: SEARCH_NATS}, pairs)

@@ -52,8 +52,10 @@ class Round:
         leader: the answer that led before it; empty for the first.
         asked: evidence that would have confirmed it [nats].
         evidence: of the leader over each rival so far [nats].
-        bets: outcomes in this round's blocks, by rival.
-        closed: share of a rival's squared error in them that the leader does not make, by rival.
+        bets: log-likelihood of the leader less that of a rival in this round's blocks, by rival
+            [nats].
+        closed: share of a rival's squared error in them that the leader does not make, by rival, at
+            the joint at which they differ most.
         verdict: of `ident gap` on all logs.
         answer: its effects with their joints, such as `stribeck:4`; empty for none.
         odds: of each answer.

@@ -25,6 +25,7 @@ def test_a_model_that_was_changed_after_the_plan_is_no_prediction(tmp_path):
     (tmp_path / "models").mkdir()
     (tmp_path / "models" / "0.yaml").write_text("another model")
     models = {"none": {"file": "models/0.yaml", "sha256": "0" * 64}}
-    (tmp_path / "plan.json").write_text(json.dumps({"models": models}))
+    noise = {"sigma_nm": [], "slow_rad_s": [], "cutoff_hz": 10.0, "motor_from_joint": None}
+    (tmp_path / "plan.json").write_text(json.dumps({"models": models, "noise": noise}))
     with pytest.raises(DataError, match="has changed since the plan was made"):
         weigh_logs([], tmp_path, lambda _: None)

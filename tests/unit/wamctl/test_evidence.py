@@ -7,12 +7,11 @@ import pytest
 
 from wamctl.investigation.evidence import (
     SEARCH_NATS,
-    SHARES,
     asked,
+    growth,
     log_evidence,
     odds,
     odds_text,
-    outcomes,
     signed_evidence,
 )
 
@@ -20,21 +19,21 @@ JOINTS = 3
 
 
 def played(rng: np.random.Generator, apart: float, blocks: int) -> list[float]:
-    """Bets on an answer that is `apart` from the truth, the rival is the truth; heavy tails."""
+    """Ratios of an answer that is `apart` from the truth, the rival is the truth; heavy tails."""
     residual = rng.standard_t(3, size=(blocks, JOINTS)) * np.exp(rng.normal(size=(blocks, 1)))
     wrong = residual - apart * rng.normal(size=(blocks, JOINTS))
-    return outcomes(wrong**2, residual**2, np.ones(JOINTS)).tolist()
+    return ((residual**2 - wrong**2).sum(axis=1) / 2.0).tolist()
 
 
-@pytest.mark.parametrize("apart", [0.0, 0.05, 0.5])
+@pytest.mark.parametrize("apart", [0.0, 0.05, 0.5, 20.0])
 def test_a_wrong_leader_is_confirmed_no_more_often_than_promised_although_looked_at_always(apart):
     rng, alpha, runs = np.random.default_rng(1), 0.05, 2000
     bar = np.log(1 / alpha)
     crossed = 0
     for _ in range(runs):
         bets = np.array(played(rng, apart, 60))
-        wealth = np.cumsum(np.log1p(np.outer(SHARES, bets)), axis=1)
-        crossed += bool((np.logaddexp.reduce(wealth, axis=0) - np.log(len(SHARES)) > bar).any())
+        wealth = np.cumsum(growth(bets), axis=1)
+        crossed += bool((np.logaddexp.reduce(wealth, axis=0) - np.log(len(wealth)) > bar).any())
     assert crossed / runs < alpha
 
 
@@ -51,16 +50,22 @@ def test_later_leaders_must_show_more():
     assert spent == sorted(spent, reverse=True)
 
 
-def test_blocks_without_any_residual_decide_nothing():
-    nothing = np.zeros((4, JOINTS))
-    assert outcomes(nothing, nothing, np.ones(JOINTS)).tolist() == [0.0] * 4
+def test_blocks_that_both_predict_alike_decide_nothing():
     assert log_evidence([0.0] * 4) == pytest.approx(0.0)
+
+
+def test_an_effect_of_a_third_of_the_noise_is_confirmed_within_a_motion():
+    rng, rows = np.random.default_rng(3), 30  # of a block of 1.5 s
+    effect = rng.normal(size=(46, rows)) / 3.0
+    residual = rng.normal(size=effect.shape)
+    ratios = (((residual + effect) ** 2 - residual**2) / 2.0).sum(axis=1)
+    assert log_evidence(ratios.tolist()) > asked(0.01, 2)
 
 
 def test_a_search_of_the_same_data_counts_twenty_to_one():
     searched = {"none": 0.0, "unknown": 0.0, "stribeck:4": SEARCH_NATS}
     assert odds(searched, {})["stribeck:4"] == pytest.approx(20.09 / 22.09, abs=0.01)
-    later = odds(searched, {("stribeck:4", "none"): [0.9] * 10})
+    later = odds(searched, {("stribeck:4", "none"): [2.0] * 10})
     assert later["none"] < 1e-3
     assert sum(later.values()) == pytest.approx(1.0)
 

@@ -101,8 +101,6 @@ class Programs:
                     "measured": STRIBECK | CURVE if leader == "unknown" else None,
                     "intervention": "hang a mass",
                     "motion": motion | {"expected_nats": {rival: 5.0}},
-                    "weights": {rival: [1.0]},
-                    "noise_nm": [0.1],
                 }
             )
         )
@@ -110,9 +108,9 @@ class Programs:
     def _weigh(self, out: Path, arguments: list[str]) -> None:
         plan = Path(arguments[arguments.index("--plan") + 1]) / "plan.json"
         content = json.loads(plan.read_text())
-        squares = {content["leader"]: np.full((20, 1), 1.0).tolist()}
-        squares[next(iter(content["weights"]))] = np.full((20, 1), self.better).tolist()
-        out.write_text(json.dumps({"logs": [{"log": "log.mcap", "squares": squares}]}))
+        nats = {name: np.full((20, 1), -10.0 * self.better).tolist() for name in content["models"]}
+        nats[content["leader"]] = np.full((20, 1), -10.0).tolist()
+        out.write_text(json.dumps({"logs": [{"log": "log.mcap", "log_likelihood": nats}]}))
 
 
 @pytest.fixture
@@ -257,7 +255,7 @@ def test_a_rival_that_predicts_better_keeps_no_gap_from_being_final(outcome):
     found = outcome(Programs(["no_gap"] * 2, 0.05, {}), motions=1)
     assert found["confirmed"] is False
     suspecting = Suspecting(["no_gap"] * 2, 1.0, {})
-    suspecting.left = 0.6  # by less than is asked, but ident gap suspects it
+    suspecting.left = 0.95  # by less than is asked, but ident gap suspects it
     found = outcome(suspecting, "suspecting", motions=1)
     assert found["rounds"][-1]["evidence_nats"]["stribeck:1"] > -found["rounds"][-1]["asked_nats"]
     assert (found["verdict"], found["confirmed"]) == ("no_gap", False)
@@ -287,17 +285,18 @@ class Suspecting(Programs):
         path.write_text(json.dumps(json.loads(path.read_text()) | {"suspected": [STRIBECK]}))
 
     def _weigh(self, out: Path, arguments: list[str]) -> None:
-        squares = {"none": np.ones((20, 1)).tolist()}
-        squares["stribeck:1"] = np.full((20, 1), self.left).tolist()
-        out.write_text(json.dumps({"logs": [{"log": "log.mcap", "squares": squares}]}))
+        nats = {"none": np.full((20, 1), -10.0).tolist()}
+        nats["stribeck:1"] = np.full((20, 1), -10.0 * self.left).tolist()
+        out.write_text(json.dumps({"logs": [{"log": "log.mcap", "log_likelihood": nats}]}))
 
 
 def test_a_suspect_that_predicts_better_leads_and_is_named_once_a_motion_bears_it_out(outcome):
     programs = Suspecting(["no_gap"] * 9, 1.0, {})
+    programs.left = 0.92
     found = outcome(programs)
     assert (found["verdict"], found["confirmed"], len(found["rounds"])) == ("named", True, 3)
     assert [r["leader"] for r in found["rounds"]] == ["", "none", "stribeck:1"]
-    assert found["rounds"][2]["asked_nats"] == pytest.approx(np.log(400.0))
+    assert found["rounds"][2]["asked_nats"] == pytest.approx(np.log(800.0))
     assert [e["name"] for e in found["effects"]] == ["stribeck"]
 
 
