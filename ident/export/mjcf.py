@@ -37,7 +37,7 @@ class _Joints:
         armature, damping: of each joint, shape (n,).
         offset, stiffness: torque that the drives must overcome: offset + stiffness q, shape (n,).
         zero: true position less the encoder's [rad], shape (n,).
-        gain: torque that acts per torque asked for, shape (n,).
+        gain: torques that act per torques asked for, shape (n, n).
         limit: of the torque asked for [N m], shape (n,).
         tendons: coefficients of joints, shape (n,), with armature, damping and frictionloss.
     """
@@ -58,7 +58,7 @@ def to_mjcf(model: Model) -> str:
     Joint friction is `damping` and `frictionloss`, a rotor that drives one joint its `armature`. A
     motor that turns with several joints is a fixed tendon over them, with the same three. A spring
     is `stiffness` and `springref`, an offset an actuator that always acts, a joint zero `ref`, a
-    torque gain the motor's `gear`.
+    torque gain the motor's `gear`; of a differential's motor, a tendon that it pulls.
 
     Raises:
         DataError: parameters that no mass distribution can have.
@@ -264,23 +264,43 @@ def _add_tendons(root: Element, model: Model, joints: _Joints) -> None:
             damping=repr(viscous),
             frictionloss=repr(coulomb),
         )
-        for joint, coefficient in zip(model.robot.joint_names, row, strict=True):
-            if coefficient:
-                SubElement(tendon, "joint", joint=joint, coef=repr(float(coefficient)))
+        _add_joints(tendon, model.robot.joint_names, row)
+    for k, joint in enumerate(model.robot.joint_names):
+        if _moves_others(joints, k):
+            tendon = SubElement(tendons, "fixed", name=_drive(joint))
+            _add_joints(tendon, model.robot.joint_names, joints.gain[:, k])
     if len(tendons):
         root.append(tendons)
 
 
+def _add_joints(tendon: Element, names: Sequence[str], row: Array) -> None:
+    for joint, coefficient in zip(names, row, strict=True):
+        if coefficient:
+            SubElement(tendon, "joint", joint=joint, coef=repr(float(coefficient)))
+
+
+def _moves_others(joints: _Joints, k: int) -> bool:
+    return np.count_nonzero(joints.gain[:, k]) > 1
+
+
+def _drive(joint: str) -> str:
+    return f"{joint} drive"
+
+
 def _add_actuators(root: Element, links: list[Link], joints: _Joints) -> None:
-    """A motor a joint; then, without a command, what an offset without a spring is."""
+    """A motor a joint, on a tendon where it moves others too; then, without a command, what an offset without a spring is."""
     actuators = SubElement(root, "actuator")
     for k, link in enumerate(links):
-        motor = SubElement(actuators, "motor", name=link.joint, joint=link.joint)
+        motor = SubElement(actuators, "motor", name=link.joint)
+        if _moves_others(joints, k):
+            motor.set("tendon", _drive(link.joint))
+        else:
+            motor.set("joint", link.joint)
+            if joints.gain[k, k] != 1.0:
+                motor.set("gear", repr(float(joints.gain[k, k])))
         most = min(link.effort if link.effort > 0 else np.inf, float(joints.limit[k]))
         if most < np.inf:
             motor.set("ctrlrange", numbers([-most, most]))
-        if joints.gain[k] != 1.0:
-            motor.set("gear", repr(float(joints.gain[k])))
     for k, link in enumerate(links):
         if joints.offset[k] and not joints.stiffness[k]:
             SubElement(

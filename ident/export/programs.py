@@ -74,7 +74,7 @@ def _numbers(formula: Formula, rows: Rows) -> dict[str, str]:
         "mass": listed([x.mass for x in links]),
         "gravity": listed(arm.chain.gravity),
         "zero": listed(arm.encoder_zero),
-        "gain": listed(arm.gain),
+        "asked": rows(np.linalg.inv(arm.gain)),
         "offset": listed(formula.offset),
         "armature": rows(arm.armature),
         "rows": str(len(formula.rows)),

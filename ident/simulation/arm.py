@@ -61,7 +61,7 @@ class SimulatedArm:
             first n are the joints themselves.
         coulomb: level of each element [N m], shape (m,).
         bristle: presliding distance of each element [rad], shape (m,); 0 sticks rigidly.
-        gain: torque that acts per commanded torque, shape (n,).
+        gain: torques that act per torques of the drives, shape (n, n).
         limit: the drives clip the commanded joint torque here [N m], shape (n,).
         delay_s: the command acts later by this much [s], shape (n,).
         encoder_zero: encoders read the joint's position less this [rad], shape (n,).
@@ -156,7 +156,7 @@ def simulated_arm(chain: Chain, delta: Array, viscous: Array, coulomb: Array) ->
         friction_rows=np.eye(n),
         coulomb=coulomb,
         bristle=none,
-        gain=np.ones(n),
+        gain=np.eye(n),
         limit=np.full(n, np.inf),
         delay_s=none,
         encoder_zero=none,

@@ -213,8 +213,11 @@ def _in_whole_steps(to_motor, step, to_joint, values, out):
 
 @njit(cache=True)
 def _drive(arm, law, tau_log, k, t, applied_torque):
-    """Joint torque that acts at time t: commanded a delay ago, clipped, times the gain."""
-    for i in range(applied_torque.size):
-        at = int(np.floor((t - arm.delay[i]) / law.period + 1e-9))
-        command = tau_log[max(0, min(k, at)), i]
-        applied_torque[i] = arm.gain[i] * min(max(command, -arm.limit[i]), arm.limit[i])
+    """Joint torque that acts at time t: commanded a delay ago, clipped, times the gains."""
+    applied_torque[:] = 0.0
+    for j in range(applied_torque.size):
+        at = int(np.floor((t - arm.delay[j]) / law.period + 1e-9))
+        command = tau_log[max(0, min(k, at)), j]
+        clipped = min(max(command, -arm.limit[j]), arm.limit[j])
+        for i in range(applied_torque.size):
+            applied_torque[i] += arm.gain[i, j] * clipped
