@@ -12,20 +12,29 @@ _TEXTS = {
     "gravity load": "fabs(held[{j}])",
     "driving load": "fabs(load[{j}]) * step(load[{j}] * qd[{j}])",
     "braking load": "fabs(load[{j}]) * (1.0 - step(load[{j}] * qd[{j}]))",
+    "motor torque": "fabs({less}) / (1.0 + {share!r} - 2.0 * {share!r} * step({less} * qd[{j}]))",
 }
-_FORMS = ("whole load", "gravity load", "driving load", "braking load")
+_FORMS = tuple(_TEXTS)
 
 
 @term
 def _load(t, q, qd, load, joint, settings, resistance, level):
     pushing = load[joint] * qd[joint] >= 0.0
     form = settings[1]
-    if form < 1.5 or (form < 2.5 and pushing) or (form > 2.5 and not pushing):
+    if form > 3.5:
+        less = load[joint] + settings[2] * qd[joint] + settings[3] * np.sign(qd[joint])
+        share = settings[0] if less * qd[joint] >= 0.0 else -settings[0]
+        level[joint] += settings[0] * abs(less) / (1.0 - share)
+    elif form < 1.5 or (form < 2.5 and pushing) or (form > 2.5 and not pushing):
         level[joint] += settings[0] * abs(load[joint])
 
 
 class LoadDependentFriction(Effect):
-    """tau = .. + mu |load| sgn(qd)."""
+    """tau = .. + mu |load| sgn(qd).
+
+    The load is the rigid-body torque, its gravity, its driving or its braking part, or all that the
+    motor gives at the joint, this friction included.
+    """
 
     id = "load_dependent_friction"
     title = "friction that grows with the load on the transmission"
@@ -36,7 +45,7 @@ class LoadDependentFriction(Effect):
     experiment = "the same speed in poses of very different load, with and without a payload"
     motion = ExperimentMotion.LOAD_CHANGES
     linear = (Coefficient("coefficient", "1", lower=0.0, upper=0.6),)
-    depends_on = ("direction", "model")
+    depends_on = ("direction", "model", "torque")
 
     def candidates(self, arm: ArmFacts) -> list[Candidate]:
         """One for each joint and form of the load."""
@@ -48,6 +57,8 @@ class LoadDependentFriction(Effect):
         load = seen.load[:, j]
         if candidate.variant == "gravity load":
             load = seen.gravity[:, j]
+        if candidate.variant == "motor torque":
+            load = seen.tau[:, j]
         pushing = load * seen.direction[:, j] >= 0.0
         if candidate.variant == "driving load":
             load = np.where(pushing, load, 0.0)
@@ -58,8 +69,11 @@ class LoadDependentFriction(Effect):
     def simulated(self, arm: SimulatedArm, candidate: Candidate, values: Array) -> SimulatedArm:
         """A Coulomb level that grows with the load."""
         j, coefficient = candidate.joints[0], float(values[0])
-        settings = (coefficient, float(_FORMS.index(candidate.variant)))
-        text = f"{coefficient!r} * {_TEXTS[candidate.variant].format(j=j)} * sgn(qd[{j}])"
+        viscous, coulomb = float(arm.viscous[j]), float(arm.coulomb[j])
+        settings = (coefficient, float(_FORMS.index(candidate.variant)), viscous, coulomb)
+        less = f"(load[{j}] + {viscous!r} * qd[{j}] + {coulomb!r} * sgn(qd[{j}]))"
+        load = _TEXTS[candidate.variant].format(j=j, less=less, share=coefficient)
+        text = f"{coefficient!r} * {load} * sgn(qd[{j}])"
         return arm.with_terms(Term(_load, j, settings, ((j, text),)))
 
 

@@ -45,7 +45,7 @@ class TorqueGain(Effect[_Motor]):
     band_limited = True
     scales_torque = True
     linear = (Coefficient("error", "1", lower=-0.4, upper=0.4),)
-    depends_on = ("model",)
+    depends_on = ("direction", "model", "friction")
     Parameters = _Motor
 
     def candidates(self, arm: ArmFacts) -> list[Candidate[_Motor]]:
