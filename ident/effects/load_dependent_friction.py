@@ -1,8 +1,11 @@
 """Coulomb friction that grows with the torque that the transmission carries."""
 
+from dataclasses import replace
+from typing import NamedTuple
+
 import numpy as np
 
-from ident.effects.candidate import Candidate, Coefficient
+from ident.effects.candidate import Candidate, Coefficient, NonlinearParameter
 from ident.effects.effect import Array, Effect, ExperimentMotion
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm, Term, term
@@ -15,6 +18,7 @@ _TEXTS = {
     "motor torque": "fabs({less}) / (1.0 + {share!r} - 2.0 * {share!r} * step({less} * qd[{j}]))",
 }
 _FORMS = tuple(_TEXTS)
+_MOST = 0.6
 
 
 @term
@@ -29,7 +33,13 @@ def _load(t, q, qd, load, joint, settings, resistance, level):
         level[joint] += settings[0] * abs(load[joint])
 
 
-class LoadDependentFriction(Effect):
+class _About(NamedTuple):
+    """The coefficient about which the motor's torque is formed, which this friction adds to."""
+
+    about: float = 0.0
+
+
+class LoadDependentFriction(Effect[_About]):
     """tau = .. + mu |load| sgn(qd).
 
     The load is the rigid-body torque, its gravity, its driving or its braking part, or all that the
@@ -44,21 +54,33 @@ class LoadDependentFriction(Effect):
     rivals = ("torque_gain", "coupled_friction", "thermal_drift")
     experiment = "the same speed in poses of very different load, with and without a payload"
     motion = ExperimentMotion.LOAD_CHANGES
-    linear = (Coefficient("coefficient", "1", lower=0.0, upper=0.6),)
-    depends_on = ("direction", "model", "torque")
+    linear = (Coefficient("coefficient", "1", lower=0.0, upper=_MOST),)
+    linear_in_coefficients = False
+    Parameters = _About
+    nonlinear = (
+        NonlinearParameter("about", "1", (0.0,), 0.0, _MOST, linear_grid=True, is_parameter=False),
+    )
+    depends_on = ("direction", "model", "friction")
 
-    def candidates(self, arm: ArmFacts) -> list[Candidate]:
+    def candidates(self, arm: ArmFacts) -> list[Candidate[_About]]:
         """One for each joint and form of the load."""
         return [self.at((j,), variant=form) for j in arm.moving_joints for form in _FORMS]
 
-    def columns(self, seen: Observed, candidate: Candidate) -> Array:
+    def linearised_at(self, candidate: Candidate[_About], values: Array) -> Candidate[_About]:
+        """With the motor's torque of a coefficient."""
+        if candidate.variant != "motor torque":
+            return candidate
+        return replace(candidate, parameters=_About(float(np.clip(values[0], 0.0, _MOST))))
+
+    def columns(self, seen: Observed, candidate: Candidate[_About]) -> Array:
         """Direction of motion times the size of the load."""
         j = candidate.joints[0]
         load = seen.load[:, j]
         if candidate.variant == "gravity load":
             load = seen.gravity[:, j]
         if candidate.variant == "motor torque":
-            load = seen.tau[:, j]
+            load = load + seen.viscous[j] * seen.qd[:, j] + seen.coulomb[j] * seen.direction[:, j]
+            load = load / (1.0 - candidate.parameters.about * np.sign(load * seen.direction[:, j]))
         pushing = load * seen.direction[:, j] >= 0.0
         if candidate.variant == "driving load":
             load = np.where(pushing, load, 0.0)
@@ -66,7 +88,9 @@ class LoadDependentFriction(Effect):
             load = np.where(pushing, 0.0, load)
         return (np.abs(load) * seen.direction[:, j])[:, None, None]
 
-    def simulated(self, arm: SimulatedArm, candidate: Candidate, values: Array) -> SimulatedArm:
+    def simulated(
+        self, arm: SimulatedArm, candidate: Candidate[_About], values: Array
+    ) -> SimulatedArm:
         """A Coulomb level that grows with the load."""
         j, coefficient = candidate.joints[0], float(values[0])
         viscous, coulomb = float(arm.viscous[j]), float(arm.coulomb[j])

@@ -67,7 +67,9 @@ class TorqueGain(Effect[_Motor]):
         shares = np.array(candidate.parameters.shares)
         return ((load + friction[:, joints]) @ shares.T)[:, :, None]
 
-    def as_reported(self, candidate: Candidate[_Motor], values: dict[str, Value]) -> dict[str, Value]:
+    def as_reported(
+        self, candidate: Candidate[_Motor], values: dict[str, Value]
+    ) -> dict[str, Value]:
         """The error of what the drive gives, not of what it was asked for."""
         more = values["error"]
         gain = 1.0 / (1.0 + more.value)
@@ -96,7 +98,7 @@ def _motors(arm: ArmFacts, pair: tuple[int, int]) -> list[_Motor]:
     if arm.motor_from_joint is None or not arm.knows_motors(pair):
         return []
     rows = np.flatnonzero((arm.motor_from_joint[:, list(pair)] != 0.0).all(axis=1))
-    turns = arm.motor_from_joint[np.ix_(rows, list(pair))]
+    turns = arm.motor_from_joint[rows][:, list(pair)]
     if turns.shape != (2, 2):
         return []
     back = np.linalg.inv(turns)

@@ -280,7 +280,7 @@ def _add_joints(tendon: Element, names: Sequence[str], row: Array) -> None:
 
 
 def _moves_others(joints: _Joints, k: int) -> bool:
-    return np.count_nonzero(joints.gain[:, k]) > 1
+    return bool(np.count_nonzero(joints.gain[:, k]) > 1)
 
 
 def _drive(joint: str) -> str:

@@ -118,12 +118,19 @@ def mujoco_torque(text: str, q: NDArray, qd: NDArray, qdd: NDArray) -> NDArray:
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS  # pyright: ignore
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_LIMIT  # pyright: ignore
     data = mujoco.MjData(model)  # pyright: ignore
-    torque = np.empty_like(q)
+    torque, pulls = np.empty_like(q), []
+    for k in range(q.shape[1]):
+        data.ctrl[:] = np.arange(model.nu) == k
+        mujoco.mj_forward(model, data)  # pyright: ignore
+        pulls.append(data.qfrc_actuator.copy())
+    data.ctrl[:] = 0.0
+    mujoco.mj_forward(model, data)  # pyright: ignore
+    moments = np.column_stack(pulls) - data.qfrc_actuator[:, None]
     for k in range(len(q)):
         data.qpos[:], data.qvel[:], data.qacc[:] = q[k], qd[k], qdd[k]
         mujoco.mj_inverse(model, data)  # pyright: ignore
         mujoco.mj_fwdActuation(model, data)  # pyright: ignore
-        torque[k] = (data.qfrc_inverse - data.qfrc_actuator) / model.actuator_gear[: len(q[k]), 0]
+        torque[k] = np.linalg.solve(moments, data.qfrc_inverse - data.qfrc_actuator)
     return torque
 
 

@@ -46,7 +46,7 @@ EFFECTS = [
     record("presliding", (2,), {"friction": 2.0}, {"distance": 0.02}, "dahl"),
     record("nonlinear_viscous", (4,), {"drag": 2.0}, {"power": 2.0}),
     record("asymmetric_viscous", (2,), {"half_difference": 2.0}),
-    record("load_dependent_friction", (2,), {"coefficient": 0.2}, variant="whole load"),
+    record("load_dependent_friction", (2,), {"coefficient": 0.2}, {"about": 0.0}, "whole load"),
     record(
         "coupled_friction",
         (2, 3),
@@ -102,6 +102,13 @@ EFFECTS = [
         {f"at_{k + 1}": 1.5 * np.sin(k) for k in range(9)},
         {"low": -1.0, "high": 1.0},
         "position",
+    ),
+    record("load_dependent_friction", (2,), {"coefficient": 0.2}, {"about": 0.2}, "motor torque"),
+    record(
+        "torque_gain",
+        (2, 3),
+        {"error": 0.1},
+        {"motor": 2, "shares": [[0.5, -0.3], [-5.0 / 6.0, 0.5]]},
     ),
 ]
 
