@@ -288,7 +288,10 @@ def _drive(joint: str) -> str:
 
 
 def _add_actuators(root: Element, links: list[Link], joints: _Joints) -> None:
-    """A motor a joint, on a tendon where it moves others too; then, without a command, what an offset without a spring is."""
+    """A motor a joint, on a tendon where it moves others too; then offsets without a spring.
+
+    These act without a command.
+    """
     actuators = SubElement(root, "actuator")
     for k, link in enumerate(links):
         motor = SubElement(actuators, "motor", name=link.joint)
