@@ -1,7 +1,7 @@
 """Position servos, gears, and links in compiled form: commands in, positions out.
 
 Links are one coupled rigid-body system; their mass matrix and the torque of gravity and speed are
-formed for the middle of a few steps, and held while servo, friction, and play take these. Speeds
+formed for the middle of one sample, and held while servo, friction, and play take these. Speeds
 stand half a step before positions, a step's torque is that of its middle, and damping takes over a
 step what it would take in continuous time: a step that is too coarse would pass for inertia and
 delay. A joint without play or twist moves as one with its rotor; one with them pushes through a
@@ -19,7 +19,7 @@ from ident.dynamics.compiled_inverse import invert
 from ident.signals.arrays import Array
 
 _SWEEPS = 40
-_HELD = 8.0  # steps for which mass and gravity are held at most
+_HELD_S = 0.025  # for which mass and gravity are held at most: some microradians on a hobby arm
 _NO_PROFILE = 1e5  # rad/s^2
 _SETTLED = 1e-4  # of the largest impulse of a step: less than a thousandth of a 12-bit step
 
@@ -84,7 +84,7 @@ def simulate(chain, delta, settings, at_link, motion, step, out):
     twisted(p, at_link, loose, bias, q, rotor)
     for k in range(samples - 1):
         whole = motion.t[k + 1] - motion.t[k]
-        parts = max(1, int(np.ceil(whole / (_HELD * step) - 1e-6)))
+        parts = max(1, int(np.ceil(whole / _HELD_S - 1e-6)))
         span = whole / parts
         for part in range(parts):
             steps = max(1, int(np.ceil(span / step - 1e-6)))
@@ -177,8 +177,10 @@ def damped(p, loose, mass, a, share, h):
 @njit(cache=True)
 def dry_friction(p, i, speed, load):
     """Torque that dry friction may take at most [N m]."""
-    slow = speed / p[STRIBECK_SPEED, i]
     dry = p[COULOMB, i] + p[LOAD_FRICTION, i] * abs(load)
+    if p[STRIBECK, i] == 0.0:
+        return dry
+    slow = speed / p[STRIBECK_SPEED, i]
     return dry + p[STRIBECK, i] * np.exp(-slow * slow)
 
 
