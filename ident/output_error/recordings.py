@@ -108,7 +108,8 @@ def _commands(recording: Recording, name: str) -> tuple[NDArray[np.int64], Array
         return reference.stamp_ns, reference.q
     raise DataError(
         f"{name} holds no commanded positions: /joint_commands has no position, and there is no"
-        " /joint_reference; record what the arm was asked for, beside what it did."
+        " /joint_reference; name the topic of what the arm was asked for (--joint-commands), or"
+        " record it beside what the arm did."
     )
 
 

@@ -1,12 +1,13 @@
 """Simulated hobby arms with one hidden effect each, or none, searched by `ident gap`'s simulation.
 
-Run: .venv/bin/python scripts/benchmarks/servo_arms.py [--arms N] [--none N] [--seed N]
+Run: .venv/bin/python scripts/benchmarks/servo_arms.py [--arms N] [--none N] [--seed N] [--first N]
 
 Six joints with the SO-101's links move in MuJoCo; servo, friction, gears and what is hidden are
 this script's own: 50 Hz, 12 bit, a drawn gain, damping, delay, rotor and friction each. Friction
 turns round in one of three ways that the tool does not have (bristles, a smooth sign, one with a
-small rise). Prints a line an arm, then the counts and how often 90 % intervals of gains, rotors,
-friction and the hidden size hold.
+small rise). Prints a line an arm, with how many of its 90 % intervals hold (gains, rotors and
+friction of joints 1 to 5, and the hidden size), then the counts; `--first` leaves out the arms
+before, so that a count that was stopped can go on.
 """
 
 import argparse
@@ -176,8 +177,8 @@ def recorded(truth: Truth, rng: np.random.Generator, seconds: float) -> ident.Re
     return ident.Recording(t=t, q=told, joints=names, q_command=wanted, name="arm")
 
 
-def judged(truth: Truth, gap: ServoGap) -> tuple[str, list[bool]]:
-    """One word for the answer, and which 90 % intervals hold."""
+def judged(truth: Truth, gap: ServoGap) -> tuple[str, dict[str, list[bool]]]:
+    """One word for the answer, and which 90 % intervals hold, by kind."""
     found = [(e["name"], e["joints"]) for e in gap.content["effects"]]
     right = [(truth.effect, [truth.joint + 1])] if truth.effect else []
     if gap.verdict == "named":
@@ -186,15 +187,15 @@ def judged(truth: Truth, gap: ServoGap) -> tuple[str, list[bool]]:
         word = "missed" if right else "silent"
     else:
         word = gap.verdict + ("+" if right and right[0] in found else "")
-    model, held = gap.model, []
+    model, held = gap.model, {}
     for name, true in (("stiffness", truth.gain), ("armature", truth.rotor),
                        ("coulomb", truth.friction)):  # fmt: skip
         sd = model.sd[ROW[name]]
-        held += (np.abs(model.value(name) - true) < Z90 * sd)[:5].tolist()
+        held[name] = (np.abs(model.value(name) - true) < Z90 * sd)[:5].tolist()
     for e in gap.content["effects"] if word in ("right", "ambiguous+") else ():
         if (e["name"], e["joints"]) in right:
             size = e["parameters"][REPORTED[e["name"]]]
-            held.append(abs(abs(size["value"]) - truth.size) < Z90 * size["sd"])
+            held["size"] = [abs(abs(size["value"]) - truth.size) < Z90 * size["sd"]]
     return word, held
 
 
@@ -204,11 +205,12 @@ def main() -> None:
     parser.add_argument("--arms", type=int, default=len(EFFECTS))
     parser.add_argument("--none", type=int, default=3)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--seconds", type=float, default=60.0)
     asked = parser.parse_args()
     names = [list(EFFECTS)[i % len(EFFECTS)] for i in range(asked.arms)] + [""] * asked.none
-    arm, words, holds = ident.Arm.from_urdf(URDF), [], []
-    for k, effect in enumerate(names):
+    arm, words, holds = ident.Arm.from_urdf(URDF), [], {}
+    for k, effect in list(enumerate(names))[asked.first :]:
         rng = np.random.default_rng([asked.seed, k])
         truth = drawn(rng, effect)
         recording = recorded(truth, rng, asked.seconds)
@@ -216,13 +218,19 @@ def main() -> None:
         gap = ident.find_gap(arm, recording, method="simulation", null_runs=2)
         word, held = judged(truth, gap)
         words.append(word)
-        holds += held
+        for kind, some in held.items():
+            holds.setdefault(kind, []).extend(some)
+        right = " ".join(f"{kind} {sum(some)}/{len(some)}" for kind, some in held.items())
         what = f"{effect or 'nothing'} {truth.size:.3g} at {truth.joint + 1}, {truth.turning}"
         told = ", ".join(f"{e['name']}:{e['joints'][0]}" for e in gap.content["effects"])
         spent = time.process_time() - start
-        print(f"{word:10s} {what:50s} told: {gap.verdict} {told} ({spent:.0f} s)", flush=True)
+        print(
+            f"{word:10s} {what:50s} told: {gap.verdict} {told} | {right} ({spent:.0f} s)",
+            flush=True,
+        )
     print({word: words.count(word) for word in dict.fromkeys(words)})
-    print(f"90 % intervals that hold: {np.mean(holds):.0%} of {len(holds)}")
+    for kind, some in holds.items():
+        print(f"90 % intervals of {kind} that hold: {np.mean(some):.0%} of {len(some)}")
 
 
 if __name__ == "__main__":

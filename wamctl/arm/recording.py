@@ -293,8 +293,18 @@ class _Pass:
         if log.torque and "efforts" not in states.carries | commands.carries:
             raise DataError(
                 f"{log.path} holds no joint torque: {log.joint_states} has no effort, and"
-                f" {log.joint_commands} has none either; its topics are {self._listed()}."
+                f" {log.joint_commands} has none either; its topics are {self._listed()}. Without"
+                f" torque, commanded positions are needed: {self._other_commands()}."
             )
+
+    def _other_commands(self) -> str:
+        """What to do about commands that were not found."""
+        log, kinds = self._log, (TRAJECTORY_TYPE, JOINT_STATE_TYPE)
+        read = log.joint_states, log.joint_commands
+        others = [n for n, t in self._topics.items() if t.type in kinds and n not in read]
+        if not others:
+            return "record what the arm was asked for as well"
+        return f"if they are there, name their topic (--joint-commands {others[0]})"
 
     def _listed(self) -> str:
         return ", ".join(f"{t.name} ({t.type})" for t in self._topics.values()) or "none"

@@ -45,17 +45,15 @@ def encoded(message: Any, kind: str) -> bytes:
     return bytes(STORE.serialize_cdr(message, kind))
 
 
-def bag(path: Path, commands: list[tuple[float, bytes]], seconds: float = 4.0) -> Path:
-    states = [(t, STATE, state(t)) for t in np.arange(1.0, 1.0 + seconds, 0.02).tolist()]
+def bag(path: Path, commands: list[tuple[float, bytes]], topic: str = "/joint_commands") -> Path:
+    states = [(t, STATE, state(t)) for t in np.arange(1.0, 5.0, 0.02).tolist()]
     asked = [(t, TRAJECTORY, data) for t, data in commands]
     with path.open("wb") as stream:
         writer = Writer(stream)
         writer.start("ros2")
         channels = {
-            kind: writer.register_channel(
-                topic, "cdr", writer.register_schema(kind, "ros2msg", b"")
-            )
-            for kind, topic in ((STATE, "/joint_states"), (TRAJECTORY, "/joint_commands"))
+            kind: writer.register_channel(name, "cdr", writer.register_schema(kind, "ros2msg", b""))
+            for kind, name in ((STATE, "/joint_states"), (TRAJECTORY, topic))
         }
         for t, kind, data in sorted(states + asked, key=lambda m: m[0]):
             writer.add_message(channels[kind], round(t * SECOND), data, round(t * SECOND))
@@ -133,3 +131,10 @@ def test_points_that_cannot_be_followed(tmp_path: Path, points: list, sentence: 
         read_recording(path, torque=False)
     assert f"{path}: /joint_commands: the JointTrajectory at 1000000000 ns" in str(caught.value)
     assert sentence in str(caught.value)
+
+
+def test_a_bag_with_commands_elsewhere_says_how_to_name_them(tmp_path: Path) -> None:
+    topic, data = "/arm/joint_trajectory", trajectory(1.0, (0.0, [0.0, 0.0]))
+    path = bag(tmp_path / "a.mcap", [(1.0, data)], topic)
+    with pytest.raises(DataError, match=rf"name their topic \(--joint-commands {topic}\)"):
+        read_recording(path)

@@ -271,7 +271,8 @@ def test_a_bag_without_torque(tmp_path: Path) -> None:
         path = bag(tmp_path / "bag.mcap", messages)
         assert refused(path) == (
             f"{path} holds no joint torque: /joint_states has no effort, and /joint_commands has"
-            f" none either; its topics are /joint_states ({kind})."
+            f" none either; its topics are /joint_states ({kind}). Without torque, commanded"
+            " positions are needed: record what the arm was asked for as well."
         )
 
 
