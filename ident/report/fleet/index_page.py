@@ -62,12 +62,12 @@ def _verdict(content: Content, by_arm: Mapping[str, Sequence[Content]]) -> Verdi
         for arm, c in first
     ]
     more = len(by_arm) - len(first)
-    said += [f"And {more} more arms."] if more else []
-    verb = "arm has" if len(by_arm) == 1 else "arms have"
+    said += [f"And {more} more."] if more else []
+    arms, have = "arm" if count == 1 else "arms", "has" if len(by_arm) == 1 else "have"
     return Verdict(
         "warning",
         f"{len(by_arm)} changed",
-        f"{len(by_arm)} of {count} {verb} changed; of all arms called changed, no more than"
+        f"{len(by_arm)} of {count} {arms} {have} changed; of all arms called changed, no more than"
         f" {setting(100 * share)}\u202f% are to be expected to be false alarms.",
         said,
     )
