@@ -56,8 +56,8 @@ class SyncSchedule:
         opening_id: identifier of the frame that opens a cycle.
         opening_data: how its data begin.
         closing_id: identifier of the last torque frame, where torques act on arrival; None where
-            they wait for the next opening frame.
-        torque_ids: identifiers of all such torque frames.
+            all but those of a stop wait for the next opening frame.
+        torque_ids: identifiers of all torque frames and commands.
         torques_after_ns: how long after the opening frame they arrive [ns].
         sets_up_by_time: the devices mind pauses before the first cycle, so that time must pass.
     """

@@ -137,8 +137,8 @@ class Lockstep:
     """The arm on virtual time, which goes on by one period at every frame that opens a cycle.
 
     The physics runs ahead while the program works out the next torques: after the opening frame of
-    cycle k up to where its torques can act, which is the next opening frame, or their own arrival
-    within the cycle. So a run is the same every time, whatever the machine does meanwhile.
+    cycle k up to where its torques can act, which is their own arrival. So a run is the same every
+    time, whatever the machine does meanwhile.
 
     Args:
         arm: drives and physics.
@@ -167,6 +167,7 @@ class Lockstep:
         if opens:
             self._passes = False
             self._now_ns += self._period_ns
+            self._arm.run_physics(self._now_ns)
         elif self._passes:
             periods = (time.monotonic_ns() - self._origin_ns) // self._period_ns
             self._now_ns = periods * self._period_ns
@@ -178,7 +179,7 @@ class Lockstep:
         self._hub.settle(sender, self._now_ns)
         if opens:
             self._hub.flush()
-            self._arm.run_physics(self._now_ns + (schedule.torques_after_ns or self._period_ns))
+            self._arm.run_physics(self._now_ns + schedule.torques_after_ns)
         elif frame.can_id == schedule.closing_id:
             self._arm.run_physics(self._now_ns + self._period_ns)
 

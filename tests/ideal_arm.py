@@ -70,7 +70,7 @@ class IdealDrives:
             self._qd = self._qd + PERIOD_S / 4 * qdd
             self._q = self._q + PERIOD_S / 4 * self._qd
 
-    def send(self, tau_motor):
+    def send(self, tau_motor, at_once=False):
         self._next = tau_motor.copy()
         self.sent.append(self._next)
         return tau_motor

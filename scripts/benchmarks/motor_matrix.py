@@ -10,11 +10,12 @@ For each load and protocol one run is forked at the moments at which the faults 
 test of the motors ends with a stop (a load, say) has no later phases.
 
 The simulated arm's physics (friction, links that differ from CAD, quantised encoders) behind drives
-that do what they are told; torque acts one period after it is sent (CANopen) or on arrival (classic
-Pucks). A fault begins before the test of the motors, or at a random moment of the approach, the
-excitation or the return. For each: in which phase the arm was stopped, and the largest joint speed,
-tool speed and kinetic energy from the stop until the drives are off, over those at the stop or over
-a twentieth of their limits, whichever is more.
+that do what they are told; torque acts at the next SYNC (CANopen, but for that of a stop) or on
+arrival (classic Pucks, and that of a stop). A fault begins before the test of the motors, or at a
+random moment of the approach, the excitation or the return. For each: in which phase the arm was
+stopped, and the largest joint speed, tool speed and kinetic energy from the stop until the drives
+are off, over those at the stop or over a twentieth of their limits, whichever is more. For those
+that grow by more than 1.2: how fast the tool became.
 """
 
 import argparse
@@ -50,6 +51,9 @@ OPERATOR = "operator"
 MOST = 1.2
 FLOOR = 0.05
 PERIOD_NS = round(PERIOD_S * 1e9)
+ARRIVAL = 0.75
+"""Share of the period after which torque arrives: 0.9 to 1.1 ms until the last of two torque frames
+at 1 Mbit/s, and 0.3 ms for reading and computing."""
 
 
 class SimulatedDrives(IdealDrives):
@@ -63,6 +67,7 @@ class SimulatedDrives(IdealDrives):
     def __init__(self, arm: Arm, seed: int, load_kg: float, at_once: bool) -> None:
         super().__init__(arm)
         self.delay_cycles = 0 if at_once else 1
+        self._arriving = np.zeros(7)
         self._plant = _plant(seed, load_kg)
         self._truth = arm.robot.model
         self._count = 2.0 * np.pi / np.array(arm.file.drives.counts_per_revolution)
@@ -71,13 +76,14 @@ class SimulatedDrives(IdealDrives):
         self.before_cycle: Callable[[], None] = lambda: None
 
     def sample(self, timing: object) -> Readings:
-        """One period of the arm, and what it read at its beginning."""
+        """What the arm reads now, one period behind the last time."""
+        self._advance(self.cycle - 1.0 + ARRIVAL, self._torque)
+        self._advance(self.cycle, self._arriving)
+        self._torque = self._arriving = self._next
         self._on = self._wanted and self.obeys
         if self._on and self._plant.is_held:
             self._plant.release()
         self.before_cycle()
-        if not self.delay_cycles:
-            self._advance(self._next)  # from the last torques to this poll
         self.cycle += 1
         q, qd = self._plant.q, self._plant.qd
         pin.computeAllTerms(self._truth, self._data, q, qd)
@@ -88,13 +94,32 @@ class SimulatedDrives(IdealDrives):
         readings = Readings(
             np.round(angle / self._count) * self._count, (), self._on, not self._on, None
         )
-        if self.delay_cycles:
-            self._advance(self._next)
         return self.accident(self.cycle, readings)
 
-    def _advance(self, torque: np.ndarray) -> None:
+    def send(self, tau_motor: np.ndarray, at_once: bool = False) -> np.ndarray:
+        """Torques for the next instant, or from their arrival on."""
+        super().send(tau_motor)
+        if not at_once and self.delay_cycles:
+            return tau_motor
+        self._arriving = self._next
+        return tau_motor if self.delay_cycles else self._mean()
+
+    @property
+    def is_on(self) -> bool:
+        """Whether torque has acted since the last sample."""
+        return self._on
+
+    def cut_off(self) -> None:
+        """No torque from its arrival on."""
+        self._wanted = False
+        self.send(np.zeros(7), at_once=True)
+
+    def _mean(self) -> np.ndarray:
+        return ARRIVAL * self._torque + (1.0 - ARRIVAL) * self._arriving
+
+    def _advance(self, until_cycle: float, torque: np.ndarray) -> None:
         given = self.motors(torque) if self._on else np.zeros(7)
-        self._plant.advance(self._plant.time_ns + PERIOD_NS, given, np.zeros(7))
+        self._plant.advance(round(until_cycle * PERIOD_NS), given, np.zeros(7))
 
 
 def _plant(seed: int, load_kg: float):
@@ -146,6 +171,7 @@ class Ending:
     stopped_in: str
     most: np.ndarray
     growth: np.ndarray
+    tool_m_s: float
     cause: str
     braked: bool
 
@@ -200,37 +226,43 @@ def ended(
     try:
         experiment.run(arm, drives, loop, motion, tests_motors=tests)
     except StopError as stop:
+        if drives.is_on:  # told to cut off at the very end: what the last torques have made of it
+            drives.sample(None)
         seen, limits = np.array(drives.seen), arm.file.limits
         at = min(round(stop.at_s / PERIOD_S), len(seen) - 1)
         energy_j = limits.kinetic_energy_j or np.inf
         floor = FLOOR * np.array([max(limits.velocity_rad_s), limits.tool_speed_m_s, energy_j])
-        growth = seen[at:].max(axis=0) / np.maximum(seen[at], floor)
+        after = seen[at:].max(axis=0)
+        growth = after / np.maximum(seen[at], floor)
         return Ending(
             str(stop.phase),
             seen[: at + 1].max(axis=0),
             growth,
+            after[1],
             stop.cause,
             "was braked" in stop.outcome,
         )
-    return Ending("", np.array(drives.seen).max(axis=0), np.ones(3), "", braked=False)
+    return Ending("", np.array(drives.seen).max(axis=0), np.ones(3), 0.0, "", braked=False)
 
 
 def rows(found: dict[tuple[str, str], list[Ending]]) -> Iterator[str]:
     """The lines of a Markdown table."""
     yield (
         "| fault | in | stopped | joint speed up to the stop | growth of joint speed, tool speed, "
-        f"energy | all at most {MOST} | braked to the end |"
+        f"energy | all at most {MOST} | tools of the others | braked to the end |"
     )
-    yield "| --- " * 7 + "|"
+    yield "| --- " * 8 + "|"
     for (fault, phase), endings in found.items():
         stopped = [e for e in endings if e.stopped_in]
         cells = [fault, phase, f"{len(stopped)} of {len(endings)}"]
         if stopped:
             growth = np.array([e.growth for e in stopped])
-            held = int((growth <= MOST).all(axis=1).sum())
+            holds = (growth <= MOST).all(axis=1)
+            tools = [e.tool_m_s for e, held in zip(stopped, holds, strict=True) if not held]
             cells.append(f"{max(e.most[0] for e in stopped):.1f} rad/s")
             cells.append(", ".join(f"{g:.2f}" for g in growth.max(axis=0)))
-            cells.append(f"{held} of {len(stopped)}")
+            cells.append(f"{int(holds.sum())} of {len(stopped)}")
+            cells.append(f"at most {max(tools):.2f} m/s" if tools else "")
             cells.append(f"{sum(e.braked for e in stopped)} of {len(stopped)}")
         yield f"| {' | '.join(cells)} |"
 

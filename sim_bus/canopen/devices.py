@@ -14,6 +14,8 @@ from sim_bus.plant.truth import Truth
 from wamctl.arm.config import CanopenDrivesSection, beside
 
 _SYNC = 0x080
+_PDOS = frozenset(range(0x200, 0x580))  # of a master
+_ARRIVAL_NS = 1_250_000  # seven answers, computing, two torque frames
 _FIRST_SERIAL = 4000
 
 
@@ -40,4 +42,5 @@ def canopen_devices(
         )
         for motor, (node_id, rated) in enumerate(pairs)
     ]
-    return Devices(encoders, tuple(motors), (), SyncSchedule(_SYNC))
+    schedule = SyncSchedule(_SYNC, torque_ids=_PDOS, torques_after_ns=_ARRIVAL_NS)
+    return Devices(encoders, tuple(motors), (), schedule)

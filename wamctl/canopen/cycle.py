@@ -96,15 +96,21 @@ class Cycle:
         questions = (self._sync, self._heartbeat) if beats else (self._sync,)
         return self._readings(self._exchange.ask(questions, timing))
 
-    def send(self, tau_motor: Array) -> Array:
+    def send(self, tau_motor: Array, at_once: bool = False) -> Array:
         """Controlwords where a state is to change, and the torque frames [N m], shape (n,).
+
+        Args:
+            tau_motor: the torques.
+            at_once: applied on arrival, before all else, and at the next SYNC again.
 
         Raises:
             BusStopError: the bus does not send.
         """
         permille = [round(x) for x in (tau_motor * self._permille_per_nm).tolist()]
         commands = self._new_commands()
-        self._exchange.send((*commands, *self._frames.torques(permille, self._commands)))
+        torques = self._frames.torques(permille, self._commands)
+        urgent = self._frames.twins() if at_once else ()
+        self._exchange.send((*urgent, *commands, *torques))
         return np.array(permille) / self._permille_per_nm
 
     def zero_torque_frames(self) -> list[can.Message]:
@@ -112,7 +118,8 @@ class Cycle:
         n = len(self.statuswords)
         words = [Controlword.DISABLE_VOLTAGE] * n
         commands = [self._frames.command(slot, word) for slot, word in enumerate(words)]
-        return [*self._frames.torques([0] * n, words), *filter(None, commands), self._sync]
+        torques = self._frames.torques([0] * n, words)
+        return [*self._frames.twins(), *torques, *filter(None, commands), self._sync]
 
     def _new_commands(self) -> list[can.Message]:
         """Frames for the controlwords that have changed, or were not followed."""

@@ -145,9 +145,9 @@ class CanopenDrives:
         """SYNC, then statusword and position of every drive."""
         return self._cycle.sample(timing)
 
-    def send(self, tau_motor: Array) -> Array:
+    def send(self, tau_motor: Array, at_once: bool = False) -> Array:
         """Torque frames [N m], shape (n,); returns the torques as rounded on the wire."""
-        return self._cycle.send(tau_motor)
+        return self._cycle.send(tau_motor, at_once)
 
     def enable(self) -> None:
         """Walk to OPERATION ENABLED."""

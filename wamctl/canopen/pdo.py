@@ -59,7 +59,8 @@ def wiring(drives: CanopenDrivesSection, slot: int) -> Wiring:
     """The PDOs of the drive at a place (0, 1, ...) in the configuration.
 
     Torque frames are of type 1: what is sent after one SYNC is applied by all drives together at
-    the next, so that the master's jitter does not reach the arm.
+    the next, so that the master's jitter does not reach the arm. A stop must not wait for that:
+    each has a twin of type 255, applied on arrival.
     """
     return Wiring(_received(drives, slot), _sent(drives, slot))
 
@@ -79,23 +80,27 @@ def _sent(drives: CanopenDrivesSection, slot: int) -> tuple[Pdo, ...]:
 def _received(drives: CanopenDrivesSection, slot: int) -> tuple[Pdo, ...]:
     node = drives.node_ids[slot]
     if drives.wiring == "pdo_per_drive":
-        return (Pdo(command_and_torque_id(node), EVERY_SYNC, (od.CONTROLWORD, od.TARGET_TORQUE)),)
+        both = od.CONTROLWORD, od.TARGET_TORQUE
+        return tuple(
+            Pdo(cob_id + node, kind, both)
+            for cob_id, kind in zip(ids.RECEIVE_PDO, (EVERY_SYNC, ON_ARRIVAL), strict=False)
+        )
     group, place = divmod(slot, GROUP_SIZE)
     entries = [od.DUMMY_I16] * GROUP_SIZE
     entries[place] = od.TARGET_TORQUE
-    torque = Pdo(group_id(group), EVERY_SYNC, tuple(entries))
-    command = Pdo(command_id(node), ON_ARRIVAL, (od.CONTROLWORD, od.MODE))
-    return torque, command
+    at_sync, on_arrival = _group_ids(drives)[group]
+    return (
+        Pdo(at_sync, EVERY_SYNC, tuple(entries)),
+        Pdo(command_id(node), ON_ARRIVAL, (od.CONTROLWORD, od.MODE)),
+        Pdo(on_arrival, ON_ARRIVAL, tuple(entries)),
+    )
 
 
-def group_id(group: int) -> int:
-    """COB-ID of a shared torque frame: node 0, which no drive has, of RPDO1, RPDO2, ..."""
-    return ids.RECEIVE_PDO[group]
-
-
-def command_and_torque_id(node: int) -> int:
-    """COB-ID of a drive's controlword and torque, where it has its own: that of its RPDO1."""
-    return ids.RECEIVE_PDO[0] + node
+def _group_ids(drives: CanopenDrivesSection) -> list[tuple[int, int]]:
+    """COB-IDs of each shared torque frame and of its twin: PDOs of node 0, which no drive has."""
+    groups = -(-len(drives.node_ids) // GROUP_SIZE)
+    free = (*ids.RECEIVE_PDO, *ids.TRANSMIT_PDO[1:])  # CiA 301 reserves 0x180
+    return list(zip(free[:groups], free[groups : 2 * groups], strict=True))
 
 
 def command_id(node: int) -> int:
@@ -159,9 +164,9 @@ class GroupFrames:
     """Commands and torques as shared torque frames; controlwords travel alone, on change."""
 
     def __init__(self, drives: CanopenDrivesSection, fd: bool) -> None:
-        groups = -(-len(drives.node_ids) // GROUP_SIZE)
-        self._torques = [message(group_id(g), _TORQUE_GROUP.size, fd) for g in range(groups)]
-        self._padding = (0,) * (groups * GROUP_SIZE - len(drives.node_ids))
+        pairs = _group_ids(drives)
+        self._torques, self._twins = _in_pairs(pairs, _TORQUE_GROUP.size, fd)
+        self._padding = (0,) * (len(pairs) * GROUP_SIZE - len(drives.node_ids))
         self._commands = [message(command_id(node), _COMMAND.size, fd) for node in drives.node_ids]
 
     def command(self, slot: int, controlword: int) -> can.Message | None:
@@ -177,15 +182,18 @@ class GroupFrames:
             _TORQUE_GROUP.pack_into(frame.data, 0, *padded[GROUP_SIZE * i : GROUP_SIZE * (i + 1)])
         return self._torques
 
+    def twins(self) -> list[can.Message]:
+        """The same torques, to be applied on arrival."""
+        return _filled(self._twins, self._torques)
+
 
 class DriveFrames:
     """Commands and torques as one frame for each drive."""
 
     def __init__(self, drives: CanopenDrivesSection, fd: bool) -> None:
-        self._frames = [
-            message(command_and_torque_id(node), _COMMAND_AND_TORQUE.size, fd)
-            for node in drives.node_ids
-        ]
+        at_sync, on_arrival = ids.RECEIVE_PDO[:2]
+        pairs = [(at_sync + node, on_arrival + node) for node in drives.node_ids]
+        self._frames, self._twins = _in_pairs(pairs, _COMMAND_AND_TORQUE.size, fd)
 
     def command(self, slot: int, controlword: int) -> can.Message | None:
         """None: the controlword goes with the next torque."""
@@ -196,6 +204,24 @@ class DriveFrames:
         for frame, word, torque in zip(self._frames, controlwords, permille, strict=True):
             _COMMAND_AND_TORQUE.pack_into(frame.data, 0, word, torque)
         return self._frames
+
+    def twins(self) -> list[can.Message]:
+        """The same controlwords and torques, to be applied on arrival."""
+        return _filled(self._twins, self._frames)
+
+
+def _in_pairs(
+    pairs: Sequence[tuple[int, int]], length: int, fd: bool
+) -> tuple[list[can.Message], list[can.Message]]:
+    """Frames that are applied at SYNC, and their twins."""
+    made = [(message(a, length, fd), message(b, length, fd)) for a, b in pairs]
+    return [frame for frame, _ in made], [twin for _, twin in made]
+
+
+def _filled(twins: list[can.Message], frames: list[can.Message]) -> list[can.Message]:
+    for twin, frame in zip(twins, frames, strict=True):
+        twin.data[:] = frame.data
+    return twins
 
 
 def frames(drives: CanopenDrivesSection, fd: bool) -> GroupFrames | DriveFrames:

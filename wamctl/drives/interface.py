@@ -142,11 +142,15 @@ class Drives(Protocol):
         """
         ...
 
-    def send(self, tau_motor: Array) -> Array:
+    def send(self, tau_motor: Array, at_once: bool = False) -> Array:
         """Send motor torques, shape (n,) [N m]; returns them as rounded on the wire.
 
         Where torques take effect between two sampling instants, the mean of the old and the new
         ones over that period is returned: it is what moves the arm.
+
+        Args:
+            tau_motor: the torques.
+            at_once: a stop, which must not wait for the next sampling instant to act.
 
         Raises:
             BusStopError: the bus itself does not work any more.

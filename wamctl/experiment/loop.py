@@ -179,27 +179,28 @@ class Loop:
         self._gate.silent = self._motors.suspects
 
     def send_instead(self, law: Law) -> None:
-        """Other torque from the next SYNC on than what the last cycle asked for.
+        """Other torque, at once, than what the last cycle asked for.
 
         Raises:
             StopError: the gate does not let it pass, or the bus does not send.
         """
         _, tau = law(self.state)
-        self._sent[-1] = self._sent_torque(tau, self._arm.file.bus.period_s)
+        self._sent[-1] = self._sent_torque(tau, self._arm.file.bus.period_s, at_once=True)
 
-    def _sent_torque(self, tau: Array, elapsed_s: float) -> Array:
+    def _sent_torque(self, tau: Array, elapsed_s: float, at_once: bool = False) -> Array:
         joints = self._arm.transmission
         speed = joints.motor_angle(self.state.qd)
-        return self._drives.send(self._gate.admit(joints.motor_torque(tau), speed, elapsed_s))
+        admitted = self._gate.admit(joints.motor_torque(tau), speed, elapsed_s)
+        return self._drives.send(admitted, at_once)
 
     def send_zero_torque(self) -> None:
-        """No torque from the next SYNC on, whatever the last cycle asked for.
+        """No torque, at once, whatever the last cycle asked for.
 
         Raises:
             BusStopError: the bus does not send.
         """
         self._drives.disable()
-        self._sent[-1] = self._drives.send(self._gate.zero())
+        self._sent[-1] = self._drives.send(self._gate.zero(), at_once=True)
 
     @property
     def acting(self) -> Array:

@@ -173,7 +173,7 @@ def _release(arm: Arm, loop: Loop) -> None:
 
 
 def _disable(drives: Drives, loop: Loop, phase: Phase) -> bool:
-    """Torque zero from the next SYNC on, then the drives off; returns whether all confirmed it."""
+    """Torque zero at once, then the drives off; returns whether all confirmed it."""
     loop.send_zero_torque()
     confirmed = any(
         loop.cycle(_no_torque, CheckLevel.NOTHING, phase).disabled

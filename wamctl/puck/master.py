@@ -174,8 +174,11 @@ class PuckDrives:
         """Poll, then the position of every motor."""
         return self._cycle.sample(timing)
 
-    def send(self, tau_motor: Array) -> Array:
-        """Torque frames [N m], shape (n,); returns the mean torque until the next poll."""
+    def send(self, tau_motor: Array, at_once: bool = False) -> Array:
+        """Torque frames [N m], shape (n,), which act on arrival in any case.
+
+        Returns the mean torque until the next poll.
+        """
         return self._cycle.send(tau_motor)
 
     def enable(self) -> None:

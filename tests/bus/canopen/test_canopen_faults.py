@@ -103,6 +103,17 @@ def test_a_fault_ends_in_a_defined_stop(serve_arms, fault, exit_code, cause, cyc
     assert np.isfinite(done.recording.q).all()
 
 
+@pytest.mark.parametrize("wiring", ["group_pdos", "pdo_per_drive"])
+@on_embedded_bus("word")
+def test_a_stop_does_not_wait_for_the_next_sync(serve_arms, wiring):
+    jump = {"fault": "encoder_jump", "node": 4, "counts": 1000} | BEGINS
+    with serve_arms(jump, drives={"wiring": wiring}) as arm:
+        arm.excite()
+    last_ns = began_ns(arm) + quiet_after_ns(arm, began_ns(arm))
+    cycle_ns = max(t for t in arm.witness.sync_ns if t < last_ns)
+    assert last_ns - cycle_ns < 0.75 * PERIOD_NS
+
+
 def test_answers_that_always_come_too_late_stop_the_arm(serve_arms):
     fault = {"fault": "late_frames", "id": 0x183, "number": 1000, "late_ms": 3.0}
     with serve_arms(fault | BEGINS) as arm:

@@ -273,6 +273,7 @@ def test_silence_leaves_nothing_but_zero_torque(cycle):
     assert frames == {
         (0x200, bytes(8)),
         (0x300, bytes(8)),
+        *((twin, bytes(8)) for twin in (0x400, 0x500)),
         (0x080, b""),
         *((0x300 + node, b"\0\0\x0a") for node in range(1, 8)),
     }

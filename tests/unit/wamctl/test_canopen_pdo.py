@@ -47,12 +47,20 @@ def test_a_group_pdo_has_dummies_around_the_drives_own_slot():
         ("0x1401:2", 255),
         ("0x1401:1", 0x00000306),
     ]
-    assert settings[16:18] == [("0x1402:1", 0x80000406), ("0x1403:1", 0x80000506)]
+    assert settings[16:25] == [
+        ("0x1402:1", 0x80000500),
+        ("0x1602:0", 0),
+        *((f"0x1602:{k + 1}", value) for k, (_, value) in enumerate(settings[2:6])),
+        ("0x1602:0", 4),
+        ("0x1402:2", 255),
+        ("0x1402:1", 0x00000500),
+    ]
+    assert settings[25] == ("0x1403:1", 0x80000506)
 
 
 def test_positions_come_with_every_sync():
     settings = written(wired(temperature_limit_c=None), 5)
-    assert settings[18:] == [
+    assert settings[26:] == [
         ("0x1800:1", 0xC0000186),
         ("0x1A00:0", 0),
         ("0x1A00:1", 0x60410010),
@@ -73,7 +81,10 @@ def test_temperatures_come_now_and_then_and_not_all_at_once():
 
 def test_one_pdo_per_drive_carries_controlword_and_torque():
     received = pdo.wiring(wired(wiring="pdo_per_drive"), 2).received
-    assert [(p.cob_id, p.transmission, p.length) for p in received] == [(0x203, 1, 4)]
+    assert [(p.cob_id, p.transmission, p.length) for p in received] == [
+        (0x203, 1, 4),
+        (0x303, 255, 4),
+    ]
 
 
 def test_each_pdo_of_a_wiring_has_an_identifier_of_its_own():
@@ -82,6 +93,15 @@ def test_each_pdo_of_a_wiring_has_an_identifier_of_its_own():
         sent = [p.cob_id for slot in range(7) for p in pdo.wiring(drives, slot).sent]
         assert len(set(sent)) == len(sent)
         assert not set(sent) & pdo.received_ids(drives)
+
+
+@pytest.mark.parametrize("drives", [1, 4, 5, 12])
+def test_shared_frames_and_their_twins_have_identifiers_of_no_drive(drives):
+    many = wired(node_ids=tuple(range(1, drives + 1)))
+    shared = pdo.received_ids(many) - {pdo.command_id(node) for node in many.node_ids}
+    assert len(shared) == 2 * -(-drives // 4)
+    assert not any(can_id & 0x7F for can_id in shared)
+    assert 0x180 not in shared  # reserved by CiA 301
 
 
 @given(SEVEN, SEVEN)
