@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wamctl.arm.config import StopInputSection, load_arm_file
+from wamctl.arm.config import CanopenDrivesSection, StopInputSection, load_arm_file
 from wamctl.canopen import pdo
 
 DRIVES = load_arm_file("wam7.yaml").drives
@@ -102,6 +102,12 @@ def test_shared_frames_and_their_twins_have_identifiers_of_no_drive(drives):
     assert len(shared) == 2 * -(-drives // 4)
     assert not any(can_id & 0x7F for can_id in shared)
     assert 0x180 not in shared  # reserved by CiA 301
+
+
+def test_more_drives_than_shared_frames_have_identifiers_for_are_refused():
+    many = DRIVES.model_dump() | {"node_ids": tuple(range(1, 14))}
+    with pytest.raises(ValueError, match="13 drives, but shared torque frames"):
+        CanopenDrivesSection.model_validate(many)
 
 
 @given(SEVEN, SEVEN)

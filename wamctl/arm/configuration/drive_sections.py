@@ -60,6 +60,15 @@ class CanopenDrivesSection(Section):
         default=None, description="pose in which the operator zeroes the arm [rad]"
     )
 
+    @model_validator(mode="after")
+    def _shared_frames_have_identifiers(self) -> "CanopenDrivesSection":
+        if self.wiring == "group_pdos" and len(self.node_ids) > 12:
+            raise ValueError(
+                f"{len(self.node_ids)} drives, but shared torque frames have identifiers for 12: "
+                "take drives.wiring: pdo_per_drive"
+            )
+        return self
+
 
 class SafetyModuleSection(Section):
     """The classic WAM's safety Puck, with the limits that it polices."""
