@@ -257,11 +257,11 @@ def rows(found: dict[tuple[str, str], list[Ending]]) -> Iterator[str]:
         cells = [fault, phase, f"{len(stopped)} of {len(endings)}"]
         if stopped:
             growth = np.array([e.growth for e in stopped])
-            holds = (growth <= MOST).all(axis=1)
+            holds = [bool(np.all(g <= MOST)) for g in growth]
             tools = [e.tool_m_s for e, held in zip(stopped, holds, strict=True) if not held]
             cells.append(f"{max(e.most[0] for e in stopped):.1f} rad/s")
             cells.append(", ".join(f"{g:.2f}" for g in growth.max(axis=0)))
-            cells.append(f"{int(holds.sum())} of {len(stopped)}")
+            cells.append(f"{sum(holds)} of {len(stopped)}")
             cells.append(f"at most {max(tools):.2f} m/s" if tools else "")
             cells.append(f"{sum(e.braked for e in stopped)} of {len(stopped)}")
         yield f"| {' | '.join(cells)} |"
