@@ -25,6 +25,7 @@ from wamctl.experiment.protocols import bus_plan
 T = TypeVar("T")
 
 _SYNCS_BEFORE_LOSS = 3
+_POSES = 200  # at random, in which the weight of the links is looked at
 LONGEST_PERIOD_S = 320.0
 """Every millisecond of a period is checked against all limits; this many take half a minute."""
 LONGEST_MOTION_S = 7200.0
@@ -73,6 +74,7 @@ def load_arm(config: str | Path) -> tuple[Path, Arm]:
         faults += _frame_faults(file, robot) + _weight_faults(robot)
     if robot is not None and joints is not None:
         faults += _effort_faults(file, robot, joints) + _bandwidth_faults(file, robot, joints)
+        faults += _release_faults(file, robot)
     if faults or robot is None or joints is None:
         raise ConfigurationError(path, faults)
     return path, Arm(file, robot, joints, computed_torque(robot, file.controller))
@@ -206,6 +208,25 @@ def _bandwidth_faults(file: ArmFile, robot: Robot, joints: Transmission) -> list
         f"fast for a loop that lags by {lag_s * 1e3:.1f} ms: its velocity would lag by "
         f"{lag[k]:.2g} rad (limit {MOST_LAG_RAD:g} rad)"
         for k in np.flatnonzero(lag > MOST_LAG_RAD).tolist()
+    ]
+
+
+def _release_faults(file: ArmFile, robot: Robot) -> list[str]:
+    """Joints that fall when the arm is released, since damping M 2 zeta w hardly holds weight g."""
+    control, limits, data = file.controller, file.limits, robot.data()
+    poses = np.random.default_rng(0).uniform(
+        limits.position_lower_rad, limits.position_upper_rad, (_POSES, robot.dof)
+    )
+    inertias = np.array([np.diag(pin.crba(robot.model, data, q)) for q in poses])
+    weights = np.array([pin.computeGeneralizedGravity(robot.model, data, q).copy() for q in poses])
+    damping = inertias * 2.0 * control.damping_ratio * np.array(control.bandwidth_rad_s)
+    speeds = (np.abs(weights) / damping).max(axis=0)
+    most = np.array(limits.velocity_rad_s) * file.safety.velocity_margin
+    names = numbered_joints(robot.joint_names)
+    return [
+        f"controller.bandwidth_rad_s: {control.bandwidth_rad_s[k]:g} rad/s of {names[k]} would let "
+        f"it sink at up to {speeds[k]:.2g} rad/s when it is released (limit {most[k]:g} rad/s)"
+        for k in np.flatnonzero(speeds > most).tolist()
     ]
 
 

@@ -50,6 +50,7 @@ class StateLimits:
                 (limits.tool_frame, limits.tool_speed_m_s),
             )
         ]
+        self._braking_s = safety.braking_s / 2.0  # to stop from a speed takes half of its way
         self._lag = 1.0 / (2.0 * np.pi * arm.controller.velocity_cutoff_hz * arm.bus.period_s)
         self._qd: Array | None = None
         self._angle: Array | None = None
@@ -78,18 +79,19 @@ class StateLimits:
         self._moved |= step > 0.0
 
     def check(self, state: ArmState) -> None:
-        """Position, velocity ahead of its filter, speed of elbow and tool, and kinetic energy.
+        """Position where braking would end, velocity ahead of its filter, speeds, and energy.
 
         Raises:
             SafetyStopError: a limit was passed.
         """
         values, n = self._values, len(state.q)
         last = state.qd if self._qd is None else self._qd
-        values[:n], values[n:] = state.q, state.qd + self._lag * (state.qd - last)
+        values[:n] = state.q + self._braking_s * state.qd
+        values[n:] = state.qd + self._lag * (state.qd - last)
         self._qd = state.qd
         outside = (values < self._lower) | (values > self._upper)
         if np.count_nonzero(outside):
-            raise self._passed(values, int(np.flatnonzero(outside)[0]))
+            raise self._passed(values, int(np.flatnonzero(outside)[0]), state.q)
         pin.forwardKinematics(self._model, self._data, state.q, state.qd)
         for name, frame, most in self._points:
             motion = pin.getFrameVelocity(self._model, self._data, frame)
@@ -130,12 +132,13 @@ class StateLimits:
                 brakes=False,
             )
 
-    def _passed(self, values: Array, place: int) -> SafetyStopError:
+    def _passed(self, values: Array, place: int, q: Array) -> SafetyStopError:
         n = len(self._names)
         what, unit = ("position", "rad") if place < n else ("velocity", "rad/s")
         value, below = values[place], values[place] < self._lower[place]
         bound = self._lower[place] if below else self._upper[place]
+        is_there = place >= n or not self._lower[place] <= q[place] <= self._upper[place]
         return SafetyStopError(
-            f"{what} of {self._names[place % n]} is {value:.3f} {unit}, "
-            f"{'below' if below else 'above'} its limit of {bound:.3f} {unit}"
+            f"{what} of {self._names[place % n]} {'is' if is_there else 'comes by braking to'} "
+            f"{value:.3f} {unit}, {'below' if below else 'above'} its limit of {bound:.3f} {unit}"
         )

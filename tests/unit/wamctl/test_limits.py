@@ -98,6 +98,16 @@ def test_a_position_beyond_its_limit(wam, guard):
     )
 
 
+def test_a_position_that_braking_would_lead_beyond_its_limit(wam, guard):
+    """From 2 rad/s, 0.08 s of braking take 0.08 rad."""
+    guard.check(state(wam, moved(3, 3.06), moved(3, 2.0, ZERO)))
+    cause, _ = cause_of(lambda: guard.check(state(wam, moved(3, 3.08), moved(3, 2.0, ZERO))))
+    assert cause == (
+        "position of joint 4 (elbow pitch) comes by braking to 3.160 rad, above its limit of "
+        "3.150 rad"
+    )
+
+
 def test_a_velocity_beyond_its_limit(wam, guard):
     cause = cause_of(lambda: guard.check(state(wam, qd=moved(6, -4.0, ZERO))))
     assert cause == (

@@ -79,6 +79,14 @@ def test_a_bandwidth_beyond_what_the_loop_can_follow(write):
     ]
 
 
+def test_a_bandwidth_that_would_let_the_released_joint_fall(write):
+    path = write(controller={"bandwidth_rad_s": [16.0, 12.0, 30.0, 2.0, 60.0, 55.0, 120.0]})
+    assert faults_of(lambda: load_arm(path)) == [
+        "controller.bandwidth_rad_s: 2 rad/s of joint 4 (elbow pitch) would let it sink at up to "
+        "11 rad/s when it is released (limit 3 rad/s)"
+    ]
+
+
 def test_a_missing_trajectory(write):
     path = write(excitation={"trajectory": None})
     assert faults_of(lambda: prepare(path)) == [
