@@ -251,9 +251,11 @@ def test_a_measured_curve_comes_with_what_it_closes_on_the_motion_that_it_predic
     assert curve["evidence"]["closed_on_new_motion"] == pytest.approx(0.75)
 
 
-def test_a_rival_that_predicts_better_keeps_no_gap_from_being_final(outcome):
+def test_a_rival_that_predicts_better_keeps_no_gap_from_being_final(outcome, tmp_path):
     found = outcome(Programs(["no_gap"] * 2, 0.05, {}), motions=1)
     assert found["confirmed"] is False
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "where they differ most, is 1.9e+03 % larger" in page
     suspecting = Suspecting(["no_gap"] * 2, 1.0, {})
     suspecting.left = 0.95  # by less than is asked, but ident gap suspects it
     found = outcome(suspecting, "suspecting", motions=1)
