@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from ident.api.arm import Arm
+from ident.api.inputs import checked_arm
 from ident.excitation.design import Design
 from ident.excitation.design import design as search_design
 from ident.excitation.settings import design_settings, settled
@@ -62,6 +63,7 @@ def design(arm: Arm, *, time_s: float = 15.0, **settings: Any) -> Designed:
     Raises:
         ConfigurationError: the arm has no limits, or an unknown setting.
     """
+    checked_arm(arm)
     if not isinstance(arm.file, ArmFile):
         raise ConfigurationError(
             arm.source,

@@ -12,17 +12,26 @@ _METHODS = ("regression", "simulation")
 Progress = Callable[[str, float | None], None]
 
 
-def checked(arm: Arm, recordings: Recording | Sequence[Recording]) -> list[Recording]:
-    """One recording or several, as a list.
+def checked_arm(arm: object) -> None:
+    """Refuse what is no arm.
 
     Raises:
-        DataError: no recording, or something else where an arm or a recording is wanted.
+        DataError: it is something else.
     """
     if not isinstance(arm, Arm):
         raise DataError(
             f"arm is {reprlib.repr(arm)}, not an ident.Arm; Arm.from_urdf(path) or"
             " Arm.from_config(path) reads one."
         )
+
+
+def checked(arm: Arm, recordings: Recording | Sequence[Recording]) -> list[Recording]:
+    """One recording or several, as a list.
+
+    Raises:
+        DataError: no recording, or something else where an arm or a recording is wanted.
+    """
+    checked_arm(arm)
     given = [recordings] if isinstance(recordings, Recording | str) else list(recordings)
     if not given:
         raise DataError("No recording was given; at least one is needed.")

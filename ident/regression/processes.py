@@ -45,7 +45,7 @@ def process_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
 class _Pool(ProcessPoolExecutor):
     def submit(self, *args: Any, **kwargs: Any) -> Future:
         """As of any executor; processes start here."""
-        with _interrupts_blocked(), _without_main():
+        with started_apart():
             return super().submit(*args, **kwargs)
 
 
@@ -59,6 +59,13 @@ def _watch() -> None:
     if parent is not None:
         parent.join()
         os._exit(1)
+
+
+@contextmanager
+def started_apart() -> Iterator[None]:
+    """Processes that start meanwhile take no interrupt, nor run the program's main module again."""
+    with _interrupts_blocked(), _without_main():
+        yield
 
 
 @contextmanager

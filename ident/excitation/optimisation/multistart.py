@@ -16,6 +16,7 @@ from ident.excitation.optimisation.search import Effort, random_start, search
 from ident.excitation.optimisation.workers import workers
 from ident.excitation.problem.design_problem import Penalty, Problem, lagrangian
 from ident.excitation.problem.trajectory_grid import Grid
+from ident.regression.processes import started_apart
 from ident.signals.arrays import Array
 from wamctl.arm.compilation import compilation_announced
 
@@ -60,8 +61,9 @@ def best_design(task: Task, processes: int, report: Report) -> Candidate | None:
         context.Process(target=_worker, args=(task, number, found, compiled), daemon=True)
         for number in range(processes)
     ]
-    for island in islands:
-        island.start()
+    with started_apart():
+        for island in islands:
+            island.start()
     try:
         return _collect(found, islands, report)
     finally:

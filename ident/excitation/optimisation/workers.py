@@ -1,9 +1,10 @@
 """Processes to search in, forked from one that imports all they need while the command does so."""
 
 import multiprocessing
-import signal
-from multiprocessing import forkserver
+from multiprocessing import forkserver, resource_tracker
 from multiprocessing.context import ForkServerContext
+
+from ident.regression.processes import started_apart
 
 _PRELOADED = "ident.excitation.optimisation.multistart"
 
@@ -12,7 +13,7 @@ def workers() -> ForkServerContext:
     """What starts processes; it begins to import at its first call, and takes no interrupt."""
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload([_PRELOADED])
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # the workers inherit it
-    forkserver.ensure_running()
-    signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+    resource_tracker.ensure_running()  # before, since its start lets interrupts through again
+    with started_apart():
+        forkserver.ensure_running()
     return context

@@ -239,3 +239,8 @@ def test_a_script_without_a_main_guard(tmp_path) -> None:
         [sys.executable, script], capture_output=True, text=True, check=True, cwd=Path(tmp_path)
     )
     assert done.stdout == "once\n[2.0, 3.0]\n"
+
+
+def test_a_design_of_no_arm_is_refused() -> None:
+    with pytest.raises(DataError, match=r"arm is 'wam7\.yaml', not an ident\.Arm; Arm\.from_urdf"):
+        ident.design("wam7.yaml")  # pyright: ignore[reportArgumentType]
