@@ -42,6 +42,7 @@ def stretches_of(
     new = np.diff(recording.stamp_ns, prepend=recording.stamp_ns[0] - 1) > 0
     zero = recording.stamp_ns[0]
     t, q = (recording.stamp_ns[new] - zero) * 1e-9, recording.q[new][:, columns]
+    q = np.unwrap(q, axis=0)  # an encoder of one turn
     wrong = unreachable(t, q)
     t, q = t[~wrong.any(axis=1)], q[~wrong.any(axis=1)]
     fresh = np.diff(stamp_ns, prepend=stamp_ns[0] - 1) > 0

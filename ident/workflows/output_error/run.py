@@ -26,6 +26,8 @@ from ident.workflows.provenance import provenance
 from ident.workflows.run_json import numbers, write_results
 
 _BAD = 0.5  # of the error that following the command at once would have, or standing still
+_STILL_S = 0.5  # that a joint stands still while the simulated one moves by
+_FAR = 0.05  # rad, more than sticking did on a hobby arm: 0.02
 _COUNTS = 3  # errors of so many steps of the encoder are none
 
 
@@ -159,7 +161,32 @@ def _remarks(found: Found) -> list[Remark]:
                 " have another unit, sign, or zero than the positions.",
             )
         )
+    if stalled := _stalled(found):
+        joint, where = stalled
+        said.append(
+            Remark(
+                "stalled",
+                (joint + 1,),
+                f"This joint stands still for {_STILL_S:g} s while the simulated one moves by more"
+                f" than {_FAR:g} rad: {where}. Friction and inertia are fitted to that as well.",
+                Grade.DOUBTFUL,
+                "Cut contact, end stops, stalls and overload shutdowns out of the recordings.",
+            )
+        )
     return said
+
+
+def _stalled(found: Found) -> tuple[int, str] | None:
+    """The first joint that does not move where it should, and where that is; None: all do."""
+    setup = found.setup
+    for s, made in zip(setup.stretches, setup.replay(found.fit.settings), strict=True):
+        count = max(int(np.searchsorted(s.motion.t, s.motion.t[0] + _STILL_S)), 2)
+        for k in range(s.counted, len(s.q) - count + 1, count):
+            still = np.ptp(s.q[k : k + count], axis=0) <= 2.0 * found.model.resolution
+            stuck = np.flatnonzero(still & (np.ptp(made[k : k + count], axis=0) > _FAR))
+            if len(stuck):
+                return int(stuck[0]), f"{s.name}, {s.motion.t[k]:.1f} s after its beginning"
+    return None
 
 
 def _following(found: Found) -> Array:

@@ -96,3 +96,21 @@ def test_no_sample_of_a_motion_is_taken_for_wrong_whatever_its_rate_or_holes() -
         assert not unreachable(t[::every], MADE.q[::every]).any()
     rest = np.r_[0:100, 120:300]
     assert not unreachable(t[rest], MADE.q[rest]).any()
+
+
+def test_an_encoder_that_wraps_is_followed_through_its_turn() -> None:
+    wraps = MADE.q.copy()
+    wraps[200:, 1] -= 2 * np.pi
+    (stretch,) = stretches_of(replace(MADE, q=wraps), MADE.joint_names, "strange")
+    assert stretch.q == pytest.approx(MADE.q)
+    assert not any(stretch.wrong)
+
+
+def test_a_joint_that_stalls_is_told_and_the_result_doubted() -> None:
+    stalls = MADE.q[:200].copy()
+    stalls[60:140, 0] = stalls[60, 0]
+    found = identified(np.arange(200) / 50, stalls, COMMAND[:200]).content
+    assert found["verdict"] == "doubtful"
+    (remark,) = (r for r in found["remarks"] if r["code"] == "stalled")
+    assert remark["joints"] == [1]
+    assert "stands still for 0.5 s while the simulated one moves" in remark["sentence"]
