@@ -177,12 +177,15 @@ def _numbers(joints: Sequence[int]) -> str:
     return listed([str(j) for j in joints])
 
 
-def closed_text(held_out: Mapping[str, Any], of: Callable[[Sequence[int]], str]) -> str:
+def closed_text(
+    held_out: Mapping[str, Any], of: Callable[[Sequence[int]], str], count: int = 1
+) -> str:
     """What effects do to the error on held-out data; nothing where it is not known.
 
     Args:
         held_out: of `gap.json`.
         of: joints, from 1, in a sentence.
+        count: number of effects.
     """
     sides = [held_out[k] for k in ("before", "after")]
     before, after = (side["relative_error_percent"] for side in sides)
@@ -195,8 +198,9 @@ def closed_text(held_out: Mapping[str, Any], of: Callable[[Sequence[int]], str])
         best = ratios.index(max(ratios))
         where = f" of {of([best + 1])}"
         texts = [with_unit(x, "N m") for x in pairs[best]]
+    closed = closed_share(held_out["closed_fraction"])
     return (
-        f"Adding it closes {closed_share(held_out['closed_fraction'])} of the gap: on held-out"
+        f"Adding {'it' if count == 1 else 'them'} closes {closed} of the gap: on held-out"
         f" data, the error{where} falls from {texts[0]} to {texts[1]}.{_other_motion(held_out)}"
     )
 

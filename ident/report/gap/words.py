@@ -44,7 +44,7 @@ def verdict_sentences(report: GapReport) -> list[str]:
     if len(effects) > _MOST_IN_A_SENTENCE and content["verdict"] != "data_fault":
         more.append(f"In full: {'; '.join(effects)}.")
     if partly or content["verdict"] in ("named", "ambiguous"):
-        more.append(closed_text(content["held_out"], report.of))
+        more.append(closed_text(content["held_out"], report.of, len(content["effects"])))
         more.append(_as_validated(content.get("errors", [])))
     more += suspected_sentences(report)
     more += [_what_is_left(report, u) for u in content.get("unexplained", [])]
