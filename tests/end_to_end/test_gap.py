@@ -142,7 +142,7 @@ def test_validating_the_model_counts_its_effects(results, log):
     ("arguments", "status", "words"),
     [
         (["gap", "no.mcap"], 6, "no.mcap"),
-        (["gap"], 2, "logs"),
+        (["gap"], 2, "LOG"),
         (["gap", "no.mcap", "--robot", "no.yaml"], 6, "no.mcap"),
         (["simulate", "--model", "no.yaml", "--out", "o.mcap"], 3, "no.yaml"),
         (["simulate", "--out", "o.mcap"], 2, "--model"),
