@@ -11,8 +11,6 @@ import numpy as np
 from ident.checks.examine import examine
 from ident.effects.bound_effects import load_model, members_of
 from ident.effects.candidate import Candidate, Value
-from ident.effects.catalogue import catalogue
-from ident.effects.effect import ExperimentMotion
 from ident.effects.measured_effect import VARIANTS, curve_over
 from ident.gap.data.experiment import Experiment, facts_of
 from ident.gap.options import Options
@@ -80,22 +78,6 @@ class Answer:
         effects, suspected = self.content["effects"], self.content.get("suspected", [])
         named = [r for e in effects for r in e["rivals"]] + [*suspected]
         return [(r["name"], tuple(j - 1 for j in r["joints"])) for r in named]
-
-    @property
-    def needs_sliding(self) -> bool:
-        """Whether only what the joints do while they slide may decide.
-
-        So it is between answers that the search cannot tell apart, none of which shows at slow
-        reversals: how friction turns round there is known least, is the same at each reversal, and
-        looks like either of them (a rotor like a delay).
-        """
-        effects = [e["name"] for e in self.content["effects"]] + [name for name, _ in self.rivals]
-        known = [catalogue()[name] for name in effects if name in catalogue()]
-        at_reversals = [
-            e.motion is ExperimentMotion.SLOW_REVERSALS or "direction" in e.depends_on
-            for e in known
-        ]
-        return self.content["verdict"] == "ambiguous" and not any(at_reversals)
 
 
 def read_answer(folder: Path) -> Answer:

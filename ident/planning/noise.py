@@ -1,6 +1,6 @@
 """What an answer leaves of the torque, written down before a motion: its predictions' noise."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -40,14 +40,8 @@ class Noise:
         where = regions(speed, self.slow, self.motors, windows)
         return self.sigma[np.arange(self.sigma.shape[0]), where]
 
-    def while_sliding(self) -> "Noise":
-        """The same where rows while a joint turns back count for nothing."""
-        sigma = self.sigma.copy()
-        sigma[:, Region.REVERSAL] = np.inf
-        return replace(self, sigma=sigma)
-
     def content(self) -> dict[str, Any]:
-        """As `plan.json` keeps it; null for rows that do not count."""
+        """As `plan.json` keeps it; null for a held joint."""
         known = np.where(np.isfinite(self.sigma), self.sigma, np.nan)
         return {
             "sigma_nm": [[None if np.isnan(x) else float(x) for x in row] for row in known],

@@ -74,8 +74,6 @@ def plan_logs(
     fitted = hypotheses(read_experiment(logs), answer, Options(), tell)
     fitted.sort(key=lambda h: h.name != lead)  # a stable sort
     found = [replace(h, model=changed(h.model, change)) for h in fitted]
-    if answer.needs_sliding:
-        found = [replace(h, noise=h.noise.while_sliding()) for h in found]
     tell("choosing the next motion")
     place = place_of(config, "all")
     tried = motions(place, found, _joints(found, answer), ran)

@@ -79,4 +79,3 @@ def test_what_is_wrong_while_a_joint_turns_back_hides_no_small_effect(known):
     alike = replace(told, sigma=np.tile(sigma[:, [Region.SLIDING]], (1, len(Region))))
     assert evidence(read_noise(told.content())) == evidence(told) > 3.5
     assert evidence(alike) < 1.5
-    assert 3.0 < evidence(told.while_sliding()) != evidence(told)

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from ident.effects.catalogue import catalogue
-from ident.planning.hypotheses import NONE, Answer, name_of, read_answer
+from ident.planning.hypotheses import NONE, name_of, read_answer
 from ident.workflows.plan import weigh_logs
 from wamctl.arm.errors import DataError
 
@@ -29,20 +29,3 @@ def test_a_model_that_was_changed_after_the_plan_is_no_prediction(tmp_path):
     (tmp_path / "plan.json").write_text(json.dumps({"models": models, "noise": noise}))
     with pytest.raises(DataError, match="has changed since the plan was made"):
         weigh_logs([], tmp_path, lambda _: None)
-
-
-@pytest.mark.parametrize(
-    ("verdict", "rival", "sliding"),
-    [
-        ("ambiguous", "rotor_inertia", True),
-        ("ambiguous", "presliding", False),
-        ("ambiguous", "stribeck", False),
-        ("named", "rotor_inertia", False),
-    ],
-)
-def test_reversals_do_not_decide_between_answers_that_do_not_show_at_slow_ones(
-    verdict, rival, sliding
-):
-    effect = {"name": "torque_delay", "rivals": [{"name": rival, "joints": [7]}]}
-    answer = Answer({"verdict": verdict, "effects": [effect], "suspected": []}, ())
-    assert answer.needs_sliding is sliding
