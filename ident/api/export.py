@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from ident.effects.bound_effects import checked_model
 from ident.export.formats import WRITERS
 from ident.model.identified_model import Model
 from wamctl.arm.errors import DataError, did_you_mean, writing
@@ -19,7 +20,7 @@ def export_model(model: Model, path: Path | str, to: str = "urdf") -> list[str]:
         What the format has no place for, one sentence each, with the torque that is missing.
 
     Raises:
-        DataError: an unknown format, or a file that cannot be written.
+        DataError: no model, an unknown format, or a file that cannot be written.
     """
     if to not in WRITERS:
         raise DataError(
@@ -27,6 +28,7 @@ def export_model(model: Model, path: Path | str, to: str = "urdf") -> list[str]:
             f"{did_you_mean(to, WRITERS) or '.'}"
         )
     write, left_out = WRITERS[to]
+    model = checked_model(model)
     with writing(path):
         Path(path).write_text(write(model), encoding="utf-8")
     return left_out(model)

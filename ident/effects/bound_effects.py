@@ -1,5 +1,6 @@
 """The named effects of a model with their equations: from `model.yaml`, and back."""
 
+import reprlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -135,3 +136,17 @@ def _values(candidate: Candidate, parameters: Mapping[str, float]) -> Array:
             f" they must be {', '.join(names)}."
         )
     return np.array([parameters[name] for name in names])
+
+
+def checked_model(given: object) -> Model:
+    """What was given, if it is a model.
+
+    Raises:
+        DataError: it is something else.
+    """
+    if isinstance(given, Model):
+        return given
+    raise DataError(
+        f"model is {reprlib.repr(given)}, not an ident.Model; ident.load_model(path) reads one, and"
+        " the results of identify and find_gap hold one as `.model`."
+    )

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ident.effects.bound_effects import load_model
+from ident.effects.bound_effects import checked_model, load_model
 from ident.effects.simulated_model import simulation_of
 from ident.model.attachments import attached_config, attached_trajectory
 from ident.model.identified_model import Model
@@ -73,7 +73,7 @@ def simulate(model: Model, trajectory: Path | None = None, config: str | None = 
     Raises:
         UserError: a file that cannot be used, or nothing that says how the arm is moved.
     """
-    setting = _setting(model, trajectory, config)
+    setting = _setting(checked_model(model), trajectory, config)
     series = _ordered(setting.trajectory.series, model.robot.joint_names)
     file = setting.file
     motion = reference(

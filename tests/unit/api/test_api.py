@@ -186,6 +186,9 @@ def test_paths_in_place_of_arm_and_recording_are_told(call, arm, arrays) -> None
 def test_a_score_asks_for_a_recording(fit) -> None:
     with pytest.raises(DataError, match=r"'other.mcap' is not an ident.Recording"):
         fit.score("other.mcap")
+    for asked in (lambda m: ident.simulate(m), lambda m: ident.export_model(m, "arm.urdf")):
+        with pytest.raises(DataError, match=r"model is 'model.yaml', not an ident.Model; ident.lo"):
+            asked("model.yaml")
     with pytest.raises(DataError, match=r"array\(.*is not an ident.Recording"):
         fit.score(np.zeros((100, 7)))
 
