@@ -217,10 +217,11 @@ def _release_faults(file: ArmFile, robot: Robot) -> list[str]:
     poses = np.random.default_rng(0).uniform(
         limits.position_lower_rad, limits.position_upper_rad, (_POSES, robot.dof)
     )
-    inertias = np.array([np.diag(pin.crba(robot.model, data, q)) for q in poses])
+    inertias = np.array([np.diag(pin.crba(robot.model, data, q)).copy() for q in poses])
     weights = np.array([pin.computeGeneralizedGravity(robot.model, data, q).copy() for q in poses])
     damping = inertias * 2.0 * control.damping_ratio * np.array(control.bandwidth_rad_s)
-    speeds = (np.abs(weights) / damping).max(axis=0)
+    falls = np.divide(np.abs(weights), damping, out=np.zeros_like(damping), where=damping > 0.0)
+    speeds = falls.max(axis=0)
     most = np.array(limits.velocity_rad_s) * file.safety.velocity_margin
     names = numbered_joints(robot.joint_names)
     return [
