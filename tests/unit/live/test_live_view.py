@@ -88,12 +88,11 @@ class Viewer:
 
 
 def seen_of_each(viewer, log, least):
-    """Messages by topic and stamp: rows are written until so many of each topic have come."""
+    """Messages by topic and stamp: rows are written, and read, until each topic has so many."""
     seen = {}
     while len(seen) < len(LOGGED) + 1 or min(map(len, seen.values())) < least:
         fill(log, 5)
-        found = viewer.next()
-        if found is not None:
+        while (found := viewer.next()) is not None:
             topic, stamp, data = found
             seen.setdefault(topic, {})[stamp] = data
     return seen
