@@ -44,7 +44,6 @@ class TorqueGain(Effect[_Motor]):
     form_uncertainty = FormUncertainty.NONE
     band_limited = True
     scales_torque = True
-    linear = (Coefficient("error", "1", lower=-0.4, upper=0.4),)
     depends_on = ("direction", "model", "friction")
     Parameters = _Motor
 
@@ -53,6 +52,11 @@ class TorqueGain(Effect[_Motor]):
         return [self.at((j,)) for j in arm.moving_joints] + [
             self.at(pair, motor) for pair in arm.coupled_pairs for motor in _motors(arm, pair)
         ]
+
+    def coefficients(self, parameters: _Motor, variant: str) -> tuple[Coefficient, ...]:
+        """The error of the joint's drive, or of the motor that is told."""
+        name = f"error_of_motor_{parameters.motor}" if parameters.motor else "error"
+        return (Coefficient(name, "1", lower=-0.4, upper=0.4),)
 
     def columns(self, seen: Observed, candidate: Candidate[_Motor]) -> Array:
         """The joint's rigid-body torque; friction's own parameters absorb friction's share.
@@ -71,9 +75,9 @@ class TorqueGain(Effect[_Motor]):
         self, candidate: Candidate[_Motor], values: dict[str, Value]
     ) -> dict[str, Value]:
         """The error of what the drive gives, not of what it was asked for."""
-        more = values["error"]
+        ((name, more),) = values.items()
         gain = 1.0 / (1.0 + more.value)
-        return {"error": Value(gain - 1.0, more.sd * gain**2, "1")}
+        return {name: Value(gain - 1.0, more.sd * gain**2, "1")}
 
     def simulated(
         self, arm: SimulatedArm, candidate: Candidate[_Motor], values: Array

@@ -107,7 +107,7 @@ EFFECTS = [
     record(
         "torque_gain",
         (2, 3),
-        {"error": 0.1},
+        {"error_of_motor_2": 0.1},
         {"motor": 2, "shares": [[0.5, -0.3], [-5.0 / 6.0, 0.5]]},
     ),
 ]
