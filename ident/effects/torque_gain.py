@@ -37,7 +37,7 @@ class TorqueGain(Effect[_Motor]):
         " that two joints share, tau + e P tau = tau_model, P = T^T E_m T^-T"
     )
     source = "Gautier, Briot 2011, eq. (9)"
-    signature = "in proportion to the joint's whole torque, and on no other joint"
+    signature = "in proportion to the whole torque of the joint, or of the two that share a motor"
     rivals = ("load_dependent_friction",)
     experiment = "the same motion with a known payload"
     motion = ExperimentMotion.LOAD_CHANGES
