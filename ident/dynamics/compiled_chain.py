@@ -66,26 +66,18 @@ def chain_of(robot: Robot) -> Chain:
     """The kinematics and gravity of a robot."""
     joints = range(1, robot.dof + 1)
     placements = [robot.model.jointPlacements[k] for k in joints]
-    subspaces = [_motion_subspace(robot, k) for k in joints]
-    sliding = [bool(np.any(s[:3])) for s in subspaces]
-    axes = [s[:3] if slides else s[3:] for s, slides in zip(subspaces, sliding, strict=True)]
+    sliding, subspaces = robot.sliding, robot.motion_subspaces
+    axes = np.where(sliding[:, None], subspaces[:, :3], subspaces[:, 3:])
     links = np.array(robot.parameter_placements)
     return Chain(
         np.array([p.rotation for p in placements]),
         np.array([p.translation for p in placements]),
-        np.array(axes),
-        np.array(sliding),
+        axes,
+        sliding,
         np.ascontiguousarray(links[:, :3, :3]),
         np.ascontiguousarray(links[:, :3, 3]),
         np.array(robot.model.gravity.linear, dtype=float),
     )
-
-
-def _motion_subspace(robot: Robot, joint: int) -> Array:
-    model = robot.model.joints[joint]
-    data = model.createData()
-    model.calc(data, np.zeros(model.nq))
-    return np.asarray(data.S, dtype=float).reshape(6)
 
 
 @njit(cache=True)

@@ -50,10 +50,16 @@ class Robot:
     @property
     def sliding(self) -> NDArray[np.bool_]:
         """Which joints are prismatic, shape (n,)."""
-        data = self.data()
-        pin.computeJointJacobians(self.model, data, pin.neutral(self.model))
-        spaces = [np.asarray(joint.S) for joint in list(data.joints)[1:]]
-        return np.array([bool(np.any(space[:3])) for space in spaces])
+        return np.any(self.motion_subspaces[:, :3] != 0.0, axis=1)
+
+    @property
+    def motion_subspaces(self) -> Array:
+        """Each joint's velocity (linear, angular) in its own frame, shape (n, 6)."""
+        data, q, spaces = self.data(), pin.neutral(self.model), np.zeros((self.dof, 6))
+        for k in range(self.dof):
+            jacobian = pin.computeJointJacobian(self.model, data, q, k + 1)
+            spaces[k] = jacobian.reshape(6, self.dof)[:, k]
+        return spaces
 
     @property
     def inertial_names(self) -> tuple[str, ...]:
