@@ -11,7 +11,7 @@ from ident.api.inputs import recorded
 from ident.api.recording import Recording
 from ident.api.result import Result
 from ident.api.tables import table
-from ident.output_error.recordings import stretches_of
+from ident.output_error.recordings import segments_of
 from ident.output_error.servo_model import ServoModel
 from ident.regression.progress import Tell
 from ident.workflows.output_error.run import ServoRun, simulated_run
@@ -38,7 +38,7 @@ class IdentifiedServos(Result[ServoRun]):
     def score(self, recording: Recording) -> list[float]:
         """Rms of measured less simulated position along a recording, by joint [rad]."""
         recording = recorded(recording)
-        parts = stretches_of(recording.log, self.model.robot.joint_names, recording.name)
+        parts = segments_of(recording.log, self.model.robot.joint_names, recording.name)
         left = np.concatenate([s.q - self.model.replay(s) for s in parts])
         return np.sqrt(np.mean(left**2, axis=0)).tolist()
 

@@ -14,7 +14,7 @@ from ident.export.formats import WRITERS
 from ident.export.replay import Replay, replay, rms_of
 from ident.export.servos import isaaclab_settings, not_in_mjcf, servo_mjcf, servo_replay
 from ident.model.identified_model import Model
-from ident.output_error.recordings import stretches_of
+from ident.output_error.recordings import segments_of
 from ident.output_error.servo_model import is_servo_model, read_servo_model
 from ident.report.page import render
 from ident.report.replay_page import ReplayReport, replay_page
@@ -102,7 +102,7 @@ def _export_servos(
     summary: dict[str, Any] = {"file": str(out), "format": to.value, "left_out": missing}
     if log is not None:
         recording = read_recording(log, torque=False)
-        stretches = stretches_of(recording, model.robot.joint_names, str(log))
+        stretches = segments_of(recording, model.robot.joint_names, str(log))
         replays = servo_replay(text, model, stretches)
         summary |= _page_written(path, model.arm, summary, replays, force)
     return summary

@@ -129,8 +129,8 @@ def task_of(place: DesignTask, settings: DesignSettings, start: FourierSeries | 
     excitation = place.arm.excitation
     first = None if start is None else start_of(place, start)
     problem = problem_of(place, settings)
-    if problem.rehearsal is not None:
-        problem.rehearsal.prepare()
+    if problem.trial is not None:
+        problem.trial.prepare()
     dense = grid(excitation.fundamental_rad_s, excitation.harmonics, _JUDGED_SAMPLES)
     effort = Effort(within(settings.time_s), settings.descents, settings.patience, settings.gain)
     return Task(problem, dense, effort, settings.seed, first)
@@ -186,7 +186,7 @@ def problem_of(place: DesignTask, settings: DesignSettings) -> Problem:
     arm = arm_from_config(place.arm, place.robot, str(place.source)).with_settings(
         terms=settings.terms
     )
-    rehearsal = ClosedLoopTrial(
+    trial = ClosedLoopTrial(
         arm=arm,
         controller=controller_for(place.arm, place.robot),
         wire=wire_for(place.arm),
@@ -195,7 +195,7 @@ def problem_of(place: DesignTask, settings: DesignSettings) -> Problem:
         fundamental_rad_s=excitation.fundamental_rad_s,
         ramp_s=excitation.ramp_s,
     )
-    return replace(problem, rehearsal=rehearsal)
+    return replace(problem, trial=trial)
 
 
 def _weights(columns: Columns, wanted: dict[str, float]) -> Array:

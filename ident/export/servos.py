@@ -10,7 +10,7 @@ from ident.export.links import Link, links_of
 from ident.export.mjcf import add_joint, each_body, new_mjcf, written
 from ident.export.replay import Replay, loaded_mujoco
 from ident.export.urdf import comment, numbers
-from ident.output_error.fit import Stretch
+from ident.output_error.fit import MotionSegment
 from ident.output_error.plant import motor_command
 from ident.output_error.servo_model import ServoModel
 
@@ -103,7 +103,7 @@ def isaaclab_settings(model: ServoModel) -> str:
                                          sort_keys=False)  # fmt: skip
 
 
-def servo_replay(mjcf: str, model: ServoModel, stretches: Sequence[Stretch]) -> list[Replay]:
+def servo_replay(mjcf: str, model: ServoModel, segments: Sequence[MotionSegment]) -> list[Replay]:
     """Recordings beside MuJoCo and the own simulation under their commands.
 
     MuJoCo gets the commands as the servos' own planning and delay make them.
@@ -117,12 +117,12 @@ def servo_replay(mjcf: str, model: ServoModel, stretches: Sequence[Stretch]) -> 
     driven = [arm.joint(j).qposadr[0] for j in names]
     loose = [_play_place(arm, j) for j in names]
     found = []
-    for stretch in stretches:
-        motion, state = stretch.motion, mujoco.MjData(arm)
+    for segment in segments:
+        motion, state = segment.motion, mujoco.MjData(arm)
         state.qpos[driven] = motion.start
         state.qvel[[arm.joint(j).dofadr[0] for j in names]] = motion.speed
         grid, wanted = motor_command(motion, model.settings, _TIMESTEP_S)
-        read, k = np.empty_like(stretch.q), 0
+        read, k = np.empty_like(segment.q), 0
         for i, t in enumerate(motion.t):
             while k < len(grid) and grid[k] < t - 1e-9:
                 state.ctrl[:] = wanted[k]
@@ -132,8 +132,8 @@ def servo_replay(mjcf: str, model: ServoModel, stretches: Sequence[Stretch]) -> 
             for j, place in enumerate(loose):
                 if place is not None and model.at_link[j]:
                     read[i, j] += state.qpos[place]
-        own = model.replay(stretch)
-        found.append(Replay(stretch.name, names, motion.t, stretch.q, read, own))
+        own = model.replay(segment)
+        found.append(Replay(segment.name, names, motion.t, segment.q, read, own))
     return found
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from ident.dynamics.compiled_chain import torques
-from ident.output_error.fit import MEMORY_S, Setup, Stretch
+from ident.output_error.fit import MEMORY_S, MotionSegment, Setup
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.signals.arrays import Array
 
@@ -36,7 +36,7 @@ def first_guess(setup: Setup, known: Array, *, same_servo: bool) -> Array:
         known: settings from elsewhere, shape (22, n); NaN where nothing is known.
         same_servo: whether all joints have the same, so also the same stiffness.
     """
-    parts = [smoothed(setup, s) for s in setup.stretches]
+    parts = [smoothed(setup, s) for s in setup.segments]
     q, v, a, load = (np.concatenate(p) for p in zip(*parts, strict=True))
     n = q.shape[1]
     settings = np.where(np.isnan(known), neutral(n), known)
@@ -89,26 +89,26 @@ def _shares(X: Array, error: Array, informed: float) -> tuple[Array, bool]:
 
 
 def _errors(setup: Setup, joint: int, delay: float) -> Array:
-    """What the command was ahead of the position, all stretches stacked [rad], shape (S,)."""
+    """What the command was ahead of the position, all segments stacked [rad], shape (S,)."""
     ahead = []
-    for s in setup.stretches:
+    for s in setup.segments:
         held = np.searchsorted(s.motion.stamp, s.motion.t - delay, side="right") - 1
         ahead.append(s.motion.command[np.maximum(held, 0), joint] - s.q[:, joint])
     return np.concatenate(ahead)
 
 
 def smoothed(
-    setup: Setup, stretch: Stretch, zero: Array | float = 0.0
+    setup: Setup, segment: MotionSegment, zero: Array | float = 0.0
 ) -> tuple[Array, Array, Array, Array]:
     """Positions, speeds, accelerations [rad, s], and the links' load [N m], shape (S, n) each.
 
     `zero` is the model's position less the recorded one [rad], shape (n,).
     """
-    period = float(np.median(np.diff(stretch.motion.t)))
-    count = len(stretch.q)
+    period = float(np.median(np.diff(segment.motion.t)))
+    count = len(segment.q)
     width = min(max(5, 2 * int(_SMOOTHED_S / period / 2) + 1), count - (1 - count % 2))
     q, v, a = (
-        np.asarray(savgol_filter(stretch.q, width, 3, deriv=d, delta=period, axis=0), order="C")
+        np.asarray(savgol_filter(segment.q, width, 3, deriv=d, delta=period, axis=0), order="C")
         for d in range(3)
     )
     load = torques(setup.chain, setup.delta, q + zero, v, a)

@@ -1,7 +1,7 @@
 """Settings with which the simulated arm answers the commands as the recorded one did.
 
 Gauss-Newton with Levenberg's damping on the simulated positions, in closed loop: the servo keeps
-the simulation on its way, so that long recordings need no restarts; a hole begins a new stretch.
+the simulation on its way, so that long recordings need no restarts; a hole begins a new segment.
 Derivatives are differences of whole simulations. A setting of one joint is taken to move that
 joint alone (a geared arm's joints hardly feel each other), so that one simulation serves all
 joints; zero positions, which turn the gravity of others, have a simulation each. The residuals
@@ -20,7 +20,7 @@ from ident.output_error.parameters import QUANTITIES
 from ident.output_error.plant import Motion, simulate
 from ident.signals.arrays import Array
 
-Heard = Callable[[int, float], None]
+Progress = Callable[[int, float], None]
 
 SLOPE_STEP_S = 0.002
 """Of searches, and of simulations that are compared with each other; the error of a coarser one
@@ -42,7 +42,7 @@ _ENOUGH = 3e-3  # nats by which a step must help, per effective sample
 
 
 @dataclass(frozen=True)
-class Stretch:
+class MotionSegment:
     """Unbroken samples of one recording.
 
     Attributes:
@@ -67,33 +67,33 @@ class Setup:
     Attributes:
         chain, delta: the links.
         at_link: whether each joint's encoder sits behind the gears, shape (n,).
-        stretches: the recordings.
+        segments: the recordings.
         step: longest step of the simulation [s].
     """
 
     chain: Chain
     delta: Array
     at_link: NDArray[np.bool_]
-    stretches: tuple[Stretch, ...]
+    segments: tuple[MotionSegment, ...]
     step: float
 
     @property
     def seconds(self) -> float:
         """Length of all recordings."""
-        return sum(float(s.motion.t[-1] - s.motion.t[0]) for s in self.stretches)
+        return sum(float(s.motion.t[-1] - s.motion.t[0]) for s in self.segments)
 
     def replay(self, settings: Array) -> list[Array]:
-        """Simulated positions along each stretch, shape (S, n) each [rad]."""
+        """Simulated positions along each segment, shape (S, n) each [rad]."""
         made = []
-        for stretch in self.stretches:
-            out = np.empty_like(stretch.q)
-            simulate(self.chain, self.delta, settings, self.at_link, stretch.motion, self.step, out)
+        for segment in self.segments:
+            out = np.empty_like(segment.q)
+            simulate(self.chain, self.delta, settings, self.at_link, segment.motion, self.step, out)
             made.append(np.clip(np.nan_to_num(out, nan=_AWAY), -_AWAY, _AWAY))
         return made
 
     def residuals(self, settings: Array) -> Array:
-        """Measured less simulated positions, all stretches stacked [rad], shape (S, n)."""
-        pairs = zip(self.stretches, self.replay(settings), strict=True)
+        """Measured less simulated positions, all segments stacked [rad], shape (S, n)."""
+        pairs = zip(self.segments, self.replay(settings), strict=True)
         return np.concatenate([s.q[s.counted :] - m[s.counted :] for s, m in pairs])
 
 
@@ -208,7 +208,7 @@ def fit(
     free: NDArray[np.bool_],
     prior: Prior,
     rounds: int = 15,
-    heard: Heard | None = None,
+    progress: Progress | None = None,
 ) -> Fit:
     """The most probable settings near a start.
 
@@ -218,7 +218,7 @@ def fit(
         free: which of them to fit, shape (22, n).
         prior: what is believed of them.
         rounds: most steps.
-        heard: is told round and rms [rad].
+        progress: is told round and rms [rad].
     """
     pairs = np.argwhere(free)
     at = tuple(pairs.T)
@@ -251,8 +251,8 @@ def fit(
                 taken += 1
                 break
             damping = np.where(worse | ~worse.any(), damping * 5, damping)
-        if heard is not None:
-            heard(taken, float(np.sqrt(np.mean(residuals**2))))
+        if progress is not None:
+            progress(taken, float(np.sqrt(np.mean(residuals**2))))
         if before - cost < _ENOUGH * informed:
             if reach == NEAR:
                 break

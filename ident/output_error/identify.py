@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ident.dynamics.compiled_chain import chain_of, torques
 from ident.model.arm import Arm
 from ident.output_error.first_guess import first_guess
-from ident.output_error.fit import SLOPE_STEP_S, Fit, Prior, Setup, Stretch, fit
+from ident.output_error.fit import SLOPE_STEP_S, Fit, MotionSegment, Prior, Setup, fit
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.recordings import parted, settled
 from ident.output_error.selection import PARTS, Chosen, Part, chosen
@@ -85,7 +85,7 @@ class Prepared:
         return self.arm.servo.same_servo
 
 
-def prepared(arm: Arm, stretches: Sequence[Stretch]) -> Prepared:
+def prepared(arm: Arm, segments: Sequence[MotionSegment]) -> Prepared:
     """Where an identification begins.
 
     Raises:
@@ -93,8 +93,8 @@ def prepared(arm: Arm, stretches: Sequence[Stretch]) -> Prepared:
         ConfigurationError: the arm's file names quantities that do not exist.
     """
     n = arm.robot.dof
-    span = np.ptp(np.concatenate([s.q for s in stretches]), axis=0)
-    _check_unit(arm, span, stretches[0].name)
+    span = np.ptp(np.concatenate([s.q for s in segments]), axis=0)
+    _check_unit(arm, span, segments[0].name)
     moving = span > _MOVES
     if not moving.any():
         raise DataError(f"No joint moves by more than {_MOVES} rad; nothing can be learned.")
@@ -102,7 +102,7 @@ def prepared(arm: Arm, stretches: Sequence[Stretch]) -> Prepared:
         chain_of(arm.robot),
         cad_parameters(arm.robot),
         np.full(n, arm.servo.encoder == "link"),
-        settled(stretches),
+        settled(segments),
         STEP_S,
     )
     fixed = _given(arm.servo.fixed, n, arm.source)
@@ -114,15 +114,15 @@ def prepared(arm: Arm, stretches: Sequence[Stretch]) -> Prepared:
     may = np.isnan(fixed) & moving
     may[ROW["zero"]] &= _weight(setup) > _LEAST_WEIGHT
     prior = Prior(start, np.full(start.shape, _SD), alike)
-    return Prepared(arm, setup, prior, may, moving, _resolution(stretches))
+    return Prepared(arm, setup, prior, may, moving, _resolution(segments))
 
 
-def identify_by_simulation(arm: Arm, stretches: Sequence[Stretch], tell: Tell) -> Found:
+def identify_by_simulation(arm: Arm, segments: Sequence[MotionSegment], tell: Tell) -> Found:
     """Servos, gears, friction, and zeros of an arm.
 
     Args:
         arm: kinematics, links, and what its file says of the servos.
-        stretches: the recordings.
+        segments: the recordings.
         tell: hears what is being done.
 
     Raises:
@@ -130,7 +130,7 @@ def identify_by_simulation(arm: Arm, stretches: Sequence[Stretch], tell: Tell) -
         ConfigurationError: the arm's file names parts or quantities that do not exist.
     """
     parts = _parts(arm.servo, arm.source)
-    begun = prepared(arm, stretches)
+    begun = prepared(arm, segments)
     searched, other = _folds(begun.setup)
     search = chosen(
         searched, other, begun.start, begun.prior, begun.may, parts, begun.same_servo, tell
@@ -157,7 +157,7 @@ def fit_of_all(begun: Prepared, start: Fit, tell: Tell) -> Fit:
 
 def model_of(begun: Prepared, best: Fit, know: Knowledge) -> ServoModel:
     """The arm with the settings of a fit."""
-    names = tuple(dict.fromkeys(s.name for s in begun.setup.stretches))
+    names = tuple(dict.fromkeys(s.name for s in begun.setup.segments))
     at_link, robot = begun.setup.at_link, begun.arm.robot
     return ServoModel(
         begun.arm.name, robot, best.settings, know.sd, at_link, begun.resolution, best.rms, names
@@ -180,7 +180,7 @@ def _check_unit(arm: Arm, span: Array, name: str) -> None:
 
 def _folds(setup: Setup) -> tuple[Setup, Setup]:
     """Two thirds of the pieces to search, one third to judge; long recordings are thinned."""
-    cut = parted(setup.stretches, _PIECE_S)
+    cut = parted(setup.segments, _PIECE_S)
     stride = max(int(len(cut) * _PIECE_S / (1.5 * _SEARCHED_S)), 1)
     thin = cut[::stride]
     if len(thin) < 3:
@@ -188,7 +188,7 @@ def _folds(setup: Setup) -> tuple[Setup, Setup]:
     searched = tuple(s for i, s in enumerate(thin) if i % 3 != 2)
     other = tuple(s for i, s in enumerate(thin) if i % 3 == 2)
     coarse = replace(setup, step=SLOPE_STEP_S)
-    return replace(coarse, stretches=searched), replace(coarse, stretches=other)
+    return replace(coarse, segments=searched), replace(coarse, segments=other)
 
 
 def _parts(servo: ServoSection, source: str) -> tuple[Part, ...]:
@@ -227,7 +227,7 @@ def _given(values: dict, n: int, source: str) -> Array:
 def _weight(setup: Setup) -> Array:
     """Largest torque of gravity along the recordings [N m], shape (n,)."""
     largest = np.zeros(len(setup.at_link))
-    for s in setup.stretches:
+    for s in setup.segments:
         q = np.ascontiguousarray(s.q[::10])
         still = np.zeros_like(q)
         held = torques(setup.chain, setup.delta, q, still, still)
@@ -235,9 +235,9 @@ def _weight(setup: Setup) -> Array:
     return largest
 
 
-def _resolution(stretches: Sequence[Stretch]) -> Array:
+def _resolution(segments: Sequence[MotionSegment]) -> Array:
     """Smallest step between the positions that were told [rad], shape (n,)."""
-    q = np.concatenate([s.q for s in stretches])
+    q = np.concatenate([s.q for s in segments])
     steps = np.zeros(q.shape[1])
     for j, column in enumerate(q.T):
         places = np.unique(np.round(column, 7))

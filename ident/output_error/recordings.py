@@ -1,4 +1,4 @@
-"""Recordings as stretches of commands and positions."""
+"""Recordings as segments of commands and positions."""
 
 import itertools
 from collections.abc import Sequence
@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.output_error.fit import Stretch
+from ident.output_error.fit import MotionSegment
 from ident.output_error.glitches import unreachable
 from ident.output_error.plant import Motion
 from ident.recordings.errors import JointMismatchError
@@ -17,19 +17,19 @@ from wamctl.arm.errors import DataError
 from wamctl.arm.recording import Recording
 
 _SHORTEST = 20
-"""A stretch has so many samples at least."""
+"""A segment has so many samples at least."""
 
 _PARTS = 3
 WARM_S = 0.5
 """What a simulation that begins in the middle of a motion needs to find its way [s]."""
 
 
-def stretches_of(
+def segments_of(
     recording: Recording, joint_names: Sequence[str], name: str
-) -> tuple[Stretch, ...]:
+) -> tuple[MotionSegment, ...]:
     """Commands and positions of a recording between its holes, joints in the robot's order.
 
-    Positions that no motion can reach are left out, and counted with the first stretch.
+    Positions that no motion can reach are left out, and counted with the first segment.
 
     Raises:
         DataError: no commanded positions, other joints, or too few samples.
@@ -53,25 +53,25 @@ def stretches_of(
     if not parts:
         raise DataError(f"{name} has {len(t)} samples; a simulation needs {_SHORTEST} in a row.")
     first, *others = (
-        _stretch(t[p], q[p], stamp, command, name, warm=i > 0) for i, p in enumerate(parts)
+        _segment(t[p], q[p], stamp, command, name, warm=i > 0) for i, p in enumerate(parts)
     )
     return replace(first, wrong=tuple(wrong.sum(axis=0).tolist())), *others
 
 
-def parted(stretches: Sequence[Stretch], seconds: float) -> list[Stretch]:
-    """Pieces of about that length, at least three of each stretch, to fit some and judge by others.
+def parted(segments: Sequence[MotionSegment], seconds: float) -> list[MotionSegment]:
+    """Pieces of about that length, at least three of each segment, to fit some and judge by others.
 
     Raises:
         DataError: fewer than three, since the recordings are too short or sampled too slowly.
     """
-    cut: list[Stretch] = []
-    for s in stretches:
+    cut: list[MotionSegment] = []
+    for s in segments:
         cut += pieces([s], max(round(float(s.motion.t[-1] - s.motion.t[0]) / seconds), _PARTS))
     if len(cut) < _PARTS:
-        spans = [float(s.motion.t[-1] - s.motion.t[0]) for s in stretches]
-        period = np.median(np.concatenate([np.diff(s.motion.t) for s in stretches]))
+        spans = [float(s.motion.t[-1] - s.motion.t[0]) for s in segments]
+        period = np.median(np.concatenate([np.diff(s.motion.t) for s in segments]))
         raise DataError(
-            f"{stretches[0].name}: unbroken motion of {max(spans):.3g} s with a sample every"
+            f"{segments[0].name}: unbroken motion of {max(spans):.3g} s with a sample every"
             f" {period:.3g} s does not give {_PARTS} pieces of at least {_SHORTEST} samples and"
             f" {2 * WARM_S:g} s, some to fit and one to judge; record longer or at a higher rate,"
             " and check that times are in seconds."
@@ -79,25 +79,24 @@ def parted(stretches: Sequence[Stretch], seconds: float) -> list[Stretch]:
     return cut
 
 
-def pieces(stretches: Sequence[Stretch], count: int) -> tuple[Stretch, ...]:
-    """Each stretch cut into parts of one length; those too short to be simulated are left out."""
+def pieces(segments: Sequence[MotionSegment], count: int) -> tuple[MotionSegment, ...]:
+    """Each segment cut into parts of one length; those too short to be simulated are left out."""
     cut = []
-    for s in stretches:
+    for s in segments:
         bounds = np.linspace(0, len(s.q), count + 1).astype(int)
         for k, (a, b) in enumerate(itertools.pairwise(bounds)):
             m = s.motion
             if b - a >= _SHORTEST and m.t[b - 1] - m.t[a] >= 2 * WARM_S:
-                part = _stretch(m.t[a:b], s.q[a:b], m.stamp, m.command, s.name, warm=k > 0)
+                part = _segment(m.t[a:b], s.q[a:b], m.stamp, m.command, s.name, warm=k > 0)
                 cut.append(replace(part, counted=max(part.counted, s.counted - a)))
     return tuple(cut)
 
 
-def settled(stretches: Sequence[Stretch]) -> tuple[Stretch, ...]:
+def settled(segments: Sequence[MotionSegment]) -> tuple[MotionSegment, ...]:
     """The same, but that errors of the first moments do not count: nobody knows how they began."""
-    counts = (int(np.searchsorted(s.motion.t, s.motion.t[0] + WARM_S)) for s in stretches)
+    counts = (int(np.searchsorted(s.motion.t, s.motion.t[0] + WARM_S)) for s in segments)
     return tuple(
-        replace(s, counted=max(s.counted, count))
-        for s, count in zip(stretches, counts, strict=True)
+        replace(s, counted=max(s.counted, count)) for s, count in zip(segments, counts, strict=True)
     )
 
 
@@ -114,7 +113,9 @@ def _commands(recording: Recording, name: str) -> tuple[NDArray[np.int64], Array
     )
 
 
-def _stretch(t: Array, q: Array, stamp: Array, command: Array, name: str, *, warm: bool) -> Stretch:
+def _segment(
+    t: Array, q: Array, stamp: Array, command: Array, name: str, *, warm: bool
+) -> MotionSegment:
     first = max(int(np.searchsorted(stamp, t[0], side="right")) - 30, 0)
     last = int(np.searchsorted(stamp, t[-1], side="right")) + 1
     speed = (q[2] - q[0]) / (t[2] - t[0])
@@ -126,4 +127,4 @@ def _stretch(t: Array, q: Array, stamp: Array, command: Array, name: str, *, war
         speed,
     )
     counted = int(np.searchsorted(t, t[0] + WARM_S)) if warm else 0
-    return Stretch(motion, np.ascontiguousarray(q), name, counted)
+    return MotionSegment(motion, np.ascontiguousarray(q), name, counted)

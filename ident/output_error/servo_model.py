@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from ident.dynamics.compiled_chain import chain_of
-from ident.output_error.fit import Setup, Stretch
+from ident.output_error.fit import MotionSegment, Setup
 from ident.output_error.parameters import LATER, QUANTITIES, ROW
 from ident.signals.arrays import Array
 from wamctl.arm.config import Section, Vector, read_yaml, validate
@@ -57,14 +57,14 @@ class ServoModel:
             raise DataError(f"There is no quantity {name!r}; there are {', '.join(ROW)}.")
         return self.settings[ROW[name]].copy()
 
-    def setup(self, stretches: tuple[Stretch, ...], step: float = STEP_S) -> Setup:
+    def setup(self, segments: tuple[MotionSegment, ...], step: float = STEP_S) -> Setup:
         """The arm along recordings."""
         chain = chain_of(self.robot)
-        return Setup(chain, cad_parameters(self.robot), self.at_link, stretches, step)
+        return Setup(chain, cad_parameters(self.robot), self.at_link, segments, step)
 
-    def replay(self, stretch: Stretch) -> Array:
+    def replay(self, segment: MotionSegment) -> Array:
         """Positions that the simulated encoders tell along a recording [rad], shape (S, n)."""
-        (made,) = self.setup((stretch,)).replay(self.settings)
+        (made,) = self.setup((segment,)).replay(self.settings)
         return made
 
 

@@ -88,7 +88,7 @@ def alike(pulls: Array, speed: Array) -> Array:
 
 def _speeds(setup: Setup, settings: Array) -> Array:
     """Of the simulated joints at the counted samples [rad/s], shape (S, n)."""
-    pairs = zip(setup.stretches, setup.replay(settings), strict=True)
+    pairs = zip(setup.segments, setup.replay(settings), strict=True)
     return np.concatenate([np.gradient(m, s.motion.t, axis=0)[s.counted :] for s, m in pairs])
 
 

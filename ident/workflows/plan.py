@@ -20,9 +20,9 @@ from ident.identification.validation import arm_of
 from ident.model.identified_model import Model
 from ident.planning.changed_arm import changed
 from ident.planning.choice import Motion, designed, distinct, motions, slowed
+from ident.planning.closed_loop_trial import MOST_TRACKING, tracking
 from ident.planning.hypotheses import UNKNOWN, Answer, Hypothesis, hypotheses, read_answer
 from ident.planning.noise import read_noise
-from ident.planning.rehearsal import MOST_TRACKING, tracking
 from ident.planning.weighing import log_likelihood, stretches
 from ident.recordings.loading import Reading, read_for
 from ident.workflows.design import place_of
@@ -85,8 +85,8 @@ def plan_logs(
     pose = possible_pose(place.arm, place.robot, place.limits, config)
     for best in sorted(tried, key=lambda m: -m.worth(odds)):
         design = designed(place, best, pose)
-        rehearsed = tracking(place, found, design.trajectory.series)
-        if max(rehearsed.values()) <= MOST_TRACKING:
+        shares = tracking(place, found, design.trajectory.series)
+        if max(shares.values()) <= MOST_TRACKING:
             break
     else:
         raise DataError("No motion is left that the arm would follow under every answer.")
@@ -98,7 +98,7 @@ def plan_logs(
         "intervention": _intervention(found[0].model),
         "changed": asdict(change) if change.alters_the_model else None,
         "motion": _motion_content(best, odds),
-        "rehearsed_tracking": rehearsed,
+        "rehearsed_tracking": shares,
         "noise": found[0].noise.content(),
         "tried": [_motion_content(m, odds) for m in tried],
         "seconds": time.perf_counter() - start,

@@ -27,8 +27,8 @@ from numpy.typing import NDArray
 
 import ident
 from ident.importers.recording import import_recording
-from ident.output_error.fit import Stretch
-from ident.output_error.recordings import pieces, stretches_of
+from ident.output_error.fit import MotionSegment
+from ident.output_error.recordings import pieces, segments_of
 from ident.output_error.servo_model import read_servo_model, write_servo_model
 
 Array = NDArray[np.floating]
@@ -41,12 +41,12 @@ OWN = (0.60, 0.052, 0.028, 3.35)  # damping, frictionloss, armature, force limit
 GAINS = {"old": (17.8, 0.0), "new": (998.22, 2.731)}  # kp, kv
 
 
-def replayed(arm: mujoco.MjModel, zero: Array, stretch: Stretch) -> Array:
+def replayed(arm: mujoco.MjModel, zero: Array, segment: MotionSegment) -> Array:
     """Positions of the MJCF along a recording's commands [rad], shape (S, n)."""
-    motion, state = stretch.motion, mujoco.MjData(arm)
+    motion, state = segment.motion, mujoco.MjData(arm)
     state.qpos[:], state.qvel[:] = motion.start + zero, motion.speed
     held = np.maximum(np.searchsorted(motion.stamp, motion.t, side="right") - 1, 0)
-    wanted, read = motion.command[held] + zero, np.empty_like(stretch.q)
+    wanted, read = motion.command[held] + zero, np.empty_like(segment.q)
     for k in range(len(read)):
         read[k] = state.qpos
         span = motion.t[min(k + 1, len(read) - 1)] - motion.t[k]
@@ -55,9 +55,9 @@ def replayed(arm: mujoco.MjModel, zero: Array, stretch: Stretch) -> Array:
     return read - zero
 
 
-def residuals(arm: mujoco.MjModel, zero: Array, stretches: Sequence[Stretch]) -> Array:
+def residuals(arm: mujoco.MjModel, zero: Array, segments: Sequence[MotionSegment]) -> Array:
     """Measured less replayed positions [rad], shape (S, n)."""
-    left = [(s.q - replayed(arm, zero, s))[s.counted :] for s in stretches]
+    left = [(s.q - replayed(arm, zero, s))[s.counted :] for s in segments]
     return np.nan_to_num(np.concatenate(left), nan=1.0)
 
 
@@ -120,7 +120,7 @@ class Search:
 
 
 def mjcf_error(
-    folder: Path, row_name: str, fitted: Sequence[Stretch], judged: Sequence[Stretch],
+    folder: Path, row_name: str, fitted: Sequence[MotionSegment], judged: Sequence[MotionSegment],
     seconds: float, seed: int,
 ) -> tuple[Array, str]:  # fmt: skip
     """Rms on the judged recordings of the published MJCF with what is found [rad], and a note."""
@@ -165,7 +165,7 @@ def main() -> None:
             import_recording(table, "so101-map.yaml", log)
             recordings[table.stem] = ident.Recording.from_bag(log)
     names = next(iter(recordings.values())).joints
-    parts = {k: stretches_of(r.log, names, k) for k, r in recordings.items()}
+    parts = {k: segments_of(r.log, names, k) for k, r in recordings.items()}
     fitted = [s for k in FITTED for s in parts[k]]
     judged = [s for k in parts if k not in FITTED for s in parts[k]]
     start = time.process_time()

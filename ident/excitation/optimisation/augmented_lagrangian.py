@@ -72,18 +72,18 @@ def descend(
     """
     shape = coefficients.shape
     x = coefficients.ravel() / _SCALE
-    prices = None
+    multiplier = None
     for stage in stages:
         if deadline.over:
             break
         soft = stage.smoothness.softness_rad_s
         found = constraint_values(problem, x.reshape(shape) * _SCALE, soft)
-        prices = np.zeros_like(found) if prices is None else prices
-        penalty = Penalty(prices, stage.stiffness)
+        multiplier = np.zeros_like(found) if multiplier is None else multiplier
+        penalty = Penalty(multiplier, stage.stiffness)
         aim = smoothed_problem(problem, x.reshape(shape) * _SCALE, stage.smoothness)
         x = _minimise(aim, x, shape, stage, penalty, deadline)
         found = constraint_values(problem, x.reshape(shape) * _SCALE, soft)
-        prices = multipliers(problem, found, penalty)
+        multiplier = multipliers(problem, found, penalty)
     return x.reshape(shape) * _SCALE
 
 

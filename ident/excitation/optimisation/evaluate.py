@@ -18,7 +18,7 @@ POOL = 6
 """So many motions are worth keeping."""
 
 UNSEEN = 100.0
-"""A motion that was not rehearsed is behind all that were, whatever the formula promises. It is not
+"""A motion that was not tried is behind all that were, whatever the formula promises. It is not
 where its condition number passes the bound."""
 
 _SURPRISE = 0.1
@@ -33,7 +33,7 @@ class Candidate:
         rest: what the condition number adds to its value; as much as `UNSEEN` more, where something
             is still to be seen of it.
         tries: what the standard errors add is the mean of these: by the formula, or of each try of
-            a rehearsal.
+            a trial.
         condition_number: of W, whatever the objective.
         coefficients: shape (2 L + 1, n).
     """
@@ -63,7 +63,7 @@ class Judge:
 
     Attributes:
         problem: with a dense grid.
-        deadline: no motion is rehearsed after it.
+        deadline: no motion is tried after it.
     """
 
     problem: Problem
@@ -80,19 +80,19 @@ class Judge:
         if fitted is None:
             return []
         found = candidate(self.problem, fitted)
-        if self.problem.rehearsal is None:
+        if self.problem.trial is None:
             return [found]
         if found.condition_number > self.problem.objective.most:
             return [found.behind()]
         if self.deadline.over:
             return [] if kept else [found.behind()]
         try:
-            return self._rehearsed(self.problem.rehearsal, found, kept)
+            return self._tried(self.problem.trial, found, kept)
         except DataError:
             return [found.behind()]
 
-    def _rehearsed(
-        self, rehearsal: ClosedLoopTrial, found: Candidate, kept: Sequence[Candidate]
+    def _tried(
+        self, trial: ClosedLoopTrial, found: Candidate, kept: Sequence[Candidate]
     ) -> list[Candidate]:
         """The motion as the tries show it; nothing as soon as all kept ones are clearly better."""
         worst = kept[-1] if len(kept) >= POOL else None
@@ -101,7 +101,7 @@ class Judge:
             if found.rest + least > worst.value + _SURPRISE:
                 return []
         tries: tuple[float, ...] = ()
-        for errors in rehearsal.errors(found.coefficients):
+        for errors in trial.errors(found.coefficients):
             tries = (*tries, errors)
             found = replace(found, tries=tries)
             if worst is not None and found.value > worst.after(len(tries)) + _SURPRISE:

@@ -27,13 +27,13 @@ _GLANCE_S = 0.2
 
 @dataclass(frozen=True)
 class Task:
-    """What every island works on.
+    """What every search works on.
 
     Attributes:
         problem: objective, constraints and the grid to optimise on.
         dense: grid on which limits and objective are judged.
         effort: when to stop.
-        seed: of all random choices; each island takes its own from it.
+        seed: of all random choices; each search takes its own from it.
         start: a design to improve, shape (2 L + 1, n), or None.
     """
 
@@ -45,43 +45,43 @@ class Task:
 
 
 def best_design(task: Task, processes: int, report: Report) -> Candidate | None:
-    """The best design that the islands find, or None where none keeps its limits.
+    """The best design that the searches find, or None where none keeps its limits.
 
     An interrupt (Ctrl-C) ends the search early and keeps the best design so far.
 
     Args:
         task: what to work on.
-        processes: number of islands.
+        processes: number of searches.
         report: called with every better design, and with None in between.
     """
     context = workers()
     found: Queue[Candidate | None] = context.Queue()
     compiled = context.Event()
-    islands = [
+    searches = [
         context.Process(target=_worker, args=(task, number, found, compiled), daemon=True)
         for number in range(processes)
     ]
     with started_apart():
-        for island in islands:
-            island.start()
+        for search in searches:
+            search.start()
     try:
-        return _collect(found, islands, report)
+        return _collect(found, searches, report)
     finally:
-        for island in islands:
-            island.terminate()
-            island.join()
+        for search in searches:
+            search.terminate()
+            search.join()
 
 
 def _collect(
-    found: "Queue[Candidate | None]", islands: list[ForkServerProcess], report: Report
+    found: "Queue[Candidate | None]", searches: list[ForkServerProcess], report: Report
 ) -> Candidate | None:
-    best, running = None, len(islands)
+    best, running = None, len(searches)
     try:
         while running:
             try:
                 candidate = found.get(timeout=_GLANCE_S)
             except queue.Empty:
-                if any(island.exitcode for island in islands):
+                if any(search.exitcode for search in searches):
                     raise RuntimeError("a search process died; see its message above") from None
                 report(None)
                 continue
@@ -103,7 +103,7 @@ def _warm_up(task: Task, rng: np.random.Generator) -> None:
 
 
 def _worker(task: Task, number: int, found: "Queue[Candidate | None]", compiled: Event) -> None:
-    """An island; the first one compiles for all, and the others load what it has compiled."""
+    """A search; the first one compiles for all, and the others load what it has compiled."""
     seed = int(np.random.SeedSequence([task.seed, number]).generate_state(1)[0])
     with compilation_announced("the search") if number == 0 else nullcontext():
         if number > 0:

@@ -73,9 +73,9 @@ def search(
         seed: of the random starts and changes.
         start: a design to improve, shape (2 L + 1, n), instead of starting afresh.
     """
-    herd = _Population(problem, dense, effort, np.random.default_rng(seed))
+    population = _Population(problem, dense, effort, np.random.default_rng(seed))
     best = np.inf
-    for found in herd.polished(start) if problem.rehearsal is None else herd.rehearsed(start):
+    for found in population.polished(start) if problem.trial is None else population.tried(start):
         if found.value < best:
             best = found.value
             yield found
@@ -98,7 +98,7 @@ class _Population:
             last = descend(self._problem, kept[0].coefficients, FINAL_STAGES, end)
             yield from self._judge(self._problem, end).of(last, kept)
 
-    def rehearsed(self, start: Array | None) -> Iterator[Candidate]:
+    def tried(self, start: Array | None) -> Iterator[Candidate]:
         """One family after the other, and then the best of all together."""
         soon = self._effort.deadline.sooner(_TOGETHER_SHARE)
         best = yield from self._family(start, soon, _STALE)

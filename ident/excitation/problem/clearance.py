@@ -122,7 +122,7 @@ def _velocity(w, points, p, qd):
 
 
 @njit(cache=True)
-def pull_speeds(chain, points, q, qd, bar, grad_q, grad_qd):
+def speeds_vjp(chain, points, q, qd, bar, grad_q, grad_qd):
     """Add the gradient of sum(bar * squares) to `grad_q` and `grad_qd`, each of shape (S, n)."""
     if points.link.size == 0:
         return

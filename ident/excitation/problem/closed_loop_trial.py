@@ -87,7 +87,7 @@ class ClosedLoopTrial:
         made = run(plant, self.controller, self.wire, (motion.q, motion.qd, motion.qdd))
         trajectory = trajectory_yaml(Trajectory(series, 1, {}, {})).encode()
         recording = recorded(names, motion, made, {"trajectory.yaml": trajectory}, {})
-        data = dataset(recording, names, "rehearsal")
+        data = dataset(recording, names, "trial")
         return only_steady_state(data, recording, data.name)
 
 

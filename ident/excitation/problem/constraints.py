@@ -62,7 +62,7 @@ class Constraints:
 
 
 @dataclass(frozen=True)
-class Slopes:
+class Adjoints:
     """Gradients that grow as each part of the problem adds its own.
 
     Attributes:
@@ -163,15 +163,15 @@ def values(
     return np.concatenate([part.ravel() for part in parts])
 
 
-def pull(
+def constraints_vjp(
     constraints: Constraints,
     columns: Columns,
     motion: Motion,
     bar: Array,
     softness_rad_s: float,
-    slopes: Slopes,
+    adjoints: Adjoints,
 ) -> None:
-    """Add the gradient of sum(bar * values) to the slopes.
+    """Add the gradient of sum(bar * values) to the adjoints.
 
     Args:
         constraints: the arm and its bounds.
@@ -179,21 +179,25 @@ def pull(
         motion: S samples of n joints.
         bar: shape (M,).
         softness_rad_s: width of the smoothed sign [rad/s].
-        slopes: what grows.
+        adjoints: what grows.
     """
     c, (samples, n) = constraints, motion.q.shape
     counts = np.cumsum([4 * samples * n, samples * n, samples * len(c.bounds.speed)])
     kinematic, torque, squares, nearness = np.split(bar, counts)
     scaled = kinematic.reshape(4, samples, n) / c.bounds.kinematic[:, None, :]
-    for slope, part in zip((slopes.q, slopes.qd, slopes.qdd, slopes.qddd), scaled, strict=True):
+    for slope, part in zip(
+        (adjoints.q, adjoints.qd, adjoints.qdd, adjoints.qddd), scaled, strict=True
+    ):
         slope += part
     motor = torque.reshape(samples, n) / c.bounds.torque
     joint = motor @ c.joint_from_motor.T
-    slopes.rows[:, :, : columns.links] += joint.T[:, :, None] * columns.cad
+    adjoints.rows[:, :, : columns.links] += joint.T[:, :, None] * columns.cad
     slip = np.tanh(motion.qd / softness_rad_s)
-    slopes.qd[:] += joint * (c.viscous + c.coulomb * (1.0 - slip**2) / softness_rad_s)
-    slopes.qdd[:] += motor @ c.rotor.T
+    adjoints.qd[:] += joint * (c.viscous + c.coulomb * (1.0 - slip**2) / softness_rad_s)
+    adjoints.qdd[:] += motor @ c.rotor.T
     bar_squares = squares.reshape(samples, -1) / c.bounds.speed**2
-    geometry.pull_speeds(c.chain, c.points, motion.q, motion.qd, bar_squares, slopes.q, slopes.qd)
+    geometry.speeds_vjp(
+        c.chain, c.points, motion.q, motion.qd, bar_squares, adjoints.q, adjoints.qd
+    )
     bar_apart = nearness.reshape(samples, -1) / -_SIGHT_M
-    geometry.distances_vjp(c.chain, c.shapes, motion.q, bar_apart, slopes.q)
+    geometry.distances_vjp(c.chain, c.shapes, motion.q, bar_apart, adjoints.q)

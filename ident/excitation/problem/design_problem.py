@@ -8,7 +8,7 @@ from ident.dynamics.regressor import Motion
 from ident.dynamics.regressor_adjoint import regressor_vjp
 from ident.excitation.problem import constraints as limited
 from ident.excitation.problem.closed_loop_trial import ClosedLoopTrial
-from ident.excitation.problem.constraints import Constraints, Slopes
+from ident.excitation.problem.constraints import Adjoints, Constraints
 from ident.excitation.problem.criterion import (
     Objective,
     aimed,
@@ -34,7 +34,7 @@ class Problem:
         constraints: the arm's limits.
         grid: samples of one period.
         noise: of the torques.
-        rehearsal: shows the noise of motions that compete; None: the formula is all there is.
+        trial: shows the noise of motions that compete; None: the formula is all there is.
     """
 
     columns: Columns
@@ -42,7 +42,7 @@ class Problem:
     constraints: Constraints
     grid: Grid
     noise: Noise
-    rehearsal: ClosedLoopTrial | None = None
+    trial: ClosedLoopTrial | None = None
 
 
 @dataclass(frozen=True)
@@ -87,16 +87,18 @@ def lagrangian(
     """
     motion, rows, found = _evaluate(problem, coefficients, smoothness.softness_rad_s)
     value, bar, by_noise = _objective(problem, motion, rows, smoothness.power)
-    prices = multipliers(problem, found, penalty)
+    multiplier = multipliers(problem, found, penalty)
     samples = problem.grid.samples
-    value += float(prices @ prices - penalty.multipliers @ penalty.multipliers) / (
+    value += float(multiplier @ multiplier - penalty.multipliers @ penalty.multipliers) / (
         2.0 * penalty.stiffness * samples
     )
     zeros = np.zeros((2, *motion.q.shape))
-    slopes = Slopes(zeros[0], *by_noise, zeros[1], bar)
+    adjoints = Adjoints(zeros[0], *by_noise, zeros[1], bar)
     soft = smoothness.softness_rad_s
-    limited.pull(problem.constraints, problem.columns, motion, prices / samples, soft, slopes)
-    return value, _pull(problem, motion, soft, slopes), prices
+    limited.constraints_vjp(
+        problem.constraints, problem.columns, motion, multiplier / samples, soft, adjoints
+    )
+    return value, _motion_vjp(problem, motion, soft, adjoints), multiplier
 
 
 def _objective(
@@ -118,7 +120,7 @@ def _objective(
     pulled = gram_vjp(columns, rows, noisy_slope)
     bar = gram_vjp(columns, rows, slope) + variance[:, :, None] * pulled
     by_variance = np.sum(rows * pulled, axis=2) / 2.0
-    qd, qdd = (np.ascontiguousarray((by_variance * by).T) for by in noise.slopes(motion))
+    qd, qdd = (np.ascontiguousarray((by_variance * by).T) for by in noise.adjoints(motion))
     return value, bar, (qd, qdd)
 
 
@@ -165,32 +167,34 @@ def _evaluate(
     return motion, rows, found
 
 
-def _pull(problem: Problem, motion: Motion, softness_rad_s: float, slopes: Slopes) -> Array:
-    """Gradient by the coefficients of all that the slopes hold."""
+def _motion_vjp(
+    problem: Problem, motion: Motion, softness_rad_s: float, adjoints: Adjoints
+) -> Array:
+    """Gradient by the coefficients of all that the adjoints hold."""
     columns = problem.columns
     for i, kind, joint in columns.own:
-        bar = slopes.rows[joint, :, i]
+        bar = adjoints.rows[joint, :, i]
         if kind == "fv":
-            slopes.qd[:, joint] += bar
+            adjoints.qd[:, joint] += bar
         elif kind == "fc":
             slip = np.tanh(motion.qd[:, joint] / softness_rad_s)
-            slopes.qd[:, joint] += bar * (1.0 - slip**2) / softness_rad_s
+            adjoints.qd[:, joint] += bar * (1.0 - slip**2) / softness_rad_s
         elif kind == "ia":
-            slopes.qdd[:, joint] += bar
+            adjoints.qdd[:, joint] += bar
     regressor_vjp(
         columns.frames,
         motion.q,
         motion.qd,
         motion.qdd,
-        slopes.rows,
-        slopes.q,
-        slopes.qd,
-        slopes.qdd,
+        adjoints.rows,
+        adjoints.q,
+        adjoints.qd,
+        adjoints.qdd,
     )
     g = problem.grid
     return (
-        g.position.T @ slopes.q
-        + g.velocity.T @ slopes.qd
-        + g.acceleration.T @ slopes.qdd
-        + g.jerk.T @ slopes.qddd
+        g.position.T @ adjoints.q
+        + g.velocity.T @ adjoints.qd
+        + g.acceleration.T @ adjoints.qdd
+        + g.jerk.T @ adjoints.qddd
     )

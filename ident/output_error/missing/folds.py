@@ -24,8 +24,8 @@ class Fold:
 
 def folds(setup: Setup) -> tuple[Fold, ...]:
     """The recordings in three ways; a recording is left out whole where there are three or more."""
-    names = list(dict.fromkeys(s.name for s in setup.stretches))
-    cut = parted(setup.stretches, PIECE_S)
+    names = list(dict.fromkeys(s.name for s in setup.segments))
+    cut = parted(setup.segments, PIECE_S)
     stride = max(round(len(cut) * PIECE_S / LONGEST_S), 1)
     thin = cut[::stride]
     whole = len(names) >= FOLDS and {s.name for s in thin} == set(names)
@@ -34,8 +34,8 @@ def folds(setup: Setup) -> tuple[Fold, ...]:
     coarse = replace(setup, step=max(setup.step, STEP_S))
     return tuple(
         Fold(
-            replace(coarse, stretches=tuple(s for s, i in zip(thin, side, strict=True) if i != k)),
-            replace(coarse, stretches=tuple(s for s, i in zip(thin, side, strict=True) if i == k)),
+            replace(coarse, segments=tuple(s for s, i in zip(thin, side, strict=True) if i != k)),
+            replace(coarse, segments=tuple(s for s, i in zip(thin, side, strict=True) if i == k)),
         )
         for k in reversed(range(FOLDS))
     )

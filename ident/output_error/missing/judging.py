@@ -15,9 +15,9 @@ _TINY = 1e-30
 def block_errors(setup: Setup, settings: Array) -> Array:
     """Mean squared error of each block of time, by joint [rad^2], shape (B, n)."""
     means = []
-    for stretch, made in zip(setup.stretches, setup.replay(settings), strict=True):
-        t = stretch.motion.t[stretch.counted :]
-        squares = (stretch.q - made)[stretch.counted :] ** 2
+    for segment, made in zip(setup.segments, setup.replay(settings), strict=True):
+        t = segment.motion.t[segment.counted :]
+        squares = (segment.q - made)[segment.counted :] ** 2
         count = max(int((t[-1] - t[0]) / BLOCK_S), 1)
         edges = np.searchsorted(t, np.linspace(t[0], t[-1], count + 1)[:-1])
         sizes = np.diff(np.append(edges, len(t)))

@@ -71,7 +71,7 @@ def white_noise(setup: Setup, settings: Array, resolution: Array) -> Array:
     """Of the encoders beyond their steps, from second differences [rad], shape (n,)."""
     made = setup.replay(settings)
     bent = [np.diff((s.q - m)[s.counted :], 2, axis=0) for s, m in
-            zip(setup.stretches, made, strict=True)]  # fmt: skip
+            zip(setup.segments, made, strict=True)]  # fmt: skip
     size = _MAD * np.median(np.abs(np.concatenate(bent)), axis=0) / _DIFFERENCED
     return np.sqrt(np.maximum(size**2 - resolution**2 / 12.0, 0.0))
 
@@ -80,11 +80,11 @@ def _recorded(
     setup: Setup, settings: Array, noise: Array, resolution: Array, rng: np.random.Generator
 ) -> Setup:
     """The same commands as a simulated arm would have answered them."""
-    stretches = []
+    segments = []
     fine = replace(setup, step=_STEP_S)
-    for s, q in zip(setup.stretches, fine.replay(settings), strict=True):
+    for s, q in zip(setup.segments, fine.replay(settings), strict=True):
         told = q + noise * rng.standard_normal(q.shape)
         step = np.where(resolution > 0.0, resolution, 1.0)
         told = np.where(resolution > 0.0, np.round(told / step) * step, told)
-        stretches.append(replace(s, q=told, motion=s.motion._replace(start=told[0].copy())))
-    return replace(setup, stretches=tuple(stretches))
+        segments.append(replace(s, q=told, motion=s.motion._replace(start=told[0].copy())))
+    return replace(setup, segments=tuple(segments))

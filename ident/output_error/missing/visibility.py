@@ -22,7 +22,7 @@ def held_by_weight(setup: Setup, settings: Array) -> NDArray[np.bool_]:
     load has to be more than dry friction, all of which may rub at the link and hold it anywhere.
     """
     zero = settings[ROW["zero"]]
-    load = np.concatenate([smoothed(setup, s, zero)[3] for s in setup.stretches])
+    load = np.concatenate([smoothed(setup, s, zero)[3] for s in setup.segments])
     one_way = np.minimum((load > 0.0).mean(axis=0), (load < 0.0).mean(axis=0)) < _RARE
     return one_way & (np.median(np.abs(load), axis=0) > settings[ROW["coulomb"]])
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ident.output_error.fit import Stretch
+from ident.output_error.fit import MotionSegment
 from ident.report.charts import Chart, Curve, Panel, kept_samples, line_chart
 from ident.report.page import (
     Block,
@@ -54,11 +54,11 @@ class ServoTrace:
     simulated: Array
 
     @classmethod
-    def of(cls, stretch: Stretch, simulated: Array) -> "ServoTrace":
+    def of(cls, segment: MotionSegment, simulated: Array) -> "ServoTrace":
         """A recording beside its simulation."""
-        m = stretch.motion
+        m = segment.motion
         held = np.maximum(np.searchsorted(m.stamp, m.t, side="right") - 1, 0)
-        return cls(stretch.name, m.t, m.command[held], stretch.q, simulated)
+        return cls(segment.name, m.t, m.command[held], segment.q, simulated)
 
 
 def servo_page(command: str, content: Content, traces: Sequence[ServoTrace]) -> Page:

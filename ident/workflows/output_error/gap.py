@@ -11,7 +11,7 @@ from ident.checks.remark import Remark, verdict_content
 from ident.effects.catalogue import catalogue
 from ident.effects.events import EVENTS
 from ident.model.arm import Arm
-from ident.output_error.fit import Stretch
+from ident.output_error.fit import MotionSegment
 from ident.output_error.identify import Prepared, model_of, prepared
 from ident.output_error.missing.search import search
 from ident.output_error.missing.settings import GapBySimulation
@@ -52,7 +52,7 @@ class GapOfServos:
         before = setup.replay(done.before.settings)
         after = setup.replay(done.after.settings) if done.effects else before
         pairs = [
-            tuple(ServoTrace.of(s, q) for s, q in zip(setup.stretches, made, strict=True))
+            tuple(ServoTrace.of(s, q) for s, q in zip(setup.segments, made, strict=True))
             for made in (before, after)
         ]
         titles = {name: e.title for name, e in (catalogue() | EVENTS).items()}
@@ -103,8 +103,8 @@ def gap_simulation(
     """
     start = time.perf_counter()
     tell("reading")
-    arm, stretches = read_commanded(paths, robot, reading)
-    done = gap_of_servos(arm, stretches, settings, tell, remarks, paths)
+    arm, segments = read_commanded(paths, robot, reading)
+    done = gap_of_servos(arm, segments, settings, tell, remarks, paths)
     done.content["seconds"] = time.perf_counter() - start
     tell("writing the report")
     return done.write(out), done.sentences
@@ -112,7 +112,7 @@ def gap_simulation(
 
 def gap_of_servos(
     arm: Arm,
-    stretches: Sequence[Stretch],
+    segments: Sequence[MotionSegment],
     settings: GapBySimulation,
     tell: Tell = silent,
     remarks: Sequence[Remark] = (),
@@ -120,11 +120,11 @@ def gap_of_servos(
 ) -> GapOfServos:
     """Search commands and positions that have been read; nothing is written."""
     start = time.perf_counter()
-    begun = prepared(arm, settled(stretches))
+    begun = prepared(arm, settled(segments))
     done = outcome(begun, search(begun, settings, tell), settings, tell)
     tell("what would have been seen")
     content = gap_content(begun, done, settings)
-    told = glitch_remarks(stretches, arm.robot.joint_names)
+    told = glitch_remarks(segments, arm.robot.joint_names)
     trust = verdict_content([*remarks, *told])
     content |= {"trust": trust["verdict"], "remarks": trust["remarks"]}
     content["provenance"] = provenance(arm, paths)

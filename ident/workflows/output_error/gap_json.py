@@ -115,7 +115,7 @@ def _rival(rival: Rival, joint: int) -> Content:
 def _where(setup: Setup, done: Outcome) -> list[Content]:
     """Joints and speeds at which the arm without effects is beyond the noise."""
     floor, excess = done.search.nulls.floor, {}
-    for s, made in zip(setup.stretches, setup.replay(done.before.settings), strict=True):
+    for s, made in zip(setup.segments, setup.replay(done.before.settings), strict=True):
         speed = np.abs(np.gradient(made, s.motion.t, axis=0))
         beyond = (s.q - made) ** 2 - floor**2
         counted = np.arange(len(s.q)) >= s.counted
@@ -156,7 +156,7 @@ def _held_out(begun: Prepared, done: Outcome) -> Content:
         np.sqrt(np.concatenate(errors).mean(axis=0))
         for errors in (done.confirmation.before, done.confirmation.after)
     )
-    q = np.concatenate([s.q for s in begun.setup.stretches])
+    q = np.concatenate([s.q for s in begun.setup.segments])
     motion, moving = q.std(axis=0), begun.moving
 
     def errors(rms: Array) -> Content:

@@ -7,8 +7,8 @@ import numpy as np
 
 from ident.checks.remark import Grade, Remark, joints, numbers
 from ident.model.arm import Arm
-from ident.output_error.fit import Stretch
-from ident.output_error.recordings import stretches_of
+from ident.output_error.fit import MotionSegment
+from ident.output_error.recordings import segments_of
 from ident.recordings.joint_names import renamed
 from ident.recordings.loading import Reading, arm_of, joints_to_read
 from wamctl.arm.recording import Recording, read_recording
@@ -16,7 +16,7 @@ from wamctl.arm.recording import Recording, read_recording
 
 def read_commanded(
     paths: Sequence[Path], robot: Path | None, reading: Reading
-) -> tuple[Arm, tuple[Stretch, ...]]:
+) -> tuple[Arm, tuple[MotionSegment, ...]]:
     """The arm, and what its joints were asked for and did.
 
     Raises:
@@ -25,24 +25,24 @@ def read_commanded(
     """
     logs = [_read(path, reading, *joints_to_read(path, robot, reading)) for path in paths]
     arm = arm_of(logs, paths, robot)
-    return arm, _stretches(arm, logs, [str(p) for p in paths])
+    return arm, _segments(arm, logs, [str(p) for p in paths])
 
 
 def read_commanded_for(
     joint_names: tuple[str, ...], path: Path, reading: Reading
-) -> tuple[Stretch, ...]:
+) -> tuple[MotionSegment, ...]:
     """The same of one log, of an arm that is known already."""
     log = _read(path, reading, (), ())
     pairs = renamed(log.joint_names, joint_names, reading.rules)
     if pairs:
         log = _read(path, reading, (), pairs)
-    return stretches_of(log, joint_names, str(path))
+    return segments_of(log, joint_names, str(path))
 
 
-def glitch_remarks(stretches: Sequence[Stretch], names: Sequence[str]) -> list[Remark]:
+def glitch_remarks(segments: Sequence[MotionSegment], names: Sequence[str]) -> list[Remark]:
     """What is said of samples that were left out, recording by recording."""
     said = []
-    for s in stretches:
+    for s in segments:
         places = np.flatnonzero(s.wrong)
         if len(places):
             text = (
@@ -60,8 +60,10 @@ def _read(path: Path, reading: Reading, joints: tuple[str, ...], pairs: tuple) -
     )
 
 
-def _stretches(arm: Arm, logs: Sequence[Recording], names: Sequence[str]) -> tuple[Stretch, ...]:
-    found: list[Stretch] = []
+def _segments(
+    arm: Arm, logs: Sequence[Recording], names: Sequence[str]
+) -> tuple[MotionSegment, ...]:
+    found: list[MotionSegment] = []
     for log, name in zip(logs, names, strict=True):
-        found += stretches_of(log, arm.robot.joint_names, name)
+        found += segments_of(log, arm.robot.joint_names, name)
     return tuple(found)

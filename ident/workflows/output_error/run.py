@@ -11,7 +11,7 @@ import numpy as np
 
 from ident.checks.remark import Grade, Remark, verdict_content
 from ident.model.arm import Arm
-from ident.output_error.fit import Stretch
+from ident.output_error.fit import MotionSegment
 from ident.output_error.identify import Found, identify_by_simulation
 from ident.output_error.parameters import QUANTITIES
 from ident.output_error.servo_model import ServoModel, write_servo_model
@@ -85,9 +85,9 @@ def run_simulation(
     """
     start = time.perf_counter()
     tell("reading")
-    arm, stretches = read_commanded(paths, robot, reading)
+    arm, segments = read_commanded(paths, robot, reading)
     read = time.perf_counter() - start
-    done = simulated_run(arm, stretches, tell, remarks, paths)
+    done = simulated_run(arm, segments, tell, remarks, paths)
     seconds = done.content["seconds"] | {"read": read, "total": time.perf_counter() - start}
     done.content["seconds"] = seconds
     tell("writing the report")
@@ -96,15 +96,15 @@ def run_simulation(
 
 def simulated_run(
     arm: Arm,
-    stretches: Sequence[Stretch],
+    segments: Sequence[MotionSegment],
     tell: Tell = silent,
     remarks: Sequence[Remark] = (),
     paths: Sequence[Path] = (),
 ) -> ServoRun:
     """Identify an arm from commands and positions that have been read; nothing is written."""
     start = time.perf_counter()
-    found = identify_by_simulation(arm, stretches, tell)
-    told = glitch_remarks(stretches, arm.robot.joint_names)
+    found = identify_by_simulation(arm, segments, tell)
+    told = glitch_remarks(segments, arm.robot.joint_names)
     content = verdict_content([*remarks, *told, *_remarks(found)]) | _content(arm, found)
     content["provenance"] = provenance(arm, paths)
     content["seconds"] = {"solve": time.perf_counter() - start}
@@ -115,7 +115,7 @@ def simulated_run(
 def traces(found: Found) -> tuple[ServoTrace, ...]:
     """The recordings beside the simulation."""
     made = found.setup.replay(found.fit.settings)
-    pairs = zip(found.setup.stretches, made, strict=True)
+    pairs = zip(found.setup.segments, made, strict=True)
     return tuple(ServoTrace.of(s, q) for s, q in pairs)
 
 
@@ -144,7 +144,7 @@ def _remarks(found: Found) -> list[Remark]:
                 " fixed).",
             )
         )
-    still = np.concatenate([s.q for s in found.setup.stretches]).std(axis=0)
+    still = np.concatenate([s.q for s in found.setup.segments]).std(axis=0)
     limit = np.maximum(
         _BAD * np.minimum(_following(found), still), _COUNTS * found.model.resolution
     )
@@ -154,7 +154,7 @@ def _remarks(found: Found) -> list[Remark]:
             Remark(
                 "large_error",
                 tuple(int(j) + 1 for j in bad),
-                "On held-out stretches, the simulation of these joints is hardly better than a"
+                "On held-out segments, the simulation of these joints is hardly better than a"
                 " joint that follows its command without delay, or than one that stands still.",
                 Grade.DOUBTFUL,
                 "Check for end stops, contact, and commands that do not belong to the recording or"
@@ -179,7 +179,7 @@ def _remarks(found: Found) -> list[Remark]:
 def _stalled(found: Found) -> tuple[int, str] | None:
     """The first joint that does not move where it should, and where that is; None: all do."""
     setup = found.setup
-    for s, made in zip(setup.stretches, setup.replay(found.fit.settings), strict=True):
+    for s, made in zip(setup.segments, setup.replay(found.fit.settings), strict=True):
         count = max(int(np.searchsorted(s.motion.t, s.motion.t[0] + _STILL_S)), 2)
         for k in range(s.counted, len(s.q) - count + 1, count):
             still = np.ptp(s.q[k : k + count], axis=0) <= 2.0 * found.model.resolution
@@ -192,26 +192,26 @@ def _stalled(found: Found) -> tuple[int, str] | None:
 def _following(found: Found) -> Array:
     """Rms distance of positions from commands [rad], shape (n,)."""
     away = []
-    for s in found.setup.stretches:
+    for s in found.setup.segments:
         held = np.searchsorted(s.motion.stamp, s.motion.t, side="right") - 1
         away.append(s.motion.command[np.maximum(held, 0)] - s.q)
     return np.sqrt(np.mean(np.concatenate(away) ** 2, axis=0))
 
 
 def _content(arm: Arm, found: Found) -> dict[str, Any]:
-    model, periods = found.model, [np.diff(s.motion.t) for s in found.setup.stretches]
+    model, periods = found.model, [np.diff(s.motion.t) for s in found.setup.segments]
     free = found.fit.free
     return {
         "method": "simulation",
         "arm": arm.name,
-        "samples": sum(len(s.q) for s in found.setup.stretches),
+        "samples": sum(len(s.q) for s in found.setup.segments),
         "joints": list(arm.robot.joint_names),
         "moving": [bool(m) for m in found.moving],
         "sample_rate_hz": float(1.0 / np.median(np.concatenate(periods))),
         "resolution_rad": model.resolution.tolist(),
         "logs": [
             {"name": s.name, "samples": len(s.q), "rms_q_by_joint": rms.tolist()}
-            for s, rms in zip(found.setup.stretches, _each(found), strict=True)
+            for s, rms in zip(found.setup.segments, _each(found), strict=True)
         ],
         "rms_q_by_joint": found.fit.rms.tolist(),
         "following_rms_by_joint": _following(found).tolist(),
@@ -240,5 +240,5 @@ def _content(arm: Arm, found: Found) -> dict[str, Any]:
 
 def _each(found: Found) -> list[Array]:
     made = found.setup.replay(found.fit.settings)
-    pairs = zip(found.setup.stretches, made, strict=True)
+    pairs = zip(found.setup.segments, made, strict=True)
     return [np.sqrt(np.mean((s.q - q) ** 2, axis=0)) for s, q in pairs]

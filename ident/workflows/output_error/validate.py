@@ -39,9 +39,9 @@ def validate_simulation(
     traces, logs, told = [], [], []
     for path in paths:
         tell(f"replaying {path.name}")
-        stretches = read_commanded_for(model.robot.joint_names, path, reading)
-        told += glitch_remarks(stretches, model.robot.joint_names)
-        mine = [ServoTrace.of(s, model.replay(s)) for s in stretches]
+        segments = read_commanded_for(model.robot.joint_names, path, reading)
+        told += glitch_remarks(segments, model.robot.joint_names)
+        mine = [ServoTrace.of(s, model.replay(s)) for s in segments]
         traces += mine
         logs.append(_log(str(path), mine))
     content: dict[str, Any] = {

@@ -8,7 +8,7 @@ import pytest
 from mcap.writer import Writer
 from rosbags.typesys import Stores, get_typestore
 
-from ident.output_error.recordings import stretches_of
+from ident.output_error.recordings import segments_of
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import read_recording
 
@@ -112,7 +112,7 @@ def test_other_joints_commands_are_passed_over_and_a_simulation_gets_its_own(
     other = trajectory(1.5, (0.0, [7.0]), names=["gripper"])
     path = bag(tmp_path / "a.mcap", [(1.0, mine), (1.5, other)])
     log = read_recording(path, torque=False)
-    (stretch,) = stretches_of(log, JOINTS, "a")
+    (stretch,) = segments_of(log, JOINTS, "a")
     assert stretch.motion.command[0] == pytest.approx([1.0, 0.0])
     assert stretch.motion.command[-1] == pytest.approx([0.0, 1.0])
 

@@ -44,8 +44,8 @@ def test_rows_pull_back(problem: Problem, rng: np.random.Generator, part: int) -
     motion, direction = rng.normal(size=(3, 20, 7)), np.zeros((3, 20, 7))
     direction[part] = rng.normal(size=(20, 7))
     bar = rng.normal(size=(7, 20, problem.columns.links))
-    slopes = np.zeros((3, 20, 7))
-    regressor_vjp(problem.columns.frames, *motion, bar, *slopes)
+    adjoints = np.zeros((3, 20, 7))
+    regressor_vjp(problem.columns.frames, *motion, bar, *adjoints)
 
     def value(moved: np.ndarray) -> float:
         rows = np.zeros_like(bar)
@@ -53,7 +53,7 @@ def test_rows_pull_back(problem: Problem, rng: np.random.Generator, part: int) -
         return float((rows * bar).sum())
 
     change = value(motion + STEP * direction) - value(motion - STEP * direction)
-    assert (slopes * direction).sum() == pytest.approx(change / (2 * STEP), rel=1e-6)
+    assert (adjoints * direction).sum() == pytest.approx(change / (2 * STEP), rel=1e-6)
 
 
 def test_distances_are_coals(place: DesignTask, problem: Problem, rng: np.random.Generator) -> None:
@@ -103,8 +103,8 @@ def test_the_whole_gradient(
     smooth, count = Smoothness(16.0, 0.05), len(lower_bounds(problem.constraints, 128))
     penalty = Penalty(np.zeros(count), 3.0)
     penalty = Penalty(0.7 * lagrangian(problem, x, smooth, penalty)[2], 3.0)
-    _, gradient, prices = lagrangian(problem, x, smooth, penalty)
-    assert (prices != 0).sum() > 50
+    _, gradient, multiplier = lagrangian(problem, x, smooth, penalty)
+    assert (multiplier != 0).sum() > 50
     direction = rng.normal(size=x.shape)
     high = lagrangian(problem, x + STEP * direction, smooth, penalty)[0]
     low = lagrangian(problem, x - STEP * direction, smooth, penalty)[0]

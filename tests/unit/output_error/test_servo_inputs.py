@@ -14,7 +14,7 @@ from ident.output_error.glitches import unreachable
 from ident.output_error.identify import prepared
 from ident.output_error.missing.visibility import held_by_weight
 from ident.output_error.parameters import ROW
-from ident.output_error.recordings import stretches_of
+from ident.output_error.recordings import segments_of
 from wamctl.arm.errors import DataError
 
 MADE = recording(8.0)
@@ -54,7 +54,7 @@ def test_commands_in_degrees_are_doubted() -> None:
 
 def test_a_simulation_that_runs_away_has_an_error_and_no_warning() -> None:
     arm = ident.Arm.from_urdf(URDF).of_recording(MADE.joint_names)
-    begun = prepared(arm, stretches_of(MADE, MADE.joint_names, "strange"))
+    begun = prepared(arm, segments_of(MADE, MADE.joint_names, "strange"))
     wild = begun.start.copy()
     wild[ROW["integral"]] = 1e5
     with np.errstate(all="raise"):
@@ -65,16 +65,16 @@ def test_a_simulation_that_runs_away_has_an_error_and_no_warning() -> None:
 
 def test_weight_holds_the_gears_of_an_arm_that_is_stretched_out_and_not_of_one_that_hangs() -> None:
     arm = ident.Arm.from_urdf(URDF).of_recording(MADE.joint_names)
-    setup = prepared(arm, stretches_of(MADE, MADE.joint_names, "strange")).setup
+    setup = prepared(arm, segments_of(MADE, MADE.joint_names, "strange")).setup
     calm = tuple(
         replace(s, q=0.2 * s.q, motion=s.motion._replace(start=0.2 * s.motion.start))
-        for s in setup.stretches
+        for s in setup.segments
     )
     stretched = neutral(2)
     hanging = stretched.copy()
     hanging[ROW["zero"], 0] = np.pi / 2
-    assert held_by_weight(replace(setup, stretches=calm), stretched).all()
-    assert not held_by_weight(replace(setup, stretches=calm), hanging).any()
+    assert held_by_weight(replace(setup, segments=calm), stretched).all()
+    assert not held_by_weight(replace(setup, segments=calm), hanging).any()
 
 
 def test_a_wrong_byte_is_left_out_and_told_and_does_not_move_the_result() -> None:
@@ -101,9 +101,9 @@ def test_no_sample_of_a_motion_is_taken_for_wrong_whatever_its_rate_or_holes() -
 def test_an_encoder_that_wraps_is_followed_through_its_turn() -> None:
     wraps = MADE.q.copy()
     wraps[200:, 1] -= 2 * np.pi
-    (stretch,) = stretches_of(replace(MADE, q=wraps), MADE.joint_names, "strange")
-    assert stretch.q == pytest.approx(MADE.q)
-    assert not any(stretch.wrong)
+    (segment,) = segments_of(replace(MADE, q=wraps), MADE.joint_names, "strange")
+    assert segment.q == pytest.approx(MADE.q)
+    assert not any(segment.wrong)
 
 
 def test_a_joint_that_stalls_is_told_and_the_result_doubted() -> None:

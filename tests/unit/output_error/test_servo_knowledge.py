@@ -6,7 +6,7 @@ from servo_arm import STEP_RAD, URDF
 
 from ident.dynamics.compiled_chain import chain_of
 from ident.output_error.first_guess import neutral
-from ident.output_error.fit import NEAR, Prior, Setup, Stretch, columns, fit
+from ident.output_error.fit import NEAR, MotionSegment, Prior, Setup, columns, fit
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.plant import Motion
 from ident.output_error.uncertainty import alike, knowledge, unknown_factor
@@ -30,12 +30,12 @@ def recorded(gravity: float, seconds: float = 20.0) -> tuple[Setup, np.ndarray]:
     hz, size = np.array([0.13, 0.6, 1.4]), np.array([0.8, 0.3, 0.1])
     command = (np.sin(2 * np.pi * np.outer(t, hz) + phases) @ size)[:, None]
     motion = Motion(t, t.copy(), command, command[0].copy(), np.zeros(1))
-    empty = Stretch(motion, np.zeros_like(command), counted=50)
+    empty = MotionSegment(motion, np.zeros_like(command), counted=50)
     setup = Setup(chain_of(robot), cad_parameters(robot), np.array([True]), (empty,), 0.001)
     (q,) = setup.replay(settings)
     told = np.round(q / STEP_RAD) * STEP_RAD
-    stretch = Stretch(motion, told, counted=50)
-    return Setup(setup.chain, setup.delta, setup.at_link, (stretch,), 0.001), settings
+    segment = MotionSegment(motion, told, counted=50)
+    return Setup(setup.chain, setup.delta, setup.at_link, (segment,), 0.001), settings
 
 
 def known(setup: Setup, settings: np.ndarray):

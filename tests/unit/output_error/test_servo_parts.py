@@ -6,7 +6,7 @@ from servo_arm import STEP_RAD, URDF
 
 from ident.dynamics.compiled_chain import chain_of
 from ident.output_error.first_guess import neutral
-from ident.output_error.fit import Prior, Setup, Stretch
+from ident.output_error.fit import MotionSegment, Prior, Setup
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.plant import Motion
 from ident.output_error.recordings import pieces
@@ -28,9 +28,9 @@ def found_parts(truth: dict[str, float], command: np.ndarray, names: tuple[str, 
     t = np.arange(len(command)) / 50
     motion = Motion(t, t.copy(), command, command[0].copy(), np.zeros(1))
     robot_and_links = chain_of(robot), cad_parameters(robot), np.array([True])
-    empty = Setup(*robot_and_links, (Stretch(motion, command),), 0.002)
+    empty = Setup(*robot_and_links, (MotionSegment(motion, command),), 0.002)
     (q,) = empty.replay(settings)
-    cut = pieces([Stretch(motion, np.round(q / STEP_RAD) * STEP_RAD)], 10)
+    cut = pieces([MotionSegment(motion, np.round(q / STEP_RAD) * STEP_RAD)], 10)
     fitted, judged = (
         Setup(*robot_and_links, tuple(c for i, c in enumerate(cut) if (i % 3 == 2) is side), 0.002)
         for side in (False, True)

@@ -5,7 +5,7 @@ from servo_arm import URDF
 
 from ident.dynamics.compiled_chain import chain_of
 from ident.output_error.first_guess import neutral
-from ident.output_error.fit import Setup, Stretch, coordinates, settings_at
+from ident.output_error.fit import MotionSegment, Setup, coordinates, settings_at
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.plant import Motion
 from wamctl.arm.robot import load_robot
@@ -34,7 +34,11 @@ def replay(command, seconds=2.0, at_link=True, start=0.0, step=0.0005, **values)
     zero = np.array([start])
     motion = Motion(t, t.copy(), u, zero, np.zeros(1))
     setup = Setup(
-        chain_of(robot), delta, np.array([at_link]), (Stretch(motion, np.zeros_like(u)),), step
+        chain_of(robot),
+        delta,
+        np.array([at_link]),
+        (MotionSegment(motion, np.zeros_like(u)),),
+        step,
     )
     (made,) = setup.replay(settings)
     return t, made[:, 0]

@@ -8,7 +8,7 @@ import pytest
 import ident
 from ident.output_error.identify import prepared
 from ident.output_error.parameters import ROW
-from ident.output_error.recordings import stretches_of
+from ident.output_error.recordings import segments_of
 from wamctl.arm.config import ServoSection
 from wamctl.arm.errors import ConfigurationError
 
@@ -42,7 +42,7 @@ def turned(seconds: float = 10.0, limit: float = 10.0, steps: float = 0.0) -> id
 def start_of(servo: ServoSection, recording: ident.Recording | None = None) -> np.ndarray:
     arm = ident.Arm.from_urdf(URDF).of_recording(("pan",))
     log = (recording or turned()).log
-    return prepared(replace(arm, servo=servo), stretches_of(log, ("pan",), "turned")).start
+    return prepared(replace(arm, servo=servo), segments_of(log, ("pan",), "turned")).start
 
 
 @pytest.mark.parametrize(("limit", "steps"), [(10.0, 0.0), (2.0, 0.5)])

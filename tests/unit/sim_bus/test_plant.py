@@ -155,7 +155,7 @@ def test_a_locked_arm_does_not_fall():
     assert arm.time_ns == 10**9
 
 
-def test_a_rehearsal_leaves_no_trace():
+def test_a_warm_up_leaves_no_trace():
     arm = plant(PENDULUM, [1.0, 0.0], coulomb=[0.1, 0.1])
     arm.warm_up()
     np.testing.assert_array_equal(arm.q, [1.0, 0.0])

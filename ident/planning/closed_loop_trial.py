@@ -12,7 +12,7 @@ from ident.simulation.loop import run
 from wamctl.arm.trajectory import FourierSeries, reference
 
 MOST_TRACKING = 0.8
-"""Share of the guard's tracking error that a rehearsal may reach."""
+"""Share of the guard's tracking error that a trial may reach."""
 
 
 def tracking(

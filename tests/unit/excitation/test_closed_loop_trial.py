@@ -53,9 +53,9 @@ def problem(place: DesignTask) -> Problem:
 
 
 @pytest.fixture(scope="module")
-def rehearsal(problem: Problem) -> ClosedLoopTrial:
-    assert problem.rehearsal is not None
-    return problem.rehearsal
+def trial(problem: Problem) -> ClosedLoopTrial:
+    assert problem.trial is not None
+    return problem.trial
 
 
 @pytest.fixture(scope="module")
@@ -85,31 +85,31 @@ def model_of(place: DesignTask) -> Model:
     )
 
 
-def errors(rehearsal: ClosedLoopTrial, motion: np.ndarray) -> float:
+def errors(trial: ClosedLoopTrial, motion: np.ndarray) -> float:
     """On the first arm, the one of the model."""
-    return next(rehearsal.errors(motion))
+    return next(trial.errors(motion))
 
 
-def test_a_smaller_motion_has_larger_errors(rehearsal: ClosedLoopTrial, motion: np.ndarray) -> None:
-    assert errors(rehearsal, scaled(motion, 0.5)) > errors(rehearsal, motion) + np.log(1.2)
+def test_a_smaller_motion_has_larger_errors(trial: ClosedLoopTrial, motion: np.ndarray) -> None:
+    assert errors(trial, scaled(motion, 0.5)) > errors(trial, motion) + np.log(1.2)
 
 
 def test_a_motion_too_small_to_tell_has_no_errors(
-    rehearsal: ClosedLoopTrial, motion: np.ndarray
+    trial: ClosedLoopTrial, motion: np.ndarray
 ) -> None:
     with pytest.raises(DataError):
-        errors(rehearsal, scaled(motion, 1e-3))
+        errors(trial, scaled(motion, 1e-3))
 
 
-def test_weights_count(rehearsal: ClosedLoopTrial, motion: np.ndarray) -> None:
-    friction = errors(replace(rehearsal, weights={"fc": 1e9}), motion)
-    one = errors(replace(rehearsal, weights={"fc7": 1e9}), motion)
-    assert len({errors(rehearsal, motion), friction, one}) == 3
+def test_weights_count(trial: ClosedLoopTrial, motion: np.ndarray) -> None:
+    friction = errors(replace(trial, weights={"fc": 1e9}), motion)
+    one = errors(replace(trial, weights={"fc7": 1e9}), motion)
+    assert len({errors(trial, motion), friction, one}) == 3
     assert one < friction  # the smallest joint's friction is known best
 
 
-def test_the_other_arms_differ_a_little(place: DesignTask, rehearsal: ClosedLoopTrial) -> None:
-    first, *others = rehearsal.plants
+def test_the_other_arms_differ_a_little(place: DesignTask, trial: ClosedLoopTrial) -> None:
+    first, *others = trial.plants
     assert first is place.known
     assert len(others) == 2
     for other in others:
@@ -119,7 +119,7 @@ def test_the_other_arms_differ_a_little(place: DesignTask, rehearsal: ClosedLoop
 
 
 def test_errors_are_those_of_a_run_on_the_simulated_arm(
-    place: DesignTask, rehearsal: ClosedLoopTrial, motion: np.ndarray, tmp_path: Path
+    place: DesignTask, trial: ClosedLoopTrial, motion: np.ndarray, tmp_path: Path
 ) -> None:
     """`ident simulate` and `ident run` on one period of the same motion, reversals left out."""
     robot = place.robot
@@ -130,17 +130,17 @@ def test_errors_are_those_of_a_run_on_the_simulated_arm(
     simulate_model(tmp_path / "model.yaml", tmp_path / "motion.yaml", str(FILE), log)
     content = json.loads(run_logs([log], None, tmp_path / "out", Reading(), reversals="culled"))
     deviations = [p["sd"] for p in content["base_parameters"]]
-    assert errors(rehearsal, motion) == pytest.approx(np.mean(np.log(deviations)), abs=1e-6)
+    assert errors(trial, motion) == pytest.approx(np.mean(np.log(deviations)), abs=1e-6)
 
 
 def test_the_model_becomes_the_arm_that_is_moved(
-    place: DesignTask, rehearsal: ClosedLoopTrial, motion: np.ndarray, tmp_path: Path
+    place: DesignTask, trial: ClosedLoopTrial, motion: np.ndarray, tmp_path: Path
 ) -> None:
     path = tmp_path / "model.yaml"
     model_of(place).save(path)
-    read = problem_of(place_of(FILE, None, path), DesignSettings()).rehearsal
+    read = problem_of(place_of(FILE, None, path), DesignSettings()).trial
     assert read is not None
-    assert errors(read, motion) == pytest.approx(errors(rehearsal, motion), abs=1e-9)
+    assert errors(read, motion) == pytest.approx(errors(trial, motion), abs=1e-9)
 
 
 def test_a_model_of_another_arm_is_refused(place: DesignTask, tmp_path: Path) -> None:
@@ -152,12 +152,12 @@ def test_a_model_of_another_arm_is_refused(place: DesignTask, tmp_path: Path) ->
     assert "has the joints other/" in str(caught.value)
 
 
-def test_only_errors_are_rehearsed(place: DesignTask) -> None:
-    assert problem_of(place, DesignSettings(objective="balanced")).rehearsal is not None
+def test_only_errors_are_tried(place: DesignTask) -> None:
+    assert problem_of(place, DesignSettings(objective="balanced")).trial is not None
     with pytest.raises(ConfigurationError) as caught:
         problem_of(place, DesignSettings(objective="condition"))
     assert "--objective condition does not ask for" in str(caught.value)
-    assert problem_of(replace(place, known=None), DesignSettings()).rehearsal is None
+    assert problem_of(replace(place, known=None), DesignSettings()).trial is None
 
 
 class Counted:
@@ -179,7 +179,7 @@ def with_count(problem: Problem, most: float = np.inf) -> tuple[Problem, Counted
     """The problem with counted tries, which motions beyond the bound do not get."""
     count = Counted()
     objective = replace(problem.objective, most=most)
-    return replace(problem, rehearsal=count, objective=objective), count  # pyright: ignore[reportArgumentType]
+    return replace(problem, trial=count, objective=objective), count  # pyright: ignore[reportArgumentType]
 
 
 def test_a_motion_is_worth_the_mean_of_its_tries(problem: Problem, motion: np.ndarray) -> None:
@@ -206,7 +206,7 @@ def test_a_motion_that_is_clearly_behind_is_tried_no_longer(
     assert count.asked == 2 + 2 + 1  # behind even with the best errors of all
 
 
-def test_after_the_deadline_nothing_is_rehearsed(problem: Problem, motion: np.ndarray) -> None:
+def test_after_the_deadline_nothing_is_tried(problem: Problem, motion: np.ndarray) -> None:
     counted, count = with_count(problem)
     (found,) = Judge(counted, AT_ONCE).of(motion, [])
     assert found.value == pytest.approx(UNSEEN + candidate(counted, found.coefficients).value)
@@ -215,15 +215,15 @@ def test_after_the_deadline_nothing_is_rehearsed(problem: Problem, motion: np.nd
 
 
 def test_where_no_arm_shows_anything_the_formula_counts(
-    problem: Problem, rehearsal: ClosedLoopTrial, motion: np.ndarray
+    problem: Problem, trial: ClosedLoopTrial, motion: np.ndarray
 ) -> None:
     tiny = scaled(motion, 1e-3)
-    (found,) = Judge(replace(problem, rehearsal=rehearsal), NEVER).of(tiny, [])
+    (found,) = Judge(replace(problem, trial=trial), NEVER).of(tiny, [])
     formula = candidate(problem, found.coefficients)
     assert found.value == pytest.approx(UNSEEN + formula.value)
 
 
-def test_a_search_yields_what_was_rehearsed_last(
+def test_a_search_yields_what_was_tried_last(
     problem: Problem, motion: np.ndarray, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """What keeps the bound of the condition number is tried out before it is yielded."""
