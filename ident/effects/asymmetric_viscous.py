@@ -18,7 +18,7 @@ class AsymmetricViscous(Effect):
 
     id = "asymmetric_viscous"
     title = "viscous friction that differs between the two directions"
-    equation = "tau_j += b |qd_j|"
+    equation = "tau_j += half_difference |qd_j|"
     source = "half the difference of the coefficients of the two directions"
     signature = "grows with speed and points the same way in both directions"
     rivals = ("nonlinear_viscous", "torque_offset")

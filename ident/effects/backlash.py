@@ -26,7 +26,10 @@ class Backlash(Effect[_Play]):
 
     id = "backlash"
     title = "backlash in the transmission"
-    equation = "q_link,j = q_j + y, |y| <= b; tau_link,j = 0 for |y| < b, else it pushes"
+    equation = (
+        "q_link,j = q_j + y, |y| <= half_play (half the backlash); tau_link,j = 0 for"
+        " |y| < half_play, else it pushes"
+    )
     source = "Nordin, Gutman 2002, section 2: dead zone, rigid contact on both sides, no rebound"
     signature = (
         "no torque while the link crosses the gap, a blow at its end, where the transmitted "

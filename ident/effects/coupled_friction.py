@@ -40,7 +40,10 @@ class CoupledFriction(Effect[_Motors]):
 
     id = "coupled_friction"
     title = "friction of a motor that drives two joints at once"
-    equation = "tau_(i,j) += T^T (F sgn(T qd) + b T qd), T the shared motors' speed"
+    equation = (
+        "tau_(i,j) += T^T (coulomb sgn(T qd) + viscous T qd), T qd the shared motors' speeds, in"
+        " which joint j counts by ratio where T is not known"
+    )
     source = "Guedelha et al. 2019, arXiv 1906.05070, section III"
     signature = "depends on the speeds of both joints; it turns with the motor, not with the joint"
     rivals = ("load_dependent_friction",)

@@ -19,7 +19,7 @@ class CoupledInertia(Effect):
 
     id = "coupled_inertia"
     title = "inertia of a motor's rotor that two joints share"
-    equation = "tau_i += I_c qdd_j, tau_j += I_c qdd_i"
+    equation = "tau_i += coupling qdd_j + own_a qdd_i, tau_j += coupling qdd_i + own_b qdd_j"
     source = "T^T I T of the shared motors' speed T qd: its entry off the diagonal"
     signature = "proportional to the acceleration of the other joint of the pair, in every pose"
     rivals = ("rotor_inertia",)

@@ -54,7 +54,7 @@ class Effect(ABC, Generic[P]):
     Attributes:
         id: name in the result file.
         title: in plain words.
-        equation: added to the joint torque.
+        equation: added to the joint torque, in the names of its parameters.
         source: where the equation comes from.
         signature: what it looks like in the residual.
         experiment: motion that tells it from its rivals.

@@ -13,7 +13,7 @@ class EncoderOffset(Effect):
 
     id = "encoder_offset"
     title = "an error of the joint's zero position"
-    equation = "q_j = q_read,j + dq"
+    equation = "q_j = q_read,j + offset"
     source = "the torque of (1), differentiated by q_j"
     signature = "gravity of this joint and all below it, as if the pose were another"
     rivals = ("gravity_tilt", "joint_spring")

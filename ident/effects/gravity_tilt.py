@@ -33,7 +33,10 @@ class GravityTilt(Effect[_Tilt]):
 
     id = "gravity_tilt"
     title = "a base that is not level"
-    equation = "g = R_x(a) R_y(b) g_0, to first order in the tilt angles a, b"
+    equation = (
+        "g = R_x(tilt_x) R_y(tilt_y) g_0, to first order in the angles; tau_1 +="
+        " first_link_cosine cos(q_1) + first_link_sine sin(q_1)"
+    )
     source = "the gravity term of (1), differentiated by the direction of gravity"
     signature = (
         "gravity torque where a level base has none: at joint 1, as sin and cos of its angle"

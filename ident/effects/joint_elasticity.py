@@ -28,7 +28,7 @@ class JointElasticity(Effect[_Spring]):
 
     id = "joint_elasticity"
     title = "a transmission that gives under load"
-    equation = "tau_link,j = K (q_j - q_link,j)"
+    equation = "q_j - q_link,j = compliance tau_link,j"
     source = "Spong 1987, eq. (6)"
     signature = "gravity and inertia as if the pose were another, in step with the joint's own load"
     rivals = ("encoder_offset", "torque_delay", "rotor_inertia")

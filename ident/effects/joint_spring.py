@@ -29,8 +29,8 @@ class JointSpring(Effect[_Shape]):
 
     id = "joint_spring"
     title = "a spring on the joint, such as a cable bundle that is bent"
-    equation = "tau_j += k q_j + c"
-    source = "Hooke's law about a rest position -c/k"
+    equation = "tau_j += stiffness q_j + torque_at_zero, or + hardening (q_j - q_rest)^3 too"
+    source = "Hooke's law about a rest position -torque_at_zero / stiffness"
     signature = "grows with the joint's angle, the same in both directions"
     rivals = ("torque_offset", "gravity_tilt", "encoder_offset")
     contains = ("torque_offset",)

@@ -48,7 +48,7 @@ class LoadDependentFriction(Effect[_About]):
 
     id = "load_dependent_friction"
     title = "friction that grows with the load on the transmission"
-    equation = "tau_j += mu |tau_rigid,j| sgn(qd_j)"
+    equation = "tau_j += coefficient |tau_rigid,j| sgn(qd_j)"
     source = "Hamon, Gautier, Garrec 2011, eq. (6); the load is the rigid-body torque"
     signature = "follows the direction of motion; the step at reversal grows with the load"
     rivals = ("torque_gain", "coupled_friction", "thermal_drift")

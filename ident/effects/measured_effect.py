@@ -59,7 +59,10 @@ class MeasuredEffect(Effect[_Curve]):
 
     id = "measured_effect"
     title = "an effect without a name, as a measured curve"
-    equation = "tau_j += f(x), f(x) sgn(qd_j) or f(x) qd_j; x: q_j, |qd_j| or t; f piecewise linear"
+    equation = (
+        "tau_j += f(x), f(x) sgn(qd_j) or f(x) qd_j; x: q_j, |qd_j| or t; f piecewise linear, at_k"
+        " its value at the k-th corner"
+    )
     source = "linear splines: de Boor, A Practical Guide to Splines (2001), chapter III"
     signature = "depends on one variable of the joint as no effect of the catalogue does"
     experiment = "go through the whole range of the variable, slowly, in both directions"

@@ -32,8 +32,8 @@ class NonlinearViscous(Effect[_Power]):
 
     id = "nonlinear_viscous"
     title = "drag that is not proportional to speed"
-    equation = "tau_j += b |qd_j|^p sgn(qd_j)"
-    source = "viscous drag of lubricants and air; p = 2 quadratic, 3 cubic, 0.5 sub-linear"
+    equation = "tau_j += drag |qd_j|^power sgn(qd_j)"
+    source = "viscous drag of lubricants and air; power 2 quadratic, 3 cubic, 0.5 sub-linear"
     signature = "follows the direction of motion; the friction curve is bent at high speed"
     rivals = ("stribeck", "asymmetric_viscous")
     experiment = "constant speeds up to the joint's limit, evenly spread"

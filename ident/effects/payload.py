@@ -27,7 +27,7 @@ class Payload(Effect[_Centre]):
 
     id = "payload"
     title = "a mass at the tool"
-    equation = "tau += Y_n(q, qd, qdd) (L, m c, m), the last link's columns of (6)"
+    equation = "tau += Y_n(q, qd, qdd) (L, first_moment, mass), the last link's columns of (6)"
     source = "Khalil, Gautier, Lemoine 2007, eq. (10), with the tensor L of a point mass"
     signature = "gravity and inertia on all joints, as if the last link had become heavier"
     rivals = ("encoder_offset", "gravity_tilt")

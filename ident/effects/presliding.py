@@ -25,7 +25,9 @@ class Presliding(Effect[_Bristle]):
 
     id = "presliding"
     title = "friction that gives way like a bristle before the joint slides"
-    equation = "tau_j += F z, dz/dq_j = (1 - z sgn(qd_j)) / d; or linear up to |z| = 1"
+    equation = (
+        "tau_j += friction z, dz/dq_j = (1 - z sgn(qd_j)) / distance; or linear up to |z| = 1"
+    )
     source = "Dahl 1968; Canudas de Wit et al. 1995, eqs. (1)-(3), at low speed"
     signature = "depends on the distance since the last reversal, not on speed"
     rivals = ("stribeck", "backlash", "joint_elasticity")

@@ -13,7 +13,7 @@ class RotorInertia(Effect):
 
     id = "rotor_inertia"
     title = "inertia of the motor's rotor, seen through the gear"
-    equation = "tau_j += I_r qdd_j"
+    equation = "tau_j += inertia qdd_j"
     source = "Khalil, Dombre 2002, eq. (9.13)"
     signature = "proportional to the joint's own acceleration, in every pose"
     rivals = ("coupled_inertia", "joint_elasticity")

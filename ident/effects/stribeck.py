@@ -29,7 +29,10 @@ class Stribeck(Effect[_Curve]):
 
     id = "stribeck"
     title = "extra friction at low speed (Stribeck effect)"
-    equation = "tau_j += dF exp(-(|qd_j|/vs)^d) sgn(qd_j), or dF / (1 + (|qd_j|/vs)^d) sgn(qd_j)"
+    equation = (
+        "tau_j += extra_friction exp(-(|qd_j|/speed)^exponent) sgn(qd_j); with slow_decay = 1:"
+        " extra_friction / (1 + (|qd_j|/speed)^exponent) sgn(qd_j)"
+    )
     source = "Armstrong-Helouvry, Dupont, Canudas de Wit 1994, eq. (9); slow decay: Hess, Soom 1990"
     signature = "follows the direction of motion, only at low speed"
     rivals = ("nonlinear_viscous", "presliding")

@@ -44,7 +44,8 @@ class ThermalDrift(Effect[_Warming]):
     id = "thermal_drift"
     title = "friction that changes during the run, as it does when a drive warms up"
     equation = (
-        "tau_j += (1 - exp(-t/T)) / (1 - exp(-D/T)) (dF sgn(qd_j) + dv qd_j), D the run's length"
+        "tau_j += (1 - exp(-t/time_constant)) / (1 - exp(-D/time_constant)) (coulomb_change"
+        " sgn(qd_j) + viscous_change qd_j), D the run's length"
     )
     source = "Bittencourt, Axelsson 2014, eq. (4), as a first-order warm-up"
     signature = "the same motion needs another torque later in the run"

@@ -26,7 +26,7 @@ class TorqueDelay(Effect[_Delay]):
 
     id = "torque_delay"
     title = "a delay between torque and position"
-    equation = "tau_model(t) = tau(t - d)"
+    equation = "tau_model(t) = tau(t - delay)"
     source = (
         "pure delay; a current loop's lag and a time shift of the log look the same below 10 Hz"
     )

@@ -33,8 +33,9 @@ class TorqueGain(Effect[_Motor]):
     id = "torque_gain"
     title = "a wrong torque constant or gear ratio"
     equation = (
-        "(1 + e) tau_j = tau_model,j: the drive gives 1 + e of what it is asked for; of a motor m"
-        " that two joints share, tau + e P tau = tau_model, P = T^T E_m T^-T"
+        "(1 + error) tau_j = tau_model,j: the drive gives 1 + error of what it is asked for; of a"
+        " motor m that two joints share, tau + error_of_motor_m P tau = tau_model,"
+        " P = T^T E_m T^-T"
     )
     source = "Gautier, Briot 2011, eq. (9)"
     signature = "in proportion to the whole torque of the joint, or of the two that share a motor"

@@ -13,7 +13,7 @@ class TorqueOffset(Effect):
 
     id = "torque_offset"
     title = "a constant extra torque (sensor offset, or friction that differs by direction)"
-    equation = "tau_j += c"
+    equation = "tau_j += offset"
     source = "Gautier 1986; current-sensor bias of the drive"
     signature = "the same in both directions, at all speeds and poses"
     rivals = ("joint_spring", "gravity_tilt")

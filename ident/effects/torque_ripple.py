@@ -47,8 +47,9 @@ class TorqueRipple(Effect[_Period]):
     id = "torque_ripple"
     title = "torque ripple that repeats with the motor's angle"
     equation = (
-        "tau += T^T (a sin(k theta) + b cos(k theta)), theta = T q the motor's angle; or, where a"
-        " motor drives one joint, it gives (1 + a sin(k theta) + b cos(k theta)) of its command"
+        "tau += T^T (sine sin(order theta) + cosine cos(order theta)), theta = T q the motor's"
+        " angle; or, where a motor drives one joint, it gives (1 + sine sin(order theta) + cosine"
+        " cos(order theta)) of its command"
     )
     source = "Piccoli, Yim 2016, eq. (1); ripple in proportion to the current: Jahns, Soong 1996"
     signature = "periodic in the motor's angle; strongest against the model in slow motion"

@@ -30,7 +30,7 @@ class TorqueSaturation(Effect[_Limit]):
 
     id = "torque_saturation"
     title = "torque that the drive clips"
-    equation = "tau_model,j = max(-limit, min(limit, tau_j))"
+    equation = "tau_model,j = max(-limit, min(limit, tau_j)); beyond it, clipped_share is lost"
     source = "current limit of the drive"
     signature = "only where the commanded torque is large, and always on the same side"
     rivals = ("contact", "torque_gain")

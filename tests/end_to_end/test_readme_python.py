@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ident.cli import main
+from tests.end_to_end.stand_ins import bring_servo_logs
 from wamctl.arm.config import find_file
 from wamctl.arm.recorder import Recorder
 from wamctl.arm.recording import Recording
@@ -48,6 +49,7 @@ def folder(tmp_path_factory) -> Path:
     with pytest.raises(SystemExit) as ended:
         main(["run", str(place / "log.mcap"), "--out", str(place / "model")])
     assert not ended.value.code
+    bring_servo_logs(place)
     return place
 
 

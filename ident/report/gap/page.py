@@ -121,7 +121,7 @@ def _effects(report: GapReport) -> list[Block]:
     for effect in report.content["effects"]:
         what = f"{report.title(effect['name'])}, {report.of(effect['joints'])}"
         blocks.append(Text(f"{what[0].upper()}{what[1:]}."))
-        blocks.append(Text(f"Equation: {effect['equation']}"))
+        blocks.append(Text(f"Equation: `{effect['equation']}`"))
         signature = report.explained.get(effect["name"], ("", ""))[0]
         if signature:
             blocks.append(Text(f"How it shows: {signature}."))

@@ -27,7 +27,7 @@ class EddyBrake(Effect[Brake]):
 
     id = "eddy_brake"
     title = "the drag of an eddy-current brake"
-    equation = "tau_j += 2 F (qd_j/v) / (1 + (qd_j/v)^2)"
+    equation = "tau_j += 2 peak_torque (qd_j/speed) / (1 + (qd_j/speed)^2)"
     source = "torque over speed of an eddy-current brake: linear at first, its peak at v"
     signature = "follows the direction of motion; rises to a peak with speed, and falls beyond it"
     experiment = "constant speeds up to the joint's limit, evenly spread"

@@ -1,11 +1,19 @@
-"""Nothing outside an effect's own file knows its name."""
+"""Nothing outside an effect's own file knows its name, and its equation holds its parameters."""
 
 import ast
+import re
 from pathlib import Path
 
+import numpy as np
+import pytest
+
 import ident
+from ident.dynamics.compiled_chain import chain_of
 from ident.effects.catalogue import catalogue
+from ident.effects.observation import ArmFacts
 from ident.model.arm import TERM_NAMES
+from ident.output_error.missing.kinds import KINDS
+from wamctl.arm.config import load_arm_file
 
 PACKAGE = Path(ident.__file__).parent
 OTHER_METHODS = {"fleet", "watch", "output_error", "servos"}
@@ -37,3 +45,25 @@ def _of_another_method(path: Path) -> bool:
 
 def test_every_effect_has_a_file_of_its_name():
     assert all((PACKAGE / "effects" / f"{name}.py").exists() for name in catalogue())
+
+
+def in_equation(name: str, equation: str) -> bool:
+    """Whether a parameter stands there, itself or without the motor, axis or corner at its end."""
+    words = re.findall(r"[a-z_]+", equation)
+    return bool({name, name.rpartition("_")[0], f"{name.rpartition('_')[0]}_m"} & set(words))
+
+
+@pytest.mark.parametrize("name", catalogue())
+def test_an_equation_holds_the_parameters_by_their_names(name, wam):
+    effect, ones = catalogue()[name], np.ones(7)
+    motors = np.array(load_arm_file("wam7.yaml").transmission.motor_from_joint)
+    moved = (ones > 0, 0 * ones, 50 * ones, 60.0, True, True)
+    facts = ArmFacts(chain_of(wam.arm.robot), wam.delta, motors, *moved)
+    names = {p.name for p in effect.nonlinear if p.is_parameter}
+    names |= {c.name for found in effect.candidates(facts) for c in found.coefficients}
+    assert [n for n in names if not in_equation(n, effect.equation)] == []
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
+def test_so_do_those_of_servos(kind):
+    assert all(in_equation(n, kind.equation) for n in kind.reported)
