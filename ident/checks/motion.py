@@ -178,11 +178,11 @@ def little_motion(
         f" {k + 1}: {span[k]:.2g} rad, at most {speed[k]:.2g} rad/s), so that friction masks the"
         " other parameters."
     )
-    it = "it" if one else "them"
-    advice = f"Move {it} farther and faster, or hold {it} still."
+    they, them = ("it", "it") if one else ("they", "them")
+    advice = f"Move {them} farther and faster, or hold {them} still."
     everywhere = len(places) == int(moving.sum())
     if everywhere and not little[moving].any():
-        advice = f"{advice[:-1]}; if {it} did move faster, correct the unit of the stamps."
+        advice = f"{advice[:-1]}; if {they} did move faster, correct the unit of the stamps."
     grade = Grade.REFUSED if everywhere else Grade.DOUBTFUL
     return [Remark("poor_motion", numbers(places), text, grade, advice)]
 

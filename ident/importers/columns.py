@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.importers.mapping import Mapping, SeriesSection
+from ident.importers.mapping import Mapping, SeriesSection, TimeSection
 from ident.importers.tables import Name, Table, read_table
 from ident.signals.arrays import Array
 from wamctl.arm.errors import ConfigurationError, DataError
@@ -32,8 +32,8 @@ class MappedColumns:
 
 def files(source: Path, plan: Mapping) -> list[Path]:
     """The imported table, and those beside it that the mapping joins to it."""
-    names = dict.fromkeys(part.file for _, part in plan.series() if part.file is not None)
-    return list(dict.fromkeys([source, *(source.parent / name for name in names)]))
+    parts = [plan.time, *(part for _, part in plan.series())]
+    return list(dict.fromkeys([source, *(_file(source, part) for part in parts)]))
 
 
 def read_columns(source: Path, plan: Mapping, where: Path, n: int) -> MappedColumns:
@@ -59,11 +59,11 @@ def read_columns(source: Path, plan: Mapping, where: Path, n: int) -> MappedColu
             faults.append(f"{place}.columns: {path.name} {found}")
         else:
             series[place] = found
-    time = plan.time.column
-    if time is not None and time not in tables[source].columns:
-        faults.append(f"time.column: {source.name} {_lacks([time], tables[source])}")
+    time, clock = plan.time.column, _file(source, plan.time)
+    if time is not None and time not in tables[clock].columns:
+        faults.append(f"time.column: {clock.name} {_lacks([time], tables[clock])}")
     elif time is not None:
-        series["time"] = tables[source].columns[time].reshape(-1, 1)
+        series["time"] = tables[clock].columns[time].reshape(-1, 1)
     which = plan.rows.column
     if which is not None and which not in tables[source].columns:
         faults.append(f"rows.column: {source.name} {_lacks([which], tables[source])}")
@@ -77,14 +77,14 @@ def read_columns(source: Path, plan: Mapping, where: Path, n: int) -> MappedColu
     return _chosen_rows(source, plan, series)
 
 
-def _file(source: Path, part: SeriesSection) -> Path:
+def _file(source: Path, part: SeriesSection | TimeSection) -> Path:
     return source if part.file is None else source.parent / part.file
 
 
 def _tables(source: Path, plan: Mapping) -> dict[Path, Table]:
     wanted: dict[Path, list[Name]] = {path: [] for path in files(source, plan)}
     if plan.time.column is not None:
-        wanted[source].append(plan.time.column)
+        wanted[_file(source, plan.time)].append(plan.time.column)
     if plan.rows.column is not None:
         wanted[source].append(plan.rows.column)
     for _, part in plan.series():
@@ -111,11 +111,13 @@ def _stacked(part: SeriesSection, table: Table, n: int) -> Array | str:
             return np.column_stack(arrays)
         return f"has there shapes {', '.join(map(str, shapes))}, not vectors of one length"
     array = arrays[0].reshape(-1, 1) if arrays[0].ndim == 1 else arrays[0]
+    if part.entries and array.ndim == 2 and max(part.entries) <= array.shape[1]:
+        return array[:, np.array(part.entries) - 1]
     if array.ndim == 2 and array.shape[1] == n:
         return array
     if array.ndim == 2 and array.shape[0] == n:
         return array.T
-    return f"has there shape {array.shape} for {n} joints"
+    return f"has there shape {array.shape} for {n} joints (entries chooses columns of an array)"
 
 
 def _lacks(names: list[Name], table: Table) -> str:

@@ -21,6 +21,10 @@ Columns = Annotated[
     ),
 ]
 Count = Annotated[int, Field(ge=1)]
+_FILE = Field(
+    default=None,
+    description="another table beside the imported one, with the same rows; unset: that one",
+)
 _LARGEST_CONDITION = 1e6
 
 
@@ -28,10 +32,11 @@ class ColumnsSection(Section):
     """Where the numbers of one quantity stand, and what makes joint quantities of them."""
 
     columns: Columns
-    file: str | None = Field(
+    entries: tuple[Count, ...] | None = Field(
         default=None,
-        description="another table beside the imported one, with the same rows; unset: that one",
+        description="which columns of that array to take, one a joint, from 1; unset: all",
     )
+    file: str | None = _FILE
     scale: Vector | None = Field(
         default=None,
         description="factor of each column onto the unit: a sign, counts, a torque constant",
@@ -73,6 +78,7 @@ class TimeSection(Section):
     """When the rows were sampled: a column, or a constant rate."""
 
     column: str | int | None = Field(default=None, description="by name or by number from 1")
+    file: str | None = _FILE
     unit: TimeUnit = "s"
     rate_hz: Positive | None = Field(default=None, description="samples a second [Hz]")
 
@@ -80,6 +86,8 @@ class TimeSection(Section):
     def _one_of_both(self) -> "TimeSection":
         if (self.column is None) == (self.rate_hz is None):
             raise ValueError("give either column or rate_hz")
+        if self.file is not None and self.column is None:
+            raise ValueError("file needs the column that holds the time")
         return self
 
 
@@ -159,7 +167,7 @@ class Mapping(Section):
         """One sentence for each list whose length does not fit n joints."""
         faults = []
         for place, part in self.series():
-            for name in ("columns", "scale", "offset"):
+            for name in ("columns", "entries", "scale", "offset"):
                 value = getattr(part, name, None)
                 if isinstance(value, tuple) and len(value) != n:
                     faults.append(f"{place}.{name}: {len(value)} entries for {n} joints")

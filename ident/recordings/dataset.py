@@ -185,6 +185,11 @@ def dataset_of(
     facts = []
     if found.repeated:
         facts.append(f"{found.repeated} samples repeat the stamp before them and were left out")
+    if found.copies > 1:
+        facts.append(
+            f"the recorder wrote each reading {found.copies:.3g} times; the copies were left out,"
+            f" and {1 / found.period_s:.4g} Hz are left"
+        )
     if len(found.spans_s) > 1:
         holes = ", ".join(f"{start:.3f} s" for start, _ in found.spans_s[1:])
         facts.append(f"holes of more than {GAP_PERIODS} periods end at {holes}")

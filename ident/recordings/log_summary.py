@@ -1,12 +1,13 @@
 """A first pass over a log: its joints, rate, holes, and how far each joint moves."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Protocol
 
 import numpy as np
 
+from ident.recordings.copies import Readings, readings_of
 from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import Piece
@@ -49,6 +50,8 @@ class LogSummary:
         low, high: range of the positions [rad], shape (N,) each.
         repeated: number of samples with the stamp of the one before them.
         lost: number of samples that are missing by the stamps, those of holes among them.
+        copies: messages in the log to each reading, where its recorder was faster than its source
+            (1: each is one); `pieces` leaves the copies out.
         complete: whether the log ends as its writer closed it, not cut off.
         measured, commanded: whether there is a torque of that kind.
         reference: whether there is a wanted motion of these joints.
@@ -66,6 +69,7 @@ class LogSummary:
     high: Array
     repeated: int
     lost: int
+    copies: float
     complete: bool
     measured: bool
     commanded: bool
@@ -82,14 +86,26 @@ def summarise_log(log: LogSource, name: str) -> LogSummary:
     Raises:
         DataError: a log that cannot be read, or whose stamps run backwards.
     """
-    stamps, joints = _Stamps(name), ()
+    found, readings_ns = _summary(log, log.pieces, name)
+    if readings_ns is None:
+        return found
+    pieces = partial(readings_of, found.pieces, readings_ns)
+    copies = readings_ns * 1e-9 / found.period_s
+    return replace(_summary(log, pieces, name)[0], copies=copies)
+
+
+def _summary(
+    log: LogSource, pieces: Callable[[], Iterator[Piece]], name: str
+) -> tuple[LogSummary, float | None]:
+    """The summary of a log as it is read, and the step between readings where it holds copies."""
+    stamps, readings, joints = _Stamps(name), Readings(), ()
     low, high = np.array(np.inf), np.array(-np.inf)
     attachments: dict[str, bytes] = {}
     measured = commanded = False
     complete = True
     wanted, widths = 0, set()
     kept, size = [], 0
-    for piece in log.pieces():
+    for piece in pieces():
         size += _bytes(piece)
         kept.append(piece)
         if size > _SMALL_BYTES:
@@ -99,6 +115,7 @@ def summarise_log(log: LogSource, name: str) -> LogSummary:
         if piece.states is not None:
             joints = piece.states.joint_names
             stamps.add(piece.states.stamp_ns)
+            readings.add(piece.states)
             low = np.minimum(low, piece.states.positions.min(axis=0))
             high = np.maximum(high, piece.states.positions.max(axis=0))
             measured = piece.states.effort is not None
@@ -107,10 +124,10 @@ def summarise_log(log: LogSource, name: str) -> LogSummary:
         if piece.reference is not None:
             wanted += len(piece.reference.stamp_ns)
             widths.add(piece.reference.q.shape[1])
-    return LogSummary(
+    found = LogSummary(
         name=name,
         log=log,
-        pieces=partial(iter, kept) if size <= _SMALL_BYTES else log.pieces,
+        pieces=partial(iter, kept) if size <= _SMALL_BYTES else pieces,
         joint_names=joints,
         attachments=attachments,
         first_ns=stamps.first,
@@ -120,11 +137,13 @@ def summarise_log(log: LogSource, name: str) -> LogSummary:
         high=high,
         repeated=stamps.repeated,
         lost=stamps.lost,
+        copies=1.0,
         complete=complete,
         measured=measured,
         commanded=commanded,
         reference=wanted > 1 and widths == {len(joints)},
     )
+    return found, readings.period_ns(stamps.period_ns)
 
 
 def _bytes(piece: Piece) -> int:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ident.checks.remark import Grade, Remark, verdict_content
+from ident.checks.remark import Grade, Remark, joints, verdict_content
 from ident.model.arm import Arm
 from ident.output_error.fit import MotionSegment
 from ident.output_error.identify import Found, identify_by_simulation
@@ -105,7 +105,9 @@ def simulated_run(
     start = time.perf_counter()
     found = identify_by_simulation(arm, segments, tell)
     told = glitch_remarks(segments, arm.robot.joint_names)
-    content = verdict_content([*remarks, *told, *_remarks(found)]) | _content(arm, found)
+    content = verdict_content(
+        [*remarks, *told, *_remarks(found, arm.robot.joint_names)]
+    ) | _content(arm, found)
     content["provenance"] = provenance(arm, paths)
     content["seconds"] = {"solve": time.perf_counter() - start}
     content["solver"]["seconds"] = content["seconds"]["solve"]
@@ -119,14 +121,14 @@ def traces(found: Found) -> tuple[ServoTrace, ...]:
     return tuple(ServoTrace.of(s, q) for s, q in pairs)
 
 
-def _remarks(found: Found) -> list[Remark]:
+def _remarks(found: Found, names: Sequence[str]) -> list[Remark]:
     said, held = [], np.flatnonzero(~found.moving)
     if len(held):
         said.append(
             Remark(
                 "poor_motion",
                 tuple(int(j) + 1 for j in held),
-                "These joints do not move in the recordings, so their settings are not fitted.",
+                f"No settings are fitted of {joints(held, names)}: no motion in the recordings.",
                 Grade.TRUSTWORTHY,
             )
         )
@@ -136,9 +138,9 @@ def _remarks(found: Found) -> list[Remark]:
             Remark(
                 "torque_factor",
                 tuple(int(j) + 1 for j in loose),
-                "No known mass is lifted or accelerated enough to scale the torques of these"
-                " joints: their gains, friction, and rotor inertia are known only up to a common"
-                " factor at each joint, on which positions do not depend.",
+                "No known mass is lifted or accelerated enough to scale the torques of"
+                f" {joints(loose, names)}: gains, friction, and rotor inertia are known only up to"
+                " a common factor at each joint, on which positions do not depend.",
                 Grade.TRUSTWORTHY,
                 "Record with a known payload, or give the servo's gain in the arm's file (servo:"
                 " fixed).",
@@ -154,8 +156,8 @@ def _remarks(found: Found) -> list[Remark]:
             Remark(
                 "large_error",
                 tuple(int(j) + 1 for j in bad),
-                "On held-out segments, the simulation of these joints is hardly better than a"
-                " joint that follows its command without delay, or than one that stands still.",
+                f"On held-out segments, the simulation of {joints(bad, names)} is hardly better"
+                " than following the command without delay, or than standing still.",
                 Grade.DOUBTFUL,
                 "Check for end stops, contact, and commands that do not belong to the recording or"
                 " have another unit, sign, or zero than the positions.",
@@ -167,8 +169,9 @@ def _remarks(found: Found) -> list[Remark]:
             Remark(
                 "stalled",
                 (joint + 1,),
-                f"This joint stands still for {_STILL_S:g} s while the simulated one moves by more"
-                f" than {_FAR:g} rad: {where}. Friction and inertia are fitted to that as well.",
+                f"{where}: {joints([joint], names)} stands still for {_STILL_S:g} s while the"
+                f" simulated one moves by more than {_FAR:g} rad. Friction and inertia are fitted"
+                " to that as well.",
                 Grade.DOUBTFUL,
                 "Cut contact, end stops, stalls and overload shutdowns out of the recordings.",
             )

@@ -85,6 +85,33 @@ def test_repeated_stamps_are_left_out_and_told():
     assert data.facts[0] == "1 samples repeat the stamp before them and were left out"
 
 
+@pytest.mark.parametrize("late", [0, 1])
+def test_a_recorder_faster_than_its_source_leaves_the_readings(late):
+    """Three messages to a reading, some of them late; the arm stands still for a second."""
+    t = np.arange(600) / 200
+    q = sines(np.where(t < 1.5, t, np.maximum(t - 1.0, 1.5)))
+    shown = np.arange(1800) // 3
+    shown[1:] -= late * (np.arange(1799) % 30 == 0)
+    log = made(np.arange(1800) / 600, q[shown], 3.0 * q[shown])
+    data = dataset(log, NAMES, "log")
+    assert data.rate_hz == pytest.approx(200.0)
+    assert data.source.lost <= 2
+    assert data.samples == pytest.approx(600, abs=2)
+    q_read = np.concatenate([s.q for s in data.segments])[:250]
+    np.testing.assert_allclose(q_read, q[: len(q_read)], atol=0.02 * late + 1e-9)
+    assert data.facts == (
+        "the recorder wrote each reading 3 times; the copies were left out, and 200 Hz are left",
+    )
+
+
+def test_readings_that_repeat_now_and_then_are_no_copies():
+    rng = np.random.default_rng(11)
+    shown = np.maximum.accumulate(np.where(rng.random(1800) < 0.6, 0, np.arange(1800)))
+    data = dataset(made(np.arange(1800) / 600, sines(shown / 600)), NAMES, "log")
+    assert data.source.copies == 1.0
+    assert data.rate_hz == pytest.approx(600.0)
+
+
 def test_stamps_that_run_backwards_are_refused():
     t = np.arange(100) / 50
     t[40] = t[30]

@@ -148,8 +148,24 @@ def test_arrays_of_binary_files(tmp_path: Path, name: str, save: Any) -> None:
     save(path, {"t": T, "pos": np.zeros((50, 3)), "u1": TAU[:, 0], "u2": TAU[:, 1]})
     (tmp_path / "log.mcap").unlink()
     assert refused(path, content, ConfigurationError) == (
-        f"{tmp_path / 'map.yaml'}: position.columns: {name} has there shape (50, 3) for 2 joints."
+        f"{tmp_path / 'map.yaml'}: position.columns: {name} has there shape (50, 3) for 2 joints"
+        " (entries chooses columns of an array)."
     )
+
+
+def test_a_quantity_and_the_clock_in_files_of_their_own(tmp_path: Path) -> None:
+    for name, values in {"t": T.reshape(-1, 1), "q": Q, "tau": TAU}.items():
+        scipy.io.savemat(tmp_path / f"{name}.mat", {name: values})
+    content = BASIC | {
+        "time": {"file": "t.mat", "column": "t"},
+        "position": {"columns": "q"},
+        "effort": {"file": "tau.mat", "columns": "tau"},
+    }
+    found = imported(tmp_path / "q.mat", content)
+    np.testing.assert_allclose(found.stamp_ns, T * 1e9)
+    np.testing.assert_allclose(found.q, Q)
+    np.testing.assert_allclose(found.effort, TAU)
+    assert set(found.metadata) >= {"q.mat", "t.mat", "tau.mat"}
 
 
 @pytest.mark.parametrize("version", [5, 7.3])

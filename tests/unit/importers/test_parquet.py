@@ -53,6 +53,20 @@ def test_an_episode_becomes_a_recording(tmp_path: Path, fixed: bool) -> None:
     np.testing.assert_allclose(found.stamp_ns, np.arange(30) / 30 * 1e9, atol=100)
 
 
+def test_entries_of_a_vector_that_holds_more_than_the_arm(tmp_path: Path) -> None:
+    parts = {place: MAP[place] | {"entries": [3, 1]} for place in ("position", "command_position")}
+    found = mapped(dataset(tmp_path), joints=["c", "a"], **parts)
+    np.testing.assert_allclose(found.q, np.radians(STATE[30:, [2, 0]], dtype=float))
+    np.testing.assert_allclose(found.command.q, np.radians(ACTION[30:, [2, 0]], dtype=float))
+    parts["position"] = MAP["position"] | {"entries": [1, 4]}
+    with pytest.raises(ConfigurationError) as caught:
+        mapped(dataset(tmp_path), joints=["c", "a"], **parts)
+    assert str(caught.value).endswith(
+        "position.columns: file-000.parquet has there shape (60, 3) for 2 joints"
+        " (entries chooses columns of an array)."
+    )
+
+
 def test_episodes_on_end_are_no_recording(tmp_path: Path) -> None:
     source = dataset(tmp_path)
     with pytest.raises(DataError) as caught:
