@@ -97,7 +97,11 @@ def run(
         typer.echo(text.rstrip())
     else:
         verdict_printed(content)
-        if "estimators" in content:
+        if content["method"] == Method.SIMULATION:
+            from ident.report.servos.run_page import error_sentence
+
+            typer.echo(error_sentence(content))
+        else:
             for sentence in error_sentences(content):
                 typer.echo(sentence)
         typer.echo(f"{out / 'report.html'}")

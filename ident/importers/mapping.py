@@ -17,7 +17,7 @@ Columns = Annotated[
     str | tuple[str | int, ...],
     Field(
         description="one column a joint, by name or by number from 1; or the name of one array"
-        " with a column for each joint (.npz, .mat, .parquet)"
+        " with a column for each joint (.npz, .npy, .mat, .parquet)"
     ),
 ]
 Count = Annotated[int, Field(ge=1)]

@@ -46,7 +46,7 @@ class Table:
 
 
 def read_table(path: Path, wanted: Sequence[Name], *, header: bool, delimiter: str) -> Table:
-    """Columns of a file; its form follows from its ending (.npz, .mat, .parquet, else text).
+    """Columns of a file; its form follows from its ending (.npz, .npy, .mat, .parquet, else text).
 
     Args:
         path: the file.
@@ -62,6 +62,8 @@ def read_table(path: Path, wanted: Sequence[Name], *, header: bool, delimiter: s
     match path.suffix.lower():
         case ".npz":
             return _table(_npz(path), wanted, path)
+        case ".npy":
+            return _table(_npy(path), wanted, path)
         case ".mat":
             return _table(_mat(path), wanted, path)
         case ".parquet":
@@ -148,6 +150,14 @@ def _npz(path: Path) -> dict[str, Any]:
             return dict(archive.items())
     except (OSError, ValueError, MemoryError, BadZipFile, AttributeError, zlib.error) as error:
         raise DataError(f"{path} is not a readable .npz archive ({error}).") from error
+
+
+def _npy(path: Path) -> dict[str, Any]:
+    """The one array of the file, under the file's name without its ending."""
+    try:
+        return {path.stem: np.load(path)}
+    except _UNREADABLE as error:
+        raise DataError(f"{path} is not a readable .npy array ({error}).") from error
 
 
 def _mat(path: Path) -> dict[str, Any]:

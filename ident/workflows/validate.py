@@ -5,12 +5,23 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ident.checks.examine import OF_FITS, examine
-from ident.checks.remark import Grade, RefusedError, Remark, verdict_content, verdict_of
+from ident.checks.remark import (
+    Grade,
+    RefusedError,
+    Remark,
+    joints,
+    numbers,
+    verdict_content,
+    verdict_of,
+)
 from ident.checks.settings import DEFAULT, CheckSettings
 from ident.effects.bound_effects import load_model
 from ident.identification.validation import Prediction, arm_of, predict
 from ident.model.arm import Arm
+from ident.model.identified_model import Model
 from ident.recordings.dataset import Dataset
 from ident.recordings.loading import Reading, read_for
 from ident.regression.progress import Tell, silent
@@ -20,6 +31,12 @@ from ident.report.validate_page import ValidationReport, validate_page
 from ident.workflows.provenance import provenance
 from ident.workflows.refusal import write_refusal
 from ident.workflows.run_json import errors_content, log_content, torque_units, write_results
+
+_WORSE_THAN_NONE = 100.0
+"""Error of a joint [%] from which a model without torque predicts better."""
+
+_CLEARLY = 0.5
+"""Share of that error below which it is the sign."""
 
 _ANOTHER_ARM = (
     "Check that the model belongs to this arm in its present state (tool, mounting, joint zeros,"
@@ -52,16 +69,19 @@ def validate_logs(
     start = time.perf_counter()
     model = load_model(model_path)
     arm = arm_of(model).with_settings(**settings)
-    data, remarks = checked(arm, [read_for(arm, path, reading) for path in paths])
+    recorded = [read_for(arm, path, reading) for path in paths]
+    data, remarks = checked(arm, recorded)
     if verdict_of(remarks) is Grade.REFUSED:
         refusal = RefusedError(remarks)
         content = verdict_content(remarks) | {"arm": model.arm, "model": str(model_path)}
         write_refusal(out, "validate", refusal, content, model.arm)
         raise refusal
-    predictions = []
-    for one in data:
+    predictions, remarks = [], [r for r in remarks if not _of_torque_signs(r)]
+    for one, before in zip(data, recorded, strict=True):
         tell(f"predicting {Path(one.name).name}")
-        predictions.append(predict(model, arm, one))
+        prediction, told = with_signs_of_fit(model, arm, one, before)
+        predictions.append(prediction)
+        remarks += told
     remarks += large_errors(predictions, model.estimator)
     tell("writing the report")
     content = verdict_content(remarks) | {
@@ -92,6 +112,43 @@ def checked(arm: Arm, data: Sequence[Dataset]) -> tuple[list[Dataset], list[Rema
         mended += examined.data
         remarks += [r for r in examined.remarks if r.code not in OF_FITS]
     return mended, list(dict.fromkeys(remarks))
+
+
+def _of_torque_signs(remark: Remark) -> bool:
+    return remark.code == "sign" and remark.grade is Grade.DOUBTFUL
+
+
+def with_signs_of_fit(
+    model: Model, arm: Arm, mended: Dataset, recorded: Dataset
+) -> tuple[Prediction, list[Remark]]:
+    """The prediction of one recording whose torques count as they did in the model's fit.
+
+    Whether a torque counts the other way round is asked of the model: what the recording alone says
+    of it (friction that drives) may be said of one recording of an arm, and not of the next.
+
+    Args:
+        model: what was fitted.
+        arm: the model's.
+        mended: the recording as the checks leave it.
+        recorded: as it was read.
+    """
+    pairs = zip(mended.read(), recorded.read(), strict=True)
+    turned = np.sum([np.sum(a.tau * b.tau, axis=0) for (_, a), (_, b) in pairs], axis=0)
+    upright = mended.with_torque_times(np.where(turned < 0, -1.0, 1.0))
+    found = predict(model, arm, upright)
+    errors = found.filtered[model.estimator].relative_percent_by_joint
+    if not (errors > _WORSE_THAN_NONE).any():
+        return found, []
+    other = predict(model, arm, upright.with_torque_times(-np.ones(len(errors))))
+    inverted = other.filtered[model.estimator].relative_percent_by_joint < _CLEARLY * errors
+    if not inverted.any():
+        return found, []
+    places = np.flatnonzero(inverted)
+    text = f"{mended.name}: compared with the recordings of the model, the torque of"
+    text += f" {joints(places, model.robot.joint_names)} has the other sign, and was inverted."
+    advice = "Correct the sign where the torque is recorded."
+    remark = Remark("sign", numbers(places), text, Grade.DOUBTFUL, advice)
+    return predict(model, arm, upright.with_torque_times(np.where(inverted, -1.0, 1.0))), [remark]
 
 
 def large_errors(

@@ -64,8 +64,7 @@ class ServoTrace:
 def servo_page(command: str, content: Content, traces: Sequence[ServoTrace]) -> Page:
     """The page of a run, or of a validation, by simulation."""
     labels = joint_labels(content["joints"])
-    errors = content["rms_q_by_joint"]
-    whole_rms = float(np.sqrt(np.mean(np.square(errors))))
+    whole_rms = _whole(content["rms_q_by_joint"])
     sections = [
         Section("How well the simulation follows", [_error_table(content, labels)]),
         Section("Measured and simulated positions", _positions(traces, labels)),
@@ -78,29 +77,38 @@ def servo_page(command: str, content: Content, traces: Sequence[ServoTrace]) -> 
     return Page(
         command=command,
         title=f"{content['arm']}: positions simulated from commands",
-        verdict=_verdict(content, whole_rms),
+        verdict=_verdict(content),
         figures=[(f"{1e3 * whole_rms:.2f} mrad", "rms position error, all joints")],
         sections=[*sections, provenance_section(content)],
         steps=_steps(content),
     )
 
 
-def _verdict(content: Content, rms: float) -> Verdict:
-    status, word = _TRUST.get(content["verdict"], ("bad", content["verdict"]))
-    if "held_out" in content:
-        away = float(np.sqrt(np.mean(np.square(content["held_out"]["rms_q_by_joint"]))))
-        sentence = (
-            f"Simulated in closed loop from the commands alone, the arm is {1e3 * rms:.2f} mrad"
-            f" (rms over joints) from where it was measured, and {1e3 * away:.2f} mrad on pieces"
-            " that were not fitted."
-        )
-    else:
-        status, word = "open", "error on new data"
-        sentence = (
-            f"Simulated in closed loop from the commands alone, the model is {1e3 * rms:.2f} mrad"
+def error_sentence(content: Content) -> str:
+    """How far the simulated arm is from the measured one."""
+    rms = 1e3 * _whole(content["rms_q_by_joint"])
+    if "held_out" not in content:
+        return (
+            f"Simulated in closed loop from the commands alone, the model is {rms:.2f} mrad"
             " (rms over joints) from where the arm was measured."
         )
-    return Verdict(status, word, sentence, [r["sentence"] for r in content["remarks"]])
+    away = 1e3 * _whole(content["held_out"]["rms_q_by_joint"])
+    return (
+        f"Simulated in closed loop from the commands alone, the arm is {rms:.2f} mrad (rms over"
+        f" joints) from where it was measured, and {away:.2f} mrad on pieces that were not fitted."
+    )
+
+
+def _whole(rms_by_joint: Sequence[float]) -> float:
+    return float(np.sqrt(np.mean(np.square(rms_by_joint))))
+
+
+def _verdict(content: Content) -> Verdict:
+    status, word = _TRUST.get(content["verdict"], ("bad", content["verdict"]))
+    if "held_out" not in content:
+        status, word = "open", "error on new data"
+    told = [r["sentence"] for r in content["remarks"]]
+    return Verdict(status, word, error_sentence(content), told)
 
 
 def _error_table(content: Content, labels: Sequence[str]) -> Table:

@@ -5,9 +5,10 @@ from chain_arm import recorded, urdf_of
 
 from ident.identification.validation import arm_of, predict
 from ident.workflows.run import run_data
-from ident.workflows.validate import large_errors
+from ident.workflows.validate import large_errors, with_signs_of_fit
 
 HALF = 2000
+WRONG = np.array([1.0, 1.0, -1.0, 1.0])
 
 
 def halves(**settings):
@@ -80,3 +81,23 @@ def test_a_model_that_does_not_predict_a_recording_is_doubted():
     assert told[0] == []
     assert [r.code for r in told[1]] == ["large_error"]
     assert "of the torque unexplained" in told[1][0].sentence
+
+
+def test_the_model_says_which_way_a_torque_counts():
+    """One joint reversed in the recording, another by the checks: only the first is told."""
+    first, second = halves()
+    model = run_data(first.arm(), [first.dataset(first.arm())]).model
+    arm = arm_of(model)
+    upright, reversed_ = second.dataset(arm), second.with_(tau=second.tau * [1, -1, 1, 1])
+    usual = predict(model, arm, upright).filtered["feasible"].relative_percent
+    found, told = with_signs_of_fit(model, arm, upright.with_torque_times(WRONG), upright)
+    assert found.filtered["feasible"].relative_percent == usual
+    assert told == []
+    log = reversed_.dataset(arm, "other.mcap")
+    found, told = with_signs_of_fit(model, arm, log.with_torque_times(WRONG), log)
+    assert abs(found.filtered["feasible"].relative_percent - usual) < 1e-9
+    (remark,) = told
+    assert remark.finding == (
+        "other.mcap: compared with the recordings of the model, the torque of joint 2 has the"
+        " other sign, and was inverted."
+    )

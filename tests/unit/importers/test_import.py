@@ -153,19 +153,23 @@ def test_arrays_of_binary_files(tmp_path: Path, name: str, save: Any) -> None:
     )
 
 
-def test_a_quantity_and_the_clock_in_files_of_their_own(tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", ["mat", "npy"])
+def test_a_quantity_and_the_clock_in_files_of_their_own(tmp_path: Path, kind: str) -> None:
     for name, values in {"t": T.reshape(-1, 1), "q": Q, "tau": TAU}.items():
-        scipy.io.savemat(tmp_path / f"{name}.mat", {name: values})
+        if kind == "mat":
+            scipy.io.savemat(tmp_path / f"{name}.mat", {name: values})
+        else:
+            np.save(tmp_path / f"{name}.npy", values)
     content = BASIC | {
-        "time": {"file": "t.mat", "column": "t"},
+        "time": {"file": f"t.{kind}", "column": "t"},
         "position": {"columns": "q"},
-        "effort": {"file": "tau.mat", "columns": "tau"},
+        "effort": {"file": f"tau.{kind}", "columns": "tau"},
     }
-    found = imported(tmp_path / "q.mat", content)
+    found = imported(tmp_path / f"q.{kind}", content)
     np.testing.assert_allclose(found.stamp_ns, T * 1e9)
     np.testing.assert_allclose(found.q, Q)
     np.testing.assert_allclose(found.effort, TAU)
-    assert set(found.metadata) >= {"q.mat", "t.mat", "tau.mat"}
+    assert set(found.metadata) >= {f"{name}.{kind}" for name in ("q", "t", "tau")}
 
 
 @pytest.mark.parametrize("version", [5, 7.3])

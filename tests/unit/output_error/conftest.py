@@ -20,4 +20,5 @@ def identified(logs: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactory
     out = tmp_path_factory.mktemp("servo_model")
     done = CliRunner().invoke(app, ["run", str(logs[0]), "--out", str(out)])
     assert done.exit_code == 0, done.output
+    (out / "said.txt").write_text(done.stdout, encoding="utf-8")
     return out

@@ -1,4 +1,5 @@
 import json
+import re
 from dataclasses import replace
 
 import mujoco
@@ -21,6 +22,8 @@ def test_method_is_chosen_where_no_torque_is_and_said(identified):
     assert content["method"] == "simulation"
     assert "no_torque" in [r["code"] for r in content["remarks"]]
     assert content["verdict"] == "trustworthy"
+    said = (identified / "said.txt").read_text(encoding="utf-8")
+    assert re.search(r"[\d.]+ mrad on pieces that were not fitted\.\n", said)
 
 
 def test_settings_of_another_simulator_are_recovered(identified):
