@@ -2,7 +2,7 @@
 """Makes a fleet: arms of one type with scatter, a short ordinary motion a day, planted changes.
 
 Usage: scripts/benchmarks/fleet_maker.py OUT [--arms 200] [--days 50] [--changed 0.01]
-           [--moves 14] [--seed 0]
+           [--moves 14] [--seed 0] [--part 0:20]
 
 Torque is Pinocchio's inverse dynamics along point-to-point moves as a servo follows them, plus
 friction of a form of its own, plus noise: nothing of `ident` takes part. What was planted stands in
@@ -36,6 +36,12 @@ REACH = np.array([0.9, 0.6, 0.9, 0.7, 1.1, 0.7, 1.2])  # [rad]
 CENTRE = np.array([0.0, 0.6, 0.0, 1.4, -1.0, 0.0, 0.0])  # [rad]
 NOISE = np.array([0.25, 0.25, 0.2, 0.15, 0.04, 0.04, 0.015])  # [N m], each sample
 PER_KELVIN = -0.006
+TURN = 2 * np.pi / np.array([42.0, 28.25, 28.25, 18.0, 9.7, 9.7, 14.93])
+"""One turn of each joint's motor [rad] (libbarrett's ratios).
+
+A zero is lost by whole ones: the stored angle of the rotor mends only what is less than half a turn
+(Barrett's calibration page; OWD's documentation).
+"""
 
 
 @dataclass(frozen=True)
@@ -97,7 +103,7 @@ def changed(truth: Truth, kind: str, joint: int, rng: np.random.Generator) -> tu
             "extra": extra,
         }
     if kind == "zero":
-        turn = 0.02 * rng.choice([-1.0, 1.0])
+        turn = TURN[joint] * rng.choice([-1.0, 1.0])
         return replace(truth, zero=truth.zero + turn * here), {"joint": joint + 1, "rad": turn}
     mass, centre = 0.5, np.array([0.02, -0.01, 0.06])
     last = truth.inertias[-1] + pin.Inertia(mass, centre, np.zeros((3, 3)))
@@ -170,6 +176,7 @@ def main() -> None:
     parser.add_argument("--changed", type=float, default=0.01, help="share of the arms")
     parser.add_argument("--moves", type=int, default=14, help="of a log, two seconds each")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--part", default=":", help="the arms of it to make now, as 0:20")
     given = parser.parse_args()
     robot = load_robot(
         find_file(Path("wam7.urdf")).read_text(encoding="utf-8"),
@@ -177,6 +184,7 @@ def main() -> None:
     )
     rng = np.random.default_rng(given.seed)
     which = rng.permutation(given.arms)[: max(1, round(given.changed * given.arms))].tolist()
+    now = range(given.arms)[slice(*(int(n) if n else None for n in given.part.split(":")))]
     planted = []
     for number in range(given.arms):
         own = np.random.default_rng((given.seed, number))
@@ -194,7 +202,7 @@ def main() -> None:
             path = given.out / "logs" / name / f"{day:04d}.mcap"
             today = truth if day < from_day else after
             random = np.random.default_rng((given.seed, number, day))
-            if not path.exists():  # an earlier call was stopped
+            if number in now and not path.exists():  # an earlier call was stopped
                 one = (day, degrees, route, random)
                 write(path, robot.model.copy(), robot.joint_names, today, one)
     (given.out / "planted.json").write_text(json.dumps(planted, indent=1), encoding="utf-8")
