@@ -34,6 +34,16 @@ class Candidate:
     reported: Array
     reported_name: str = ""
 
+    @property
+    def direction(self) -> Array:
+        """A change of usual size in what is reported, shape (k,)."""
+        return self.usual * (self.reported if self.reported.any() else 1.0)
+
+    @property
+    def reported_usual(self) -> float:
+        """Usual size of what is reported; of the first number, where it is the surest one."""
+        return float(self.reported @ self.usual if self.reported.any() else self.usual[0])
+
 
 def candidates(
     kind: ArmType, mean: Array, spread: Array, settings: FleetSettings

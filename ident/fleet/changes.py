@@ -21,6 +21,7 @@ from ident.fleet.settings import FleetSettings
 from ident.signals.arrays import Array
 
 _RIVAL = 0.01  # of the odds: less likely names are not told
+_NOTHING = 1e-12  # information on a change of usual size: rounding, where there is none
 
 
 @dataclass(frozen=True)
@@ -118,9 +119,33 @@ class Detector:
             return Odds(first, np.empty((0, len(self._candidates))))
         a, b = self._scores()
         single = np.column_stack([self._odds(a, b, k) for k in range(len(self._candidates))])
-        onset = first + np.arange(len(self._before)) - self._least + 1.0
-        prior = -np.log(onset * (onset + 1.0)) - np.log(len(self._candidates))
-        return Odds(first, single + prior[:, None])
+        onsets = first + np.arange(len(self._before), dtype=float)
+        return Odds(first, single + self._prior(onsets)[:, None])
+
+    def _prior(self, onset: Array) -> Array:
+        """Logarithm of a candidate's share of the odds, by its onset."""
+        number = onset - self._least + 1.0
+        return -np.log(number * (number + 1.0)) - np.log(len(self._candidates))
+
+    def smallest(self, logs: int, least_odds: float) -> Array:
+        """Changes that the latest logs would just tell, in multiples of the usual size, (H,).
+
+        Infinite where they say nothing of one; none is known (nan) with too few logs before them.
+
+        Args:
+            logs: so many.
+            least_odds: logarithm of the odds that are asked for.
+        """
+        if len(self._before) < logs:
+            return np.full(len(self._candidates), np.nan)
+        inner = self._scores()[0][-logs]
+        asked = least_odds - self._prior(np.array(self._count - logs, dtype=float))
+        found = []
+        for candidate, part in zip(self._candidates, self._places, strict=True):
+            v = candidate.direction
+            a = max(float(v @ inner[np.ix_(part, part)] @ v), _NOTHING)
+            found.append(np.sqrt((2.0 * asked + np.log1p(a)) * (1.0 + a)) / a)
+        return np.array(found)
 
     def _scores(self) -> tuple[Array, Array]:
         """Information on the candidates' numbers and score, by onset: (S, K, K) and (S, K)."""
@@ -143,15 +168,8 @@ class Detector:
         return 0.5 * (gain - np.linalg.slogdet(inner)[1])
 
 
-def evidence(
-    logs: Sequence[Information],
-    mean: Array,
-    variance: Array,
-    found: Sequence[Candidate],
-    settings: FleetSettings,
-) -> Array:
-    """Logarithm of the odds of any change after each log of an arm, shape (T,)."""
-    detector = Detector(mean, variance, found, settings.onsets, settings.least_logs)
+def evidence(logs: Sequence[Information], detector: Detector) -> Array:
+    """Logarithm of the odds of any change after each further log of an arm, shape (T,)."""
     return np.array([detector.add(log).whole for log in logs])
 
 

@@ -28,12 +28,10 @@ class Judged:
     """A fleet before its arms are written down one by one.
 
     Attributes:
-        types: by name, what they are and what is known of them.
         series: the arms, by name and type.
         least_odds: logarithm of the odds from which a change is told.
     """
 
-    types: dict[str, tuple[ArmType, TypeStatistics]]
     series: tuple[Series, ...]
     least_odds: float
 
@@ -57,16 +55,16 @@ def judge(
         hear: hears what is being done, and the share of it.
     """
     changed: set[tuple[str, str]] = set()
-    judged = Judged({}, (), np.inf)
+    judged = Judged((), np.inf)
     for _ in range(_ROUNDS):
-        types, series = _series(store, entries, changed, settings, hear)
+        series = _series(store, entries, changed, settings, hear)
         highest = np.full(len(series), -np.inf)
         numbers = {id(s): k for k, s in enumerate(series)}
         for k, (one, odds) in enumerate(done(make, highest_odds, series, waiting)):
             highest[numbers[id(one)]] = -np.inf if isinstance(odds, LostError) else odds
             hear("testing arms", (k + 1) / len(series))
         least = least_log_odds(highest.tolist(), settings.false_alarm_share)
-        judged = Judged(types, tuple(replace(s, least_odds=least) for s in series), least)
+        judged = Judged(tuple(replace(s, least_odds=least) for s in series), least)
         told = {s.key for s, odds in zip(series, highest, strict=True) if odds >= least}
         if told <= changed:
             break
@@ -80,23 +78,22 @@ def _series(
     changed: Collection[tuple[str, str]],
     settings: FleetSettings,
     hear: Hear,
-) -> tuple[dict[str, tuple[ArmType, TypeStatistics]], list[Series]]:
-    """The types, and the arms in the order of their names.
+) -> list[Series]:
+    """The arms in the order of their names, with what is known of their types.
 
     Types are learned from arms that have not changed, as far as it is known.
     """
     by_type: dict[str, dict[str, list[Entry]]] = defaultdict(lambda: defaultdict(list))
     for entry in entries:
         by_type[entry.stored.reduced.type][entry.arm].append(entry)
-    types, series = {}, []
+    series = []
     for number, (name, arms) in enumerate(sorted(by_type.items())):
         hear("learning what arms of a type share", number / len(by_type))
         kind = store.arm_type(name)
         steady = [logs for arm, logs in arms.items() if (arm, name) not in changed]
         known = _learned(kind, steady or list(arms.values()), settings)
-        types[name] = kind, known
         series += [Series(a, tuple(logs), kind, known, settings) for a, logs in arms.items()]
-    return types, sorted(series, key=lambda s: s.key)
+    return sorted(series, key=lambda s: s.key)
 
 
 def _learned(

@@ -8,7 +8,7 @@ from threadpoolctl import threadpool_limits
 
 from ident.fleet.arm_type import ArmType
 from ident.fleet.candidates import Candidate, candidates
-from ident.fleet.changes import Change, beside, changes, evidence
+from ident.fleet.changes import Change, Detector, beside, changes, evidence
 from ident.fleet.hierarchy import DAILY, TypeStatistics, log_information, warmth
 from ident.fleet.normal import Information, LogData, nothing, posterior
 from ident.fleet.settings import FleetSettings
@@ -85,6 +85,11 @@ class Series:
         spread = np.sqrt(self.known.D)
         return candidates(self.kind, self.known.mean, spread, self.settings)
 
+    def detector(self) -> Detector:
+        """The test, before the first log."""
+        known, s = self.known, self.settings
+        return Detector(known.mean, known.D, self.candidates(), s.onsets, s.least_logs)
+
 
 @dataclass(frozen=True)
 class ArmResult:
@@ -96,6 +101,7 @@ class ArmResult:
         levels, level_sds: of all logs up to each one, at the reference temperature, (T, p).
         changes: in the order in which they were told.
         log_odds: logarithm of the odds of a change after each log, shape (T,).
+        smallest: changes that the latest logs would just tell, see `Detector.smallest`.
     """
 
     values: Array
@@ -105,24 +111,21 @@ class ArmResult:
     level_sds: Array
     changes: tuple[Change, ...]
     log_odds: Array
+    smallest: Array
 
 
 @threadpool_limits.wrap(limits=1)
 def highest_odds(series: Series) -> float:
     """Highest logarithm of the odds of a change that an arm has ever reached."""
-    return float(np.max(_odds(series, series.information()), initial=-np.inf))
-
-
-def _odds(series: Series, logs: Sequence[Information]) -> Array:
-    known = series.known
-    return evidence(logs, known.mean, known.D, series.candidates(), series.settings)
+    return float(np.max(evidence(series.information(), series.detector()), initial=-np.inf))
 
 
 @threadpool_limits.wrap(limits=1)
 def result(series: Series) -> ArmResult:
     """All that is said of an arm."""
-    known, logs = series.known, series.information()
-    odds = _odds(series, logs)
+    known, logs, detector = series.known, series.information(), series.detector()
+    odds = evidence(logs, detector)
+    smallest = detector.smallest(series.settings.shown_logs, series.least_odds)
     told: list[Change] = []
     if odds.max(initial=-np.inf) >= series.least_odds:
         found = series.candidates()
@@ -131,7 +134,7 @@ def result(series: Series) -> ArmResult:
     warmer = [e.warmer_k(known.reference_c) for e in series.entries]
     values = cold * [warmth(series.kind, known.slopes, k) for k in warmer]
     levels, level_sds = _levels(logs, known.mean, known.D, told)
-    return ArmResult(values, sds, cold, levels, level_sds, tuple(told), odds)
+    return ArmResult(values, sds, cold, levels, level_sds, tuple(told), odds, smallest)
 
 
 def _alone(series: Series, logs: Sequence[Information]) -> tuple[Array, Array]:

@@ -23,6 +23,9 @@ class FleetSettings:
         onsets: how many of the latest logs a change may begin at.
         changes: most changes of one arm.
         naming_logs: logs that a change is named with beside those that told it.
+        shown_logs: logs after a change for which it is told how small a one they would show.
+        unseen_times: a change that is so many times as large as usual and would not be told by
+            them is said to be one that they cannot show.
         friction_share: usual size of a change of friction, beside the type's mean.
         torque_share: usual size of a torque offset, beside the same.
         payload_kg, payload_m: usual size of a mass at the tool, and of its distance [kg], [m].
@@ -42,6 +45,8 @@ class FleetSettings:
     onsets: int = 60
     changes: int = 3
     naming_logs: int = 5
+    shown_logs: int = 7
+    unseen_times: float = 100.0
     friction_share: float = 0.2
     torque_share: float = 0.2
     payload_kg: float = 0.5

@@ -61,7 +61,7 @@ def main() -> None:
     kind = store.arm_type(entries[0].stored.reduced.type)
     known = learned([[e.data(25.0) for e in entries]], kind, 25.0, DEFAULT.type_rounds)
     series = Series("xmate", tuple(entries), kind, known, DEFAULT)
-    quiet = evidence(series.information(), known.mean, known.D, series.candidates(), DEFAULT)
+    quiet = evidence(series.information(), series.detector())
     print(f"{len(entries)} logs as they are: highest log odds {np.max(quiet):.1f} of {LEAST:.1f}")
     for what, size in ((w, k) for w in TOLD for k in SIZES):
         joints = (7,) if what == "payload" else range(1, 8)

@@ -7,10 +7,10 @@ from urllib.parse import quote
 
 from markupsafe import Markup
 
-from ident.report.fleet.words import change_text, day, rivals_text
+from ident.report.fleet.words import change_text, day, rivals_text, what_text
 from ident.report.page import Block, Column, Page, Points, Section, Step, Table, Text, Verdict
 from ident.report.words import DASH, number, plus_minus, setting, unit_text, whole
-from wamctl.arm.joint_labels import joint_labels
+from wamctl.arm.joint_labels import joint_labels, listed
 
 Content = Mapping[str, Any]
 
@@ -30,8 +30,9 @@ def index_page(content: Content, pages: Mapping[str, str]) -> Page:
     for change in content["changes"]:
         by_arm[change["arm"]].append(change)
     sections = [
-        Section("What has changed", _changes(content, pages)),
+        Section("What has changed", [*_changes(content, pages), *_unseen(content)]),
         Section("All arms", [_arms(content, by_arm, pages)]),
+        Section("How small a change would be told", _shown(content), folded=True),
         Section("What arms of a type share", _types(content), folded=True),
         Section("Logs that could not be used", _refused(content), folded=True),
         Section("How this was decided", _method(content), folded=True),
@@ -101,7 +102,7 @@ def _changes(content: Content, pages: Mapping[str, str]) -> list[Block]:
         [
             _link(c["arm"], pages),
             day(c["since"]),
-            change_text(c, labels[c["arm"]]).partition(":")[0] + "." + rivals_text(c),
+            what_text(c, labels[c["arm"]]) + "." + rivals_text(c),
             f"{c['parameter']}: {plus_minus(c['size'], c['sd'], c['unit'])}",
             number(c["evidence"] / _LN_10),
             day(c["told"]),
@@ -171,6 +172,41 @@ def _types(content: Content) -> list[Block]:
         caption = (
             f"{name}: learned from {learned['logs']} logs of {learned['arms']} arms; values at"
             f" {setting(kind['reference_temperature_c'])} °C."
+        )
+        blocks.append(Table(caption, columns, rows, sortable=True))
+    return blocks or [Text("No log could be used.")]
+
+
+def _unseen(content: Content) -> list[Block]:
+    """What the logs cannot show, however large it is."""
+    blocks: list[Block] = []
+    for kind in content["types"].values():
+        labels = joint_labels(kind["joints"])
+        said = [what_text(s, labels) for s in kind["shown"] if s["size"] is None]
+        if said:
+            blocks.append(
+                Text(f"These motions of {kind['model']} would not show at all: {listed(said)}.")
+            )
+    return blocks
+
+
+def _shown(content: Content) -> list[Block]:
+    days, blocks = content["settings"]["shown_logs"], []
+    columns = [Column("change", "words"), Column("smallest"), Column("unit", "words")]
+    for name, kind in content["types"].items():
+        labels = joint_labels(kind["joints"])
+        rows = [
+            [
+                what_text(s, labels),
+                number(s["size"], 2),
+                unit_text(s["unit"]),
+            ]
+            for s in kind["shown"]
+        ]
+        caption = (
+            f"{name}: changes that {days} logs would be expected to tell, for the median arm, after"
+            " as many logs before them as there are; the numbers of a change of friction are its"
+            " dry part's. None: not at any size."
         )
         blocks.append(Table(caption, columns, rows, sortable=True))
     return blocks or [Text("No log could be used.")]

@@ -17,13 +17,23 @@ def change_text(change: Content, joints: Sequence[str]) -> str:
         change: of `changes.json`.
         joints: labels of all joints.
     """
-    labels: list[str] = [str(joints[j - 1]) for j in change["joints"]]
-    where = "" if change["name"] == "payload" else f" at {joints_text(labels)}"
     size = plus_minus(change["size"], change["sd"], change["unit"])
     sign = "+" if change["size"] > 0 else ""
-    if change["name"] == "parameter":
-        return f"friction{where}: {change['parameter']} {sign}{size}"
-    return f"{catalogue()[change['name']].title}{where}: {sign}{size}"
+    which = f"{change['parameter']} " if change["name"] == "parameter" else ""
+    return f"{what_text(change, joints)}: {which}{sign}{size}"
+
+
+def what_text(change: Content, joints: Sequence[str]) -> str:
+    """What changed, and where.
+
+    Args:
+        change: with `name` and `joints`.
+        joints: labels of all joints.
+    """
+    labels: list[str] = [str(joints[j - 1]) for j in change["joints"]]
+    where = "" if change["name"] == "payload" else f" at {joints_text(labels)}"
+    friction = change["name"] == "parameter"
+    return f"{'friction' if friction else catalogue()[change['name']].title}{where}"
 
 
 def rivals_text(change: Content) -> str:

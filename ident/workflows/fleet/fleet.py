@@ -2,6 +2,7 @@
 
 import importlib.metadata
 import shutil
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
 from importlib.util import find_spec
@@ -26,6 +27,7 @@ from ident.regression.progress import Tell, silent
 from ident.report.fleet.arm_page import arm_page
 from ident.report.fleet.index_page import index_page
 from ident.report.page import render
+from ident.signals.arrays import Array
 from ident.workflows.fleet.changed_gap import Asking
 from ident.workflows.run_json import as_json, whole_folder
 from wamctl.arm.config import find_file
@@ -139,6 +141,7 @@ def _write(
         PARAMETERS,
         log_row,
         parameter_table,
+        shown_content,
         type_content,
         write_logs,
     )
@@ -146,6 +149,7 @@ def _write(
     out, settings = asking.out, asking.settings
     arms, changes, odds, searched = [], [], {}, 0
     pages: dict[str, str] = {}
+    smallest: dict[str, list[Array]] = defaultdict(list)
     few = len(judged.series) <= settings.page_arms
     shutil.rmtree(out / PAGES, ignore_errors=True)
     with whole_folder(out, FILES) as folder:
@@ -162,6 +166,7 @@ def _write(
                 if few or own:
                     pages[series.arm] = _write_page(out, series, result, own)
                 arms.append(arm_content(series, result))
+                smallest[series.key[1]].append(result.smallest)
                 for entry, value in zip(series.entries, result.log_odds.tolist(), strict=True):
                     odds[entry.stored.source.address] = value if np.isfinite(value) else None
         rows = [log_row(e, odds.get(e.stored.source.address)) for e in entries]
@@ -172,7 +177,11 @@ def _write(
             "changes": changes,
             "logs": {"found": len(rows), "used": len(odds), "refused": len(broken)},
             "refused": [{"log": r["log"], "remarks": r["remarks"]} for r in broken],
-            "types": {name: type_content(*one) for name, one in judged.types.items()},
+            "types": {
+                name: type_content(one.kind, one.known)
+                | {"shown": shown_content(one, smallest[name])}
+                for name, one in sorted({s.key[1]: s for s in judged.series}.items())
+            },
             "least_log_odds": judged.least_odds if np.isfinite(judged.least_odds) else None,
             "settings": asdict(settings),
             "version": importlib.metadata.version("wam-ident"),

@@ -1,6 +1,6 @@
 """The Parquet files of a fleet: their schemas, and rows made of what was found."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ from ident.fleet.arm_type import ArmType
 from ident.fleet.hierarchy import DAILY, TypeStatistics
 from ident.fleet.reduce import VERSION
 from ident.fleet.series import ArmResult, Entry, Series
+from ident.signals.arrays import Array
 
 _TIME = pa.timestamp("us", tz="UTC")
 
@@ -127,3 +128,26 @@ def type_content(kind: ArmType, known: TypeStatistics) -> dict[str, Any]:
         "noise_nm": known.noise.tolist(),
         "parameters": rows,
     }
+
+
+def shown_content(series: Series, smallest: Sequence[Array]) -> list[dict[str, Any]]:
+    """The smallest changes that the latest logs of a type's median arm would tell.
+
+    Args:
+        series: any arm of the type.
+        smallest: of each arm, in multiples of the usual size, see `ArmResult`.
+    """
+    known = [s for s in smallest if not np.isnan(s).any()]
+    if not known:
+        return []
+    times, most = np.median(known, axis=0).tolist(), series.settings.unseen_times
+    return [
+        {
+            "name": c.name,
+            "joints": list(c.joints),
+            "parameter": c.reported_name or c.parameters[0],
+            "size": size * c.reported_usual if size < most else None,
+            "unit": c.units[0],
+        }
+        for c, size in zip(series.candidates(), times, strict=True)
+    ]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ident.fleet.candidates import Candidate
-from ident.fleet.changes import changes, evidence, least_log_odds
+from ident.fleet.changes import Detector, changes, evidence, least_log_odds
 from ident.fleet.columns import Columns
 from ident.fleet.normal import Information, without_scatter
 from ident.fleet.reduce import joint_triangles, process_of
@@ -99,12 +99,35 @@ def _arm(rng, days, onset=None, size=0.0):
     return logs
 
 
+def _detector(found, onsets=30):
+    return Detector(np.zeros(P), np.ones(P), found, onsets, 2)
+
+
+def test_the_smallest_change_that_logs_show_is_the_one_that_is_just_told():
+    """Logs without noise, and a candidate that they say nothing of."""
+    rng = np.random.default_rng(4)
+    X = rng.standard_normal((20, 6, P)) * [1.0, 1.0, 0.3, 0.0]
+    before = [Information(x.T @ x, np.zeros(P)) for x in X]
+    tested = _detector(CANDIDATES)
+    evidence(before, tested)
+    smallest = tested.smallest(7, 5.0)
+    assert smallest[3] > 1e6
+    for k in range(3):
+        d = smallest[k] * np.eye(P)[k]
+        after = [Information(log.N, log.N @ d) for log in before[-7:]]
+        told = _detector(CANDIDATES)
+        evidence([*before[:-7], *after], told)
+        odds = told.odds()
+        assert odds.single[13 - odds.first, k] == pytest.approx(5.0, abs=1e-9)
+    assert np.isnan(_detector(CANDIDATES).smallest(7, 5.0)).all()
+
+
 def test_odds_without_a_change_seldom_exceed_what_they_may():
     """A test martingale exceeds 20 ever in at most one case of 20."""
     rng = np.random.default_rng(2)
     above = 0
     for _ in range(400):
-        odds = evidence(_arm(rng, 25), np.zeros(P), np.ones(P), CANDIDATES, SETTINGS)
+        odds = evidence(_arm(rng, 25), _detector(CANDIDATES))
         above += odds.max() > np.log(20.0)
     assert above <= 32  # 20 expected at most; 32 is 2.8 standard deviations above
 
@@ -115,8 +138,7 @@ def test_odds_are_those_of_the_marginal_likelihoods():
     X = rng.standard_normal((3, 5, P))
     tau = rng.standard_normal((3, 5))
     logs = [Information(x.T @ x, x.T @ t) for x, t in zip(X, tau, strict=True)]
-    one = replace(SETTINGS, least_logs=2, onsets=1)
-    odds = evidence(logs, np.zeros(P), np.ones(P), CANDIDATES[:1], one)[-1] + np.log(2.0)
+    odds = evidence(logs, _detector(CANDIDATES[:1], onsets=1))[-1] + np.log(2.0)
     rows, torque = X.reshape(-1, P), tau.ravel()
     null = np.eye(15) + rows @ rows.T
     change = np.concatenate([np.zeros(10), X[2, :, 0]])
