@@ -5,6 +5,7 @@ many items wait at a time, so that memory does not grow with their number, and t
 workers or schedulers that were lost are given out again.
 """
 
+import logging
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -73,6 +74,7 @@ def _dask(scheduler: str, workers: int) -> Iterator[Executor]:
     """
     import distributed
 
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # lost work is given out again
     where = {} if scheduler == LOCAL else {"address": scheduler}
     own = {"n_workers": workers, "threads_per_worker": 1, "dashboard_address": ":0"}
     try:

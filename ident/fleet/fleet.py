@@ -1,7 +1,7 @@
 """A fleet's reduced logs judged: types learned, arms tested, changes told."""
 
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -17,8 +17,10 @@ from ident.fleet.store import Store
 
 T = TypeVar("T")
 
-_ROUNDS = 2
-"""Once with all arms, and once with types learned from those that have not changed."""
+_ROUNDS = 4
+"""Once with all arms, and then with types learned from those that have not changed."""
+
+_SUREST = 0.5  # of the highest logarithm of the odds
 
 Hear = Callable[[str, float], None]
 
@@ -65,11 +67,23 @@ def judge(
             hear("testing arms", (k + 1) / len(series))
         least = least_log_odds(highest.tolist(), settings.false_alarm_share)
         judged = Judged(tuple(replace(s, least_odds=least) for s in series), least)
-        told = {s.key for s, odds in zip(series, highest, strict=True) if odds >= least}
-        if told <= changed:
+        told = {s.key: float(h) for s, h in zip(series, highest, strict=True) if h >= least}
+        if told.keys() <= changed:
             break
-        changed = told
+        changed = (changed & told.keys()) | _surest({k: told[k] for k in told.keys() - changed})
     return judged
+
+
+def _surest(told: Mapping[tuple[str, str], float]) -> set[tuple[str, str]]:
+    """The surest of each type: one large change makes its sisters seem changed, where few teach.
+
+    Args:
+        told: logarithm of the odds of arms that seem to have changed, by the names of arm and type.
+    """
+    highest: dict[str, float] = defaultdict(float)
+    for (_, kind), odds in told.items():
+        highest[kind] = max(highest[kind], odds)
+    return {key for key, odds in told.items() if odds >= _SUREST * highest[key[1]]}
 
 
 def _series(

@@ -30,6 +30,7 @@ _LEAST = 1e-4  # of the same: no smaller spread is believed
 _SMALL = 0.02  # of the torque: a parameter that makes less of it has this size
 _ZERO_RAD = 0.01  # size of a joint's zero, which is none on average
 _SLOPE = 0.02  # usual size of an exponent [1/K]: where temperature says nothing, there is none
+_STEADY = 50.0  # independent values that say that an arm is as noisy as its type
 _INNER = 4
 _FEW = 4  # arms: with fewer, the spread between arms stays what it was supposed to be
 _RIDGE = 1e-9
@@ -44,7 +45,8 @@ class TypeStatistics:
         Q: variance from log to log of the kinds in `DAILY`, shape (f,).
         slopes: relative change per kelvin of the groups of `ArmType.warm` [1/K], shape (w,).
         slopes_sd: their standard errors, shape (w,).
-        noise: of each joint's torque [N m], shape (n,).
+        noise: of each joint's torque in the median arm [N m], shape (n,).
+        own: what a log's own fit leaves of it, in the same arm [N m], shape (n,).
         reference_c: temperature of the values [deg C].
         arms, logs: of how many this was learned.
     """
@@ -55,9 +57,34 @@ class TypeStatistics:
     slopes: Array
     slopes_sd: Array
     noise: Array
+    own: Array
     reference_c: float
     arms: int
     logs: int
+
+
+def louder(logs: Sequence[LogData], own: Array) -> list[LogData]:
+    """The logs of an arm with its noise beside the type's.
+
+    What a model of friction leaves depends on the arm and on its motion. An arm that is taken to be
+    as quiet as the median one seems to change where it is only louder.
+
+    Args:
+        logs: of one arm.
+        own: of the type, see `TypeStatistics`.
+    """
+    values = sum(np.asarray(log.rows) / log.rows_per_value for log in logs)
+    squares = sum(log.squares / log.rows_per_value for log in logs)
+    times = np.sqrt((_STEADY + squares / own**2) / (_STEADY + values))
+    return [replace(log, louder=times) for log in logs]
+
+
+def _own(arms: Sequence[Sequence[LogData]]) -> Array:
+    """What a log's own fit leaves of each joint's torque in the median arm [N m], shape (n,)."""
+    squares = np.array([np.sum([log.squares for log in logs], axis=0) for logs in arms])
+    rows = np.array([np.sum([log.rows for log in logs], axis=0) for logs in arms])
+    typical = np.sqrt(np.median(squares / np.maximum(rows, 1.0), axis=0))
+    return np.where(typical > 0.0, typical, np.inf)
 
 
 def log_information(log: LogData, kind: ArmType, known: TypeStatistics) -> Information:
@@ -87,7 +114,9 @@ def learned(
         reference_c: temperature from which `LogData.warmer_k` counts [deg C].
         rounds: of expectation and maximisation.
     """
-    now, size = _start(arms, kind, reference_c)
+    own = _own(arms)
+    arms = [louder(logs, own) for logs in arms]
+    now, size = _start(arms, kind, reference_c, own)
     for _ in range(rounds):
         sums = [_summed(logs, kind, now) for logs in arms]
         for _ in range(_INNER):
@@ -98,7 +127,7 @@ def learned(
 
 
 def _start(
-    arms: Sequence[Sequence[LogData]], kind: ArmType, reference_c: float
+    arms: Sequence[Sequence[LogData]], kind: ArmType, reference_c: float, own: Array
 ) -> tuple[TypeStatistics, Array]:
     """Where the rounds begin, and the size of each parameter, shape (p,)."""
     logs = [log for arm in arms for log in arm]
@@ -129,6 +158,7 @@ def _start(
         slopes=np.zeros(len(kind.warm)),
         slopes_sd=np.zeros(len(kind.warm)),
         noise=np.maximum(noise, 1e-4 * np.maximum(torque, 1e-12)),
+        own=own,
         reference_c=reference_c,
         arms=len(arms),
         logs=len(logs),
@@ -228,7 +258,8 @@ def _logs_step(
                 errors[t.joint] += np.sum((t.R @ v[t.used]) ** 2)
             rows += log.rows
         scatter.append(squares / len(logs))
-        variances.append(np.where(rows > 0, errors / np.maximum(rows, 1.0), now.noise**2))
+        errors /= np.maximum(rows, 1.0) * logs[0].times(np.ones(n)) ** 2
+        variances.append(np.where(rows > 0, errors, now.noise**2))
     Q = np.maximum(np.median(scatter, axis=0), (_LEAST * size[daily]) ** 2)
     noise = np.sqrt(np.median(variances, axis=0))
     return replace(now, Q=Q, noise=np.maximum(noise, 1e-12))

@@ -24,12 +24,26 @@ class LogData:
         rows: number of rows of each joint, n of them.
         rows_per_value: of the log's filter.
         warmer_k: temperature beside the type's reference [K]; zero where it is not known.
+        louder: noise of its arm beside that of the type, of each joint, shape (n,).
     """
 
     joints: Sequence[JointTriangle]
     rows: Sequence[int]
     rows_per_value: float
     warmer_k: float = 0.0
+    louder: Array | None = None
+
+    @property
+    def squares(self) -> Array:
+        """Of what its own fit leaves of each joint's torque, the sum [N^2 m^2], shape (n,)."""
+        found = np.zeros(len(self.rows))
+        for t in self.joints:
+            found[t.joint] = t.R[-1, -1] ** 2
+        return found
+
+    def times(self, noise: Array) -> Array:
+        """The type's noise [N m] as that of this log's arm, shape (n,)."""
+        return noise if self.louder is None else noise * self.louder
 
 
 @dataclass(frozen=True)
@@ -54,10 +68,10 @@ def information(log: LogData, noise: Array, count: int) -> Information:
 
     Args:
         log: the log.
-        noise: of each joint's torque after the low-pass [N m], shape (n,).
+        noise: of each joint's torque after the low-pass in the type [N m], shape (n,).
         count: number of columns p.
     """
-    gram = np.zeros((count + 1, count + 1))
+    gram, noise = np.zeros((count + 1, count + 1)), log.times(noise)
     for t in log.joints:
         gram[np.ix_(t.used, t.used)] += t.R.T @ t.R / (noise[t.joint] ** 2 * log.rows_per_value)
     return Information(gram[:-1, :-1], gram[:-1, -1])

@@ -9,7 +9,7 @@ from threadpoolctl import threadpool_limits
 from ident.fleet.arm_type import ArmType
 from ident.fleet.candidates import Candidate, candidates
 from ident.fleet.changes import Change, Detector, beside, changes, evidence
-from ident.fleet.hierarchy import DAILY, TypeStatistics, log_information, warmth
+from ident.fleet.hierarchy import DAILY, TypeStatistics, log_information, louder, warmth
 from ident.fleet.normal import Information, LogData, nothing, posterior
 from ident.fleet.settings import FleetSettings
 from ident.fleet.store import Stored
@@ -75,10 +75,12 @@ class Series:
 
     def information(self) -> list[Information]:
         """What each log says at the reference temperature."""
-        return [
-            log_information(e.data(self.known.reference_c), self.kind, self.known)
-            for e in self.entries
-        ]
+        return self.said([e.data(self.known.reference_c) for e in self.entries])
+
+    def said(self, logs: Sequence[LogData]) -> list[Information]:
+        """The same of any logs of the arm."""
+        own = louder(logs, self.known.own)
+        return [log_information(log, self.kind, self.known) for log in own]
 
     def candidates(self) -> tuple[Candidate, ...]:
         """What may change."""

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from wamctl.arm.config import find_file
 from wamctl.arm.recorder import Recorder
-from wamctl.arm.robot import load_robot
+from wamctl.arm.robot import Robot, load_robot
 
 Array = NDArray[np.floating]
 
@@ -167,6 +167,39 @@ def write(path: Path, model: pin.Model, names: tuple[str, ...], truth: Truth, da
     part.replace(path)
 
 
+@dataclass(frozen=True)
+class Days:
+    """An arm's days.
+
+    Attributes:
+        seed: of its random numbers.
+        degrees: temperature of each day [deg C].
+        route: of its moves, shape (moves, n).
+    """
+
+    seed: tuple[int, int]
+    degrees: list[float]
+    route: Array
+
+    def write(self, path: Path, robot: Robot, truth: Truth, day: int) -> None:
+        """The log of a day."""
+        random = np.random.default_rng((*self.seed, day))
+        one = (day, self.degrees[day], self.route, random)
+        write(path, robot.model.copy(), robot.joint_names, truth, one)
+
+
+def days(seed: tuple[int, int], own: np.random.Generator, count: int, moves: int) -> Days:
+    """An arm's days, after its own numbers have been drawn."""
+    route = CENTRE + REACH * own.uniform(-1, 1, (moves, len(CENTRE)))
+    degrees = [24.0 + 5.0 * np.sin(d / 9.0) + 3.0 * own.standard_normal() for d in range(count)]
+    return Days(seed, degrees, route)
+
+
+def wam() -> Robot:
+    """The type."""
+    return load_robot(find_file(Path("wam7.urdf")).read_text(encoding="utf-8"), WAM)
+
+
 def main() -> None:
     """Makes the logs, arm by arm."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -178,10 +211,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--part", default=":", help="the arms of it to make now, as 0:20")
     given = parser.parse_args()
-    robot = load_robot(
-        find_file(Path("wam7.urdf")).read_text(encoding="utf-8"),
-        WAM,
-    )
+    robot = wam()
     rng = np.random.default_rng(given.seed)
     which = rng.permutation(given.arms)[: max(1, round(given.changed * given.arms))].tolist()
     now = range(given.arms)[slice(*(int(n) if n else None for n in given.part.split(":")))]
@@ -196,15 +226,11 @@ def main() -> None:
             from_day = int(own.integers(first, max(given.days - 10, first + 1)))
             after, what = changed(truth, kind, int(own.integers(0, 6)), own)
             planted.append({"arm": name, "kind": kind, "day": from_day, **what})
-        route = CENTRE + REACH * own.uniform(-1, 1, (given.moves, len(CENTRE)))
+        plan = days((given.seed, number), own, given.days, given.moves)
         for day in range(given.days):
-            degrees = 24.0 + 5.0 * np.sin(day / 9.0) + 3.0 * own.standard_normal()
             path = given.out / "logs" / name / f"{day:04d}.mcap"
-            today = truth if day < from_day else after
-            random = np.random.default_rng((given.seed, number, day))
             if number in now and not path.exists():  # an earlier call was stopped
-                one = (day, degrees, route, random)
-                write(path, robot.model.copy(), robot.joint_names, today, one)
+                plan.write(path, robot, truth if day < from_day else after, day)
     (given.out / "planted.json").write_text(json.dumps(planted, indent=1), encoding="utf-8")
 
 

@@ -22,7 +22,7 @@ from ident.estimation.problem import prior_parameters
 from ident.fleet.arm_type import ArmType
 from ident.fleet.columns import Columns
 from ident.fleet.fleet import even
-from ident.fleet.hierarchy import TypeStatistics, learned, log_information
+from ident.fleet.hierarchy import TypeStatistics, learned, log_information, louder
 from ident.fleet.normal import Information, nothing, posterior
 from ident.fleet.reduce import with_offset
 from ident.fleet.series import Entry
@@ -40,8 +40,8 @@ WARM_C = 24.0
 def summed(logs: list[Entry], kind: ArmType, known: TypeStatistics) -> Information:
     """What some logs say together."""
     said = nothing(len(kind.names))
-    for log in logs:
-        said = said + log_information(log.data(WARM_C), kind, known)
+    for log in louder([log.data(WARM_C) for log in logs], known.own):
+        said = said + log_information(log, kind, known)
     return said
 
 

@@ -80,6 +80,15 @@ def test_friction_follows_the_temperature_that_it_was_made_with(found):
     assert fc["per_kelvin"] == pytest.approx(-0.005, abs=4 * fc["per_kelvin_sd"])
 
 
+def test_it_says_how_small_a_change_its_logs_would_tell(found):
+    (kind,) = found[0]["types"].values()
+    shown = {(s["name"], *s["joints"]): s for s in kind["shown"]}
+    assert {("payload", 2), ("stribeck", 1), ("encoder_offset", 2)} < set(shown)
+    assert 0.0 < shown["payload", 2]["size"] < 0.3  # a load that was told
+    assert shown["payload", 2]["unit"] == "kg"
+    assert "How small a change would be told" in (found[1] / "fleet.html").read_text()
+
+
 def test_tables_open_in_duckdb_and_pandas(found):
     _, out = found
     logs = duckdb.sql(f"select arm, count(*) n from '{out}/logs.parquet' group by arm").fetchall()

@@ -7,7 +7,7 @@ import pytest
 
 from ident.fleet.arm_type import ArmType
 from ident.fleet.columns import Name
-from ident.fleet.hierarchy import TypeStatistics, learned, log_information
+from ident.fleet.hierarchy import TypeStatistics, learned, log_information, louder
 from ident.fleet.normal import LogData, nothing, posterior
 from ident.fleet.triangles import of_rows
 from ident.regression.triangles import triangle
@@ -22,13 +22,13 @@ WORST = SEEN < 0.5
 LEVEL = 1.645  # of an interval that holds 90 %
 
 
-def arm(rng, days) -> tuple[np.ndarray, list[LogData]]:
+def arm(rng, days, noise=NOISE) -> tuple[np.ndarray, list[LogData]]:
     """An arm's parameters, and its logs."""
     x, logs = MEAN + SPREAD * rng.standard_normal(P), []
     for _ in range(days):
         today = x + DAILY * rng.standard_normal() * np.eye(P)[-1]
         X = SEEN * rng.standard_normal((120, P))
-        rows = np.column_stack([X, X @ today + NOISE * rng.standard_normal(120)])
+        rows = np.column_stack([X, X @ today + noise * rng.standard_normal(120)])
         logs.append(LogData([of_rows(0, triangle(rows))], [120], 1.0))
     return x, logs
 
@@ -42,10 +42,16 @@ class Judged:
 
 
 @pytest.fixture(scope="module")
-def judged() -> Judged:
-    """Sixty arms by one log each, with and without a type that twenty others have taught."""
+def known() -> TypeStatistics:
+    """A type that twenty arms have taught."""
     rng = np.random.default_rng(0)
-    known = learned([arm(rng, 5)[1] for _ in range(20)], KIND, 24.0, 15)
+    return learned([arm(rng, 5)[1] for _ in range(20)], KIND, 24.0, 15)
+
+
+@pytest.fixture(scope="module")
+def judged(known) -> Judged:
+    """Sixty arms by one log each, with and without the type."""
+    rng = np.random.default_rng(1)
     cases = []
     for _ in range(60):
         x, logs = arm(rng, 1)
@@ -57,7 +63,7 @@ def judged() -> Judged:
 
 def _posterior(logs, known: TypeStatistics, wider: float):
     said = nothing(P)
-    for log in logs:
+    for log in louder(logs, known.own):
         said = said + log_information(log, KIND, known)
     x, V = posterior(said, known.mean, wider * known.D)
     return x, np.sqrt(np.diag(V))
@@ -73,3 +79,13 @@ def test_intervals_that_borrow_from_the_type_hold_the_truth(judged):
     inside = np.abs(judged.values - judged.truth) <= LEVEL * judged.helped
     assert 0.84 < inside.mean() < 0.96  # 480 values, but those of an arm depend on each other
     assert inside[:, WORST].mean() > 0.84
+
+
+def test_an_arm_that_is_louder_than_its_type_is_less_sure(known):
+    """As if it were as quiet as the type, its errors would be four times the variance told."""
+    rng, squares = np.random.default_rng(2), []
+    for _ in range(40):
+        x, logs = arm(rng, 3, 2 * NOISE)
+        values, sds = _posterior(logs, known, 1e6)
+        squares.append(((values - x) / sds)[:-1] ** 2)
+    assert 0.6 < np.mean(squares) < 1.5
