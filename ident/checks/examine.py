@@ -32,6 +32,8 @@ from ident.checks.motion import (
 )
 from ident.checks.recorder_faults.delay import lag
 from ident.checks.recorder_faults.glitches import glitch_remarks
+from ident.checks.recorder_faults.positions import position_remarks
+from ident.checks.recorder_faults.torque_range import clipped_torque, shifted_torque_zero
 from ident.checks.remark import Grade, Remark, joints, numbers, verdict_of
 from ident.checks.samples import name_remarks, reference_remarks, sample_remarks, short_remarks
 from ident.checks.settings import DEFAULT, CheckSettings
@@ -216,11 +218,15 @@ def _of_one(
         in_ampere: whether its torque was a current, whose size the URDF's weight has given.
     """
     names = case.robot.joint_names
+    clipped = clipped_torque(case, chunks, bounds) if judge else []
     case, signs, remarks = _signed(case, chunks, bounds)
     if judge and not any(r.code in ("zero_pose", "gravity_direction") for r in remarks):
         case, more = by_weight(case, bounds)
         remarks += more
+    remarks += clipped
     of_arm = another_arm(case, bounds) if judge and not remarks else []
+    if judge and not remarks and not of_arm:
+        remarks += position_remarks(case, bounds)
     factor, of_size = 1.0, []
     if not in_ampere:
         sizes = gains(case)
@@ -228,8 +234,9 @@ def _of_one(
         of_size = unit_remarks(case, sizes, bounds)
     remarks += _factors_once(of_arm, of_size)
     if judge:
+        remarks += shifted_torque_zero(case, bounds)
         remarks += unexplained(case.by_joint, case.total, names, bounds)
-        remarks += base_remarks(case, bounds)
+        remarks += [] if clipped else base_remarks(case, bounds)
     return signs / factor, remarks
 
 

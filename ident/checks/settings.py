@@ -114,6 +114,24 @@ class CheckSettings(BaseModel):
         description="rms of the torque about its mean, beside the largest torque of the"
         " joint or 1e-6: less is a constant",
     )
+    clipped_share: float = Field(
+        default=2e-3,
+        description="of the samples at which a torque stays at its largest value before it may be"
+        " clipped",
+    )
+    clipped_beyond: float = Field(
+        default=3.0,
+        description="usual errors by which the arm needs more than that: a motor that gives no"
+        " more is recorded rightly",
+    )
+    offset_share: float = Field(
+        default=1.0,
+        description="a constant torque beside the largest of all the rest: real joints reach 0.16",
+    )
+    offset_needed: float = Field(
+        default=2.0,
+        description="times the joint's error without it: less, and its weight stands in for it",
+    )
     frozen_rad: float = Field(
         default=0.2,
         description="[rad or m] that a joint moves in both directions on one and the same torque"
@@ -194,6 +212,19 @@ class CheckSettings(BaseModel):
         description="what the URDF's links leave of one joint's torque must fall to this part if"
         " position and torque of a joint are both turned round; on 8 real recordings it came to"
         " 0.69, on simulated arms with such a joint below 0.11",
+    )
+    scale_off: float = Field(
+        default=0.05,
+        description="part by which positions must be too large or small: less may be what the model"
+        " lacks, such as an elastic transmission",
+    )
+    drift_rad: float = Field(
+        default=0.1, description="[rad] of an encoder's drift over a recording; as above"
+    )
+    positions_ratio: float = Field(
+        default=0.5,
+        description="product over the joints of what is left of their errors with the positions"
+        " mended: on 16 real recordings it came to 0.62, with a fault that shows to 0.43 and less",
     )
     gain_bounds: float = Field(
         default=4.0,

@@ -59,8 +59,8 @@ def frozen_effort(
     low, high = tau.min(axis=0), tau.max(axis=0)
     found: dict[tuple[float, float], list[int]] = {}
     for k in np.flatnonzero(moving & ~constant_joints(chunks, moving, bounds)).tolist():
-        if len(np.unique(tau[:, k])) < _LEVELS:
-            continue  # torque in coarse steps may stay on one
+        if steps_coarsely([tau[:, k]]):
+            continue
         for c in chunks:
             start, end = _longest_run(c.tau[:, k])
             q, value = c.q[start:end, k], c.tau[start, k]
@@ -74,6 +74,11 @@ def frozen_effort(
         Remark("missing_data", numbers(p), _frozen(names, p, *times), Grade.DOUBTFUL, advice)
         for times, p in found.items()
     ]
+
+
+def steps_coarsely(courses: Sequence[Array]) -> bool:
+    """Whether a torque comes in so coarse steps that it may stay on one."""
+    return len(np.unique(np.concatenate(courses))) < _LEVELS
 
 
 def _frozen(names: Sequence[str], places: list[int], start_s: float, end_s: float) -> str:

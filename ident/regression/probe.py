@@ -81,6 +81,13 @@ class Probe:
     moving: NDArray[np.bool_]
     cutoff_hz: float
 
+    def every(self, count: int) -> "Probe":
+        """One of so many instants."""
+        rows = slice(None, None, count)
+        motion = Motion(*(x[rows] for x in (self.motion.q, self.motion.qd, self.motion.qdd)))
+        found = replace(self, log=self.log[rows], t=self.t[rows], motion=motion)
+        return replace(found, sign=self.sign[rows], tau=self.tau[rows], raw=self.raw[rows])
+
     def scaled(self, factor: float) -> "Probe":
         """The same motion with all positions multiplied."""
         q, qd, qdd = (factor * x for x in (self.motion.q, self.motion.qd, self.motion.qdd))

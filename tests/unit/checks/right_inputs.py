@@ -2,8 +2,9 @@
 
 from collections.abc import Callable
 
+import mujoco
 import numpy as np
-from chain_arm import Log, recorded, urdf_of
+from chain_arm import Log, motion, names_of, recorded, urdf_of
 from wrong_inputs import loaded
 
 Right = tuple[str, Callable[[], Log], set[str]]
@@ -37,6 +38,35 @@ def heavier(factor: float, **settings) -> Log:
     own = 5.0 * 0.7 ** np.arange(n)
     own[:-1] *= factor
     return recorded(**settings, true_urdf=urdf_of(n, own))
+
+
+def on_a_slide() -> Log:
+    """A vertical slide, whose weight is one constant force, carries two joints."""
+    urdf = urdf_of(3).replace('"joint_1" type="revolute"', '"joint_1" type="prismatic"')
+    log = recorded(joints=3, seconds=20.0, true_urdf=urdf)
+    return log.with_(urdf=urdf)
+
+
+def at_its_limit() -> Log:
+    """Motors that give what the motion takes and nothing for friction: the arm lags there."""
+    free = recorded(joints=2, seconds=20.0, friction=0.0, noise=0.0)
+    most = np.abs(free.tau).max(axis=0)
+    step_s, rng = 1e-3, np.random.default_rng(0)
+    wanted, speed, _ = motion(np.arange(20_000) * step_s, 2, rng)
+    model = mujoco.MjModel.from_xml_string(urdf_of(2))
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+    model.opt.timestep, model.jnt_limited[:] = step_s, 0
+    model.dof_damping[:] = 0.05 * most
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:] = wanted[0], speed[0]
+    q, tau = np.empty_like(wanted), np.empty_like(wanted)
+    for k, (goal, rate) in enumerate(zip(wanted, speed, strict=True)):
+        pull = most * (30.0 * (goal - data.qpos) + 6.0 * (rate - data.qvel))
+        q[k], tau[k] = data.qpos, np.clip(pull, -most, most)
+        data.qfrc_applied[:] = tau[k]
+        mujoco.mj_step(model, data)
+    kept = slice(0, None, 5)
+    return Log(urdf_of(2), np.arange(20_000)[kept] * step_s, q[kept], tau[kept], names_of(2))
 
 
 def odd_base() -> Log:
@@ -94,5 +124,7 @@ RIGHT: list[Right] = [
     ),
     *((f"masses by {f:g}", lambda f=f: heavier(f, joints=4), set()) for f in (0.6, 1.5, 2.5)),
     ("an impossible base", odd_base, set()),
+    ("a vertical slide", on_a_slide, set()),
+    ("motors at their limit", at_its_limit, set()),
     *((f"a load of {m:g} kg", lambda m=m: loaded(m, 4), set()) for m in (1.0, 3.0)),
 ]

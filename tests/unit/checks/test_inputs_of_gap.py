@@ -15,6 +15,8 @@ SEARCHED = (
     "6 % repeated readings",
     "no inertials",
     "negative inertia",
+    "positions times 0.9",
+    "50 N m at joint 4",
 )
 """Inputs that are searched all the same, with a remark; the others below are refused."""
 

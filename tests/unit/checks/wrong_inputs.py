@@ -218,6 +218,33 @@ def in_turn(joints: int) -> Log:
     return log.with_(q=q, tau=tau)
 
 
+def stretched(factor: float, *joints: int, **settings) -> Log:
+    """Positions of some joints, or of all, by a wrong gear ratio or number of counts."""
+    log = right(**settings)
+    n = len(log.names)
+    return log.with_(q=log.q * np.where(np.isin(np.arange(n), joints or range(n)), factor, 1.0))
+
+
+def drifting(joint: int, radians: float, **settings) -> Log:
+    """An encoder that loses counts all the time."""
+    log = right(**settings)
+    q = log.q.copy()
+    q[:, joint] += radians * log.t / log.t[-1]
+    return log.with_(q=q)
+
+
+def offset(joint: int, torque_nm: float, **settings) -> Log:
+    log = right(**settings)
+    return log.with_(tau=log.tau + torque_nm * (np.arange(len(log.names)) == joint))
+
+
+def clipped(share: float, **settings) -> Log:
+    """A torque sensor whose range ends at a share of each joint's largest torque."""
+    log = right(**settings)
+    most = share * np.abs(log.tau).max(axis=0)
+    return log.with_(tau=np.clip(log.tau, -most, most))
+
+
 def inertia(text: str) -> str:
     return re.sub(r'ixx="[^"]*"', 'ixx="-0.02"', text, count=1)
 

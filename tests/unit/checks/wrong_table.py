@@ -7,7 +7,9 @@ import numpy as np
 from chain_arm import Log, recorded, urdf_of
 from wrong_inputs import (
     at_joint,
+    clipped,
     cut,
+    drifting,
     flipped,
     frozen,
     glitches,
@@ -21,6 +23,7 @@ from wrong_inputs import (
     mirrored,
     no_inertials,
     of_another_size,
+    offset,
     reordered,
     rescaled,
     right,
@@ -30,6 +33,7 @@ from wrong_inputs import (
     skipped,
     stale,
     still,
+    stretched,
     swaying,
     thinned,
     torque,
@@ -226,6 +230,16 @@ WRONG: list[Wrong] = [
         for k in FLIPPED
     ),
     ("a position wraps twice", lambda: glitches(1, 2), {"glitches"}),
+    ("positions times 0.9", lambda: stretched(0.9), {"positions"}),
+    ("positions times 1.1, six joints", lambda: stretched(1.1, joints=6), {"positions"}),
+    ("position 2 times 0.9", lambda: stretched(0.9, 1), {"positions"}),
+    ("position 4 times 1.1", lambda: stretched(1.1, 3, joints=4), {"positions"}),
+    ("encoder 2 drifts", lambda: drifting(1, 0.3), {"positions"}),
+    ("encoder 3 drifts back", lambda: drifting(2, -0.3, joints=4), {"positions"}),
+    ("50 N m at joint 4", lambda: offset(3, 50.0, joints=4), {"torque_range"}),
+    ("-50 N m at joint 1", lambda: offset(0, -50.0), {"torque_range"}),
+    ("torque clipped at half", lambda: clipped(0.5), {"torque_range"}),
+    ("torque clipped at 0.8", lambda: clipped(0.8, joints=5), {"torque_range"}),
     (
         "torque rectified",
         lambda: torque(lambda g, r: np.abs(g.tau)),
