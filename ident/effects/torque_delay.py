@@ -45,12 +45,18 @@ class TorqueDelay(Effect[_Delay]):
     )
 
     def candidates(self, arm: ArmFacts) -> list[Candidate[_Delay]]:
-        """All joints alike, and each joint alone, about several delays."""
-        places = [arm.moving_joints, *((j,) for j in arm.moving_joints)]
+        """All joints alike, and each joint alone, about several delays.
+
+        No command acts before it is given: positions that are read late, which look so, are late
+        at all joints.
+        """
+        whole = arm.moving_joints
+        places = dict.fromkeys([whole, *((j,) for j in whole)])
         return [
             self.at(joints, _Delay(d))
-            for joints in dict.fromkeys(places)
+            for joints in places
             for d in self.nonlinear[0].grid
+            if d > 0.0 or joints == whole or not arm.commanded
         ]
 
     def coefficients(self, parameters: _Delay, variant: str) -> tuple[Coefficient, ...]:

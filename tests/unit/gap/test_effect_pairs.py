@@ -11,6 +11,7 @@ from ident.dynamics.compiled_chain import torques
 from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
 from ident.effects.observation import ArmFacts, Observed
+from ident.gap.data.experiment import facts_of
 from ident.gap.data.segments import SEARCHED
 from ident.gap.options import Options
 from ident.gap.regression.model_columns import ModelStructure
@@ -173,6 +174,17 @@ def test_a_delay_is_of_the_size_that_its_columns_are_made_for():
     bounds = [effect.coefficients(effect.Parameters(d), "")[0] for d in grid]
     pairs = [(a, b) for a, b in itertools.pairwise(bounds)]
     assert all(a.upper >= b.lower for a, b in pairs)  # any delay is within reach of a column
+
+
+@pytest.mark.parametrize("commanded", [True, False])
+def test_no_command_acts_at_one_joint_before_it_is_given(commanded):
+    """A bristle of a wrist that bends by half a milliradian looks like a torque 40 ms early."""
+    facts = replace(facts_of(source_of(recorded(wam()))), commanded=commanded)
+    places = {
+        h.joints for h in catalogue()["torque_delay"].candidates(facts) if h.parameters.about < 0.0
+    }
+    assert facts.moving_joints in places
+    assert ((6,) in places) is not commanded
 
 
 @term
