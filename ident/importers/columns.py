@@ -69,9 +69,14 @@ def read_columns(source: Path, plan: Mapping, where: Path, n: int) -> MappedColu
         faults.append(f"rows.column: {source.name} {_lacks([which], tables[source])}")
     elif which is not None:
         series["rows"] = tables[source].columns[which].reshape(-1, 1)
-    if len({len(values) for values in series.values()}) > 1:
+    rows = slice(plan.rows.first - 1, plan.rows.last)
+    if len({len(values[rows]) for values in series.values()}) > 1:
         listed = ", ".join(f"{place} {len(values)}" for place, values in series.items())
-        faults.append(f"the columns have different numbers of rows: {listed}")
+        least = min(map(len, series.values()))
+        faults.append(
+            f"the columns have different numbers of rows: {listed} (rows.last: {least} takes those"
+            " that all have)"
+        )
     if faults:
         raise ConfigurationError(where, faults)
     return _chosen_rows(source, plan, series)

@@ -14,15 +14,23 @@ from ident.model.identified_model import Model
 from ident.recordings.dataset import Dataset
 from ident.regression.squared_errors import Errors, sums
 from ident.workflows.run_json import errors_content
+from wamctl.arm.errors import DataError
 
 
 def errors_on(model: Model, data: Sequence[Dataset]) -> list[dict[str, Any]]:
-    """The error of a model on recordings in their counted periods."""
-    arm = arm_of(model)
-    return [
-        _content(d.name, model.filter.cutoff_hz, predict(model, arm, d).filtered[model.estimator])
-        for d in data
-    ]
+    """The error of a model on recordings in their counted periods.
+
+    Those are left out that are too short to say what the model's effects do in them: the result
+    must not be lost for that.
+    """
+    arm, told = arm_of(model), []
+    for d in data:
+        try:
+            errors = predict(model, arm, d).filtered[model.estimator]
+        except DataError:
+            continue
+        told.append(_content(d.name, model.filter.cutoff_hz, errors))
+    return told
 
 
 def errors_of_fit(found: Identification) -> list[dict[str, Any]]:

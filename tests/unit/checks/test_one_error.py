@@ -12,8 +12,10 @@ from ident.effects.reversal_friction import BASIS, USUAL, shapes_of
 from ident.estimation.reversal_shapes import KnownShapes
 from ident.identification.validation import arm_of, predict
 from ident.model.records import EffectRecord
+from ident.recordings.dataset import in_memory
 from ident.workflows.model_errors import errors_on
 from ident.workflows.run import run_data
+from wamctl.arm.errors import DataError
 
 STRIBECK = EffectRecord(
     name="stribeck",
@@ -55,6 +57,17 @@ def test_of_a_fit_beside_effects_that_were_given(fitted):
     assert told["relative_error_percent"] == pytest.approx(validated(run.model, data), rel=1e-9)
     (bare,) = errors_on(replace(run.model, effects=bound([])), [data])
     assert abs(bare["relative_error_percent"] - told["relative_error_percent"]) > 0.1
+
+
+def test_a_recording_too_short_for_effects_does_not_cost_the_result(fitted):
+    _, data, run = fitted
+    model = replace(run.model, effects=bound([STRIBECK]))
+    whole = data.segments[0]
+    few = replace(whole, q=whole.q[:190], tau=whole.tau[:190], reference=None, used=None)
+    short = in_memory(replace(data, name="short"), data.rate_hz, [few])
+    with pytest.raises(DataError, match="short: too short to say what the model's effects do"):
+        validated(model, short)
+    assert [e["name"] for e in errors_on(model, [short, data])] == ["log"]
 
 
 def test_effects_turn_round_as_the_model_says(fitted):

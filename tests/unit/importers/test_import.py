@@ -170,6 +170,10 @@ def test_a_quantity_and_the_clock_in_files_of_their_own(tmp_path: Path, kind: st
     np.testing.assert_allclose(found.q, Q)
     np.testing.assert_allclose(found.effort, TAU)
     assert set(found.metadata) >= {f"{name}.{kind}" for name in ("q", "t", "tau")}
+    if kind == "npy":  # an input between two states each
+        np.save(tmp_path / "tau.npy", TAU[:-1])
+        found = imported(tmp_path / "q.npy", content | {"rows": {"last": SAMPLES - 1}})
+        np.testing.assert_allclose(found.q, Q[:-1])
 
 
 @pytest.mark.parametrize("version", [5, 7.3])
@@ -244,7 +248,8 @@ def test_every_column_that_is_missing_at_once(tmp_path: Path) -> None:
         f"{tmp_path / 'map.yaml'}: 3 faults:\n"
         f"  - position.columns: data.csv has no column 'q3'; {names}\n"
         f"  - time.column: data.csv has no column 'time'; {names}\n"
-        "  - the columns have different numbers of rows: velocity 50, effort 9"
+        "  - the columns have different numbers of rows: velocity 50, effort 9 (rows.last: 9"
+        " takes those that all have)"
     )
 
 
