@@ -4,15 +4,18 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 from ident.api.arm import Arm
-from ident.api.inputs import Progress, by_simulation, checked, told
+from ident.api.inputs import Progress, by_simulation, checked, recorded, told
 from ident.api.recording import Recording
 from ident.api.result import Result
 from ident.api.score import Score, score
 from ident.api.tables import html_table, table
+from ident.checks.known_load import KnownLoad
+from ident.model.arm import Arm as ArmModel
 from ident.model.identified_model import Model
 from ident.recordings.loading import dataset_for
 from ident.recordings.log_summary import summarise_log
 from ident.workflows.run import Run, run_data
+from wamctl.arm.configuration.known_change import known_change
 from wamctl.arm.errors import DataError
 
 if TYPE_CHECKING:
@@ -100,6 +103,7 @@ def identify(
     *,
     method: Literal["regression"] = "regression",
     effects: Model | None = None,
+    load: tuple[Recording, Sequence[float]] | None = None,
     progress: Progress | None = None,
     **settings: Any,
 ) -> Identified: ...
@@ -111,6 +115,7 @@ def identify(
     *,
     method: Literal["regression", "simulation"] = "regression",
     effects: Model | None = None,
+    load: tuple[Recording, Sequence[float]] | None = None,
     progress: Progress | None = None,
     **settings: Any,
 ) -> "Identified | IdentifiedServos":
@@ -121,6 +126,8 @@ def identify(
         recordings: one recording, or several of the same arm.
         method: regression of torque on motion; or simulation of commanded positions.
         effects: a model of `find_gap`, whose effects are taken off first and kept.
+        load: a recording with a known load, and its mass [kg] and centre in the last link's
+            parameter frame [m] (KG, X, Y, Z), which tell the gains of `torque_unit="A"`.
         progress: called with the step, and the share of it that is done where that is known.
         settings: identification settings, such as `cutoff_hz=10`.
 
@@ -136,4 +143,11 @@ def identify(
     logs = [summarise_log(r.log, r.name) for r in given]
     model = arm.of_recording(logs[0].joint_names, **settings)
     data = [dataset_for(model, found) for found in logs]
-    return Identified(run_data(model, data, told(progress), effects))
+    known = None if load is None else _known_load(model, *load)
+    return Identified(run_data(model, data, told(progress), effects, load=known))
+
+
+def _known_load(arm: ArmModel, recording: Recording, load: Sequence[float]) -> KnownLoad:
+    change = known_change(f"load={','.join(map(str, load))}")
+    one = recorded(recording)
+    return KnownLoad(dataset_for(arm, summarise_log(one.log, one.name)), change.load)

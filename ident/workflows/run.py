@@ -126,14 +126,10 @@ def _loaded(arm: Arm, text: str, reading: Reading) -> KnownLoad:
     """The recording with the known load.
 
     Raises:
-        ConfigurationError: an arm whose efforts are no currents.
         UserError: a text that names no log and load, or a log that cannot be used.
     """
     path, _, size = text.rpartition("=")
     load = known_change(f"load={size}").load
-    if arm.settings.torque_unit != "A":
-        wrong = "a known load tells gains of currents alone: set torque_unit=A, or leave it out"
-        raise ConfigurationError("--load", [wrong])
     return KnownLoad(read_for(arm, Path(path), reading), load)
 
 
@@ -158,7 +154,11 @@ def run_data(
 
     Raises:
         RefusedError: recordings or an arm from which no model may be drawn.
+        ConfigurationError: a known load for an arm whose efforts are no currents.
     """
+    if load is not None and arm.settings.torque_unit != "A":
+        wrong = "a known load tells gains of currents alone: set torque_unit=A, or leave it out"
+        raise ConfigurationError("load", [wrong])
     tell("checking the recordings")
     examined = examine(arm, data, load=load)
     if examined.verdict is Grade.REFUSED:

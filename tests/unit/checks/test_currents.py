@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from chain_arm import recorded, urdf_of
 
-from ident.checks.known_load import KnownLoad
+import ident
 from ident.cli import main
 from ident.identification.validation import arm_of
 from ident.workflows.run import run_data
@@ -112,11 +112,12 @@ def with_load(seed: int):
     return in_ampere(seed=seed).with_(urdf=half), loaded.with_(urdf=half)
 
 
-def test_a_known_load_tells_the_gains_where_masses_are_wrong():
+def test_a_known_load_tells_the_gains_where_masses_are_wrong(tmp_path):
     empty, loaded = with_load(seed=0)
-    arm = empty.arm().with_settings(torque_unit="A")
-    load = KnownLoad(loaded.dataset(arm), (2.0, 0.1, 0.0, 0.2))
-    done = run_data(arm, [empty.dataset(arm)], load=load)
+    (tmp_path / "arm.urdf").write_text(empty.urdf)
+    arm = ident.Arm.from_urdf(tmp_path / "arm.urdf", torque_unit="A")
+    one, other = (ident.Recording(x.t, x.q, x.tau, x.names) for x in (empty, loaded))
+    done = ident.identify(arm, one, load=(other, (2.0, 0.1, 0.0, 0.2)))
     for told, gain in zip(done.content["gains"], GAINS, strict=True):
         assert abs(told["nm_per_ampere"] - gain) < 3 * told["sd"]
         assert told["sd"] < 0.05 * gain
