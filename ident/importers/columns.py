@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from ident.importers.mapping import Mapping, SeriesSection, TimeSection
 from ident.importers.tables import Name, Table, read_table
+from ident.importers.text_form import TextForm
 from ident.signals.arrays import Array
 from wamctl.arm.errors import ConfigurationError, DataError
 
@@ -95,7 +96,7 @@ def _tables(source: Path, plan: Mapping) -> dict[Path, Table]:
     for _, part in plan.series():
         wanted[_file(source, part)].extend(_names(part))
     return {
-        path: read_table(path, names, header=plan.header, delimiter=plan.delimiter)
+        path: read_table(path, names, TextForm(plan.header, plan.delimiter, plan.skip))
         for path, names in wanted.items()
     }
 

@@ -121,7 +121,13 @@ class Mapping(Section):
         default=(), description="joint of each column; empty: the arm's joints"
     )
     header: bool = Field(default=True, description="whether a text table starts with names")
-    delimiter: str = Field(default=",", min_length=1, max_length=1, description="of a text table")
+    delimiter: str = Field(
+        default=",",
+        min_length=1,
+        max_length=1,
+        description="of a text table; a blank: any white space",
+    )
+    skip: int = Field(default=0, ge=0, description="lines of a text table before its header")
     rows: RowsSection = RowsSection()
     time: TimeSection
     motor_from_joint: tuple[Vector, ...] | None = Field(

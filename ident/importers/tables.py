@@ -1,7 +1,6 @@
 """Columns of foreign tables: text, Parquet, NumPy archives, MATLAB files of both kinds."""
 
 import csv
-import itertools
 import struct
 import zlib
 from collections.abc import Iterator, Sequence
@@ -15,6 +14,7 @@ import scipy.io
 from scipy.io.matlab import MatReadError
 
 from ident.importers.parquet import read_parquet
+from ident.importers.text_form import TextForm
 from ident.importers.vector_cells import is_vector, vectors
 from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
@@ -45,14 +45,13 @@ class Table:
     available: tuple[str, ...]
 
 
-def read_table(path: Path, wanted: Sequence[Name], *, header: bool, delimiter: str) -> Table:
+def read_table(path: Path, wanted: Sequence[Name], form: TextForm) -> Table:
     """Columns of a file; its form follows from its ending (.npz, .npy, .mat, .parquet, else text).
 
     Args:
         path: the file.
         wanted: columns by name, or by number from 1.
-        header: whether a text table starts with names.
-        delimiter: of a text table.
+        form: of a text table.
 
     Raises:
         DataError: missing or unreadable file, or a cell that is no number.
@@ -70,18 +69,17 @@ def read_table(path: Path, wanted: Sequence[Name], *, header: bool, delimiter: s
             columns, names = read_parquet(path, wanted)
             return replace(_table(columns, wanted, path), available=names)
         case _:
-            return _text(path, wanted, header, delimiter)
+            return _text(path, wanted, form)
 
 
-def _text(path: Path, wanted: Sequence[Name], header: bool, delimiter: str) -> Table:
+def _text(path: Path, wanted: Sequence[Name], form: TextForm) -> Table:
     try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            lines = csv.reader(stream, delimiter=delimiter)
-            first = next(lines, [])
-            sample = next(lines, []) if header else first
+        lines = (cells for _, cells in form.lines(path, form.skip))
+        first = next(lines, [])
+        sample = next(lines, []) if form.header else first
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise DataError(f"{path} is not a readable text table ({error}).") from error
-    names = tuple(name.strip() for name in first) if header else ()
+    names = tuple(name.strip().removeprefix("#").strip() for name in first) if form.header else ()
     places = {}
     for column in wanted:
         if isinstance(column, int) and 1 <= column <= len(first):
@@ -90,7 +88,7 @@ def _text(path: Path, wanted: Sequence[Name], header: bool, delimiter: str) -> T
             places[column] = names.index(str(column))
     available = names or tuple(str(k + 1) for k in range(len(first)))
     made: dict[Name, Array] = {
-        column: vectors(path, column, place, header=header, delimiter=delimiter)
+        column: vectors(path, column, place, form)
         for column, place in places.items()
         if place < len(sample) and is_vector(sample[place])
     }
@@ -100,8 +98,8 @@ def _text(path: Path, wanted: Sequence[Name], header: bool, delimiter: str) -> T
     try:
         rows = np.loadtxt(
             path,
-            delimiter=delimiter,
-            skiprows=1 if header else 0,
+            delimiter=None if form.blank else form.delimiter,
+            skiprows=form.before,
             usecols=list(places.values()),
             ndmin=2,
             encoding="utf-8-sig",
@@ -109,28 +107,21 @@ def _text(path: Path, wanted: Sequence[Name], header: bool, delimiter: str) -> T
             comments=None,
         )
     except ValueError as error:
-        raise DataError(
-            _bad_cell(path, places, header, delimiter) or f"{path}: {error}."
-        ) from error
+        raise DataError(_bad_cell(path, places, form) or f"{path}: {error}.") from error
     return Table(made | dict(zip(places, rows.T, strict=True)), available)
 
 
-def _bad_cell(path: Path, places: dict[Name, int], header: bool, delimiter: str) -> str | None:
+def _bad_cell(path: Path, places: dict[Name, int], form: TextForm) -> str | None:
     """A sentence on the first cell that is no number."""
-    with path.open(encoding="utf-8-sig", newline="") as stream:
-        lines = csv.reader(stream, delimiter=delimiter)
-        for line in itertools.islice(lines, 1 if header else 0, None):
-            for name, place in places.items():
-                if line and place >= len(line):
-                    return (
-                        f"{path}, line {lines.line_num}: {len(line)} columns, so that column"
-                        f" {name!r} is missing."
-                    )
-                if line and not _is_number(line[place]):
-                    return (
-                        f"{path}, line {lines.line_num}, column {name!r}: {line[place]!r} is"
-                        " not a number."
-                    )
+    for number, line in form.lines(path, form.before):
+        for name, place in places.items():
+            if place >= len(line):
+                return (
+                    f"{path}, line {number}: {len(line)} columns, so that column {name!r} is"
+                    " missing."
+                )
+            if not _is_number(line[place]):
+                return f"{path}, line {number}, column {name!r}: {line[place]!r} is not a number."
     return None
 
 

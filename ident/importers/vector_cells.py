@@ -1,11 +1,10 @@
 """Text tables whose cells hold a vector each, such as `[0.1, 0.2]`: what a data frame writes."""
 
-import csv
-import itertools
 from pathlib import Path
 
 import numpy as np
 
+from ident.importers.text_form import TextForm
 from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 
@@ -15,26 +14,22 @@ def is_vector(cell: str) -> bool:
     return cell.strip().startswith("[")
 
 
-def vectors(path: Path, name: str | int, place: int, *, header: bool, delimiter: str) -> Array:
+def vectors(path: Path, name: str | int, place: int, form: TextForm) -> Array:
     """A column of vectors, shape (S, n).
 
     Raises:
         DataError: a cell that is no vector of numbers, or another number of them.
     """
     rows: list[list[float]] = []
-    with path.open(encoding="utf-8-sig", newline="") as stream:
-        lines = csv.reader(stream, delimiter=delimiter)
-        for line in itertools.islice(lines, 1 if header else 0, None):
-            if not line:
-                continue
-            try:
-                row = [float(x) for x in line[place].strip(" []").replace(",", " ").split()]
-            except (ValueError, IndexError):
-                row = []
-            if not row or (rows and len(row) != len(rows[0])):
-                raise DataError(
-                    f"{path}, line {lines.line_num}, column {name!r}: not a vector of"
-                    f" {len(rows[0]) if rows else 'some'} numbers."
-                )
-            rows.append(row)
+    for number, line in form.lines(path, form.before):
+        try:
+            row = [float(x) for x in line[place].strip(" []").replace(",", " ").split()]
+        except (ValueError, IndexError):
+            row = []
+        if not row or (rows and len(row) != len(rows[0])):
+            raise DataError(
+                f"{path}, line {number}, column {name!r}: not a vector of"
+                f" {len(rows[0]) if rows else 'some'} numbers."
+            )
+        rows.append(row)
     return np.array(rows)

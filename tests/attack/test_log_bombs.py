@@ -16,6 +16,7 @@ import scipy.io
 import zstandard
 
 from ident.importers.tables import read_table
+from ident.importers.text_form import TextForm
 from wamctl.arm.errors import DataError
 from wamctl.arm.recorder import Recorder
 from wamctl.arm.recording import read_recording
@@ -162,7 +163,7 @@ def test_databases_that_are_endless_or_hold_no_messages(tmp_path, messages):
 
 def refused(path) -> str:
     with pytest.raises(DataError) as error:
-        read_table(path, ["q"], header=True, delimiter=",")
+        read_table(path, ["q"], TextForm())
     return str(error.value)
 
 
@@ -206,6 +207,6 @@ def test_bent_matlab_files(tmp_path, seed):
         data[place] = rng.integers(256)
     path.write_bytes(data)
     try:
-        read_table(path, ["q"], header=True, delimiter=",")
+        read_table(path, ["q"], TextForm())
     except DataError as error:
         assert str(path) in str(error)  # noqa: PT017

@@ -153,6 +153,27 @@ def test_arrays_of_binary_files(tmp_path: Path, name: str, save: Any) -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("head", "cell", "end", "form"),
+    [
+        ("", "%16.7e", "", {"header": False, "delimiter": " "}),
+        ("# t\tq1\tq2\tu1\tu2\n", "%.9g", "\t", {"delimiter": "\t"}),
+        ("made by hand\n\nt;q1;q2;u1;u2\n", "%.9g", ";", {"delimiter": ";", "skip": 2}),
+    ],
+)
+def test_forms_of_text_tables(
+    tmp_path: Path, head: str, cell: str, end: str, form: dict[str, Any]
+) -> None:
+    rows = np.column_stack([T, Q, TAU]).tolist()
+    lines = [end.join(cell % x for x in row) for row in rows]
+    (tmp_path / "data.txt").write_text(head + "\n".join(lines) + "\n")
+    columns: dict[str, Any] = {
+        "time": {"column": 1}, "position": {"columns": [2, 3]}, "effort": {"columns": [4, 5]},
+    }  # fmt: skip
+    content = BASIC | form | (columns if not form.get("header", True) else {})
+    np.testing.assert_allclose(imported(tmp_path / "data.txt", content).q, Q, atol=1e-6)
+
+
 @pytest.mark.parametrize("kind", ["mat", "npy"])
 def test_a_quantity_and_the_clock_in_files_of_their_own(tmp_path: Path, kind: str) -> None:
     for name, values in {"t": T.reshape(-1, 1), "q": Q, "tau": TAU}.items():
