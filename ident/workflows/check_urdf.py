@@ -52,7 +52,8 @@ class UrdfCheck:
         if not count and self.weighed is not None and self.weighed.contradictions:
             wrong = len(self.weighed.contradictions)
             return (
-                f"{self.file}: such an arm can exist, but {wrong} of its masses are contradicted."
+                f"{self.file}: such an arm can exist, but {wrong} of its masses"
+                f" {'is' if wrong == 1 else 'are'} contradicted."
             )
         if not count:
             return f"{self.file}: such an arm can exist; no fault was found."
