@@ -30,21 +30,28 @@ def rms(errors: Array) -> Array:
     return np.sqrt(errors.mean(axis=0))
 
 
+def typical(errors: Array) -> Array:
+    """Error of the typical block [rad], shape (n,): the geometric mean of their rms.
+
+    Where a joint without weight comes to rest, on one side of its friction or on the other, the
+    smallest forces decide: a few blocks in which it rests on the wrong side would outweigh all
+    others in a mean square.
+    """
+    return np.exp(0.5 * np.log(np.maximum(errors, _TINY)).mean(axis=0))
+
+
 def gain(before: Array, after: Array) -> Array:
-    """Nats per sample by which the errors become smaller, by joint, shape (n,)."""
-    return 0.5 * np.log(before.mean(axis=0) / after.mean(axis=0))
+    """Nats per sample by which the typical error becomes smaller, by joint, shape (n,)."""
+    return np.log(typical(before) / typical(after))
 
 
 def sureness(before: Array, after: Array) -> Array:
-    """Standard errors by which `after` is better over blocks, by joint, shape (n,).
-
-    Blocks are compared by the logarithms of their errors: a few large ones decide nothing.
-    """
-    better = np.log(np.maximum(before, _TINY) / np.maximum(after, _TINY))
+    """Standard errors by which `after` is better over blocks, by joint, shape (n,)."""
+    better = 0.5 * np.log(np.maximum(before, _TINY) / np.maximum(after, _TINY))
     spread = better.std(axis=0, ddof=1) / np.sqrt(len(better))
-    return better.mean(axis=0) / np.maximum(spread, _TINY)
+    return gain(before, after) / np.maximum(spread, _TINY)
 
 
 def explained(before: Array, after: Array) -> Array:
-    """Rms of what `after` explains beyond `before` [rad], shape (n,)."""
-    return np.sqrt(np.maximum(before.mean(axis=0) - after.mean(axis=0), 0.0))
+    """Position error that `after` explains beyond `before` in the typical block [rad]."""
+    return np.sqrt(np.maximum(typical(before) ** 2 - typical(after) ** 2, 0.0))

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ident.output_error.fit import Fit, Prior, Setup, fit
 from ident.output_error.missing.folds import Fold
-from ident.output_error.missing.judging import block_errors, rms
+from ident.output_error.missing.judging import block_errors, rms, typical
 from ident.output_error.missing.kinds import EffectKind
 from ident.output_error.missing.screening import promising
 from ident.output_error.missing.trial import tried
@@ -26,11 +26,13 @@ class Nulls:
     Attributes:
         gain: largest held-out gain of each effect over joints and simulations, by name.
         floor: held-out rms of a model with nothing missing [rad], shape (n,).
+        typical: the same of its typical block of time.
         runs: how many there were.
     """
 
     gain: dict[str, float]
     floor: Array
+    typical: Array
     runs: int
 
 
@@ -57,14 +59,15 @@ def nulls(
                       for s in (fold.fitted, fold.judged)))  # fmt: skip
         begun = fit(made.fitted, base.settings, base.free, prior, _ROUNDS)
         errors = block_errors(made.judged, begun.settings)
-        floors.append(rms(errors))
+        floors.append((rms(errors), typical(errors)))
         worth = promising(made.fitted, begun, asked, screen) if runs else {}
         for kind, places in worth.items():
             if not places.any():
                 continue
             found = tried(made, begun, errors, kind, places, prior, _ROUNDS)
             largest[kind.name] = max(largest[kind.name], float(found.gain.max()))
-    return Nulls(largest, np.mean(floors, axis=0), runs)
+    floor, usual = np.mean(floors, axis=0)
+    return Nulls(largest, floor, usual, runs)
 
 
 def white_noise(setup: Setup, settings: Array, resolution: Array) -> Array:

@@ -6,6 +6,7 @@ import numpy as np
 
 from ident.output_error.fit import Fit
 from ident.output_error.identify import Prepared, fit_of_all
+from ident.output_error.missing.judging import typical
 from ident.output_error.missing.search import Accepted, Confirmation, Search, confirmed, lacking
 from ident.output_error.missing.settings import GapBySimulation
 from ident.output_error.parameters import ROW
@@ -28,8 +29,8 @@ class Left:
 
     Attributes:
         joint: from 0.
-        rms: held-out, with all effects [rad].
-        floor: of a model that misses nothing [rad].
+        rms: held-out, with all effects, of the typical block of time [rad].
+        floor: the same of a model that misses nothing [rad].
         share: of the joint's gap.
     """
 
@@ -126,10 +127,8 @@ def _doubt(gains: tuple[float, ...], deviations: float, settings: GapBySimulatio
 def _left(
     checked: Confirmation, found: Search, begun: Prepared, settings: GapBySimulation
 ) -> tuple[Left, ...]:
-    before, after = (
-        np.sqrt(np.concatenate(errors).mean(axis=0)) for errors in (checked.before, checked.after)
-    )
-    floor = found.nulls.floor
+    held = [np.concatenate(errors) for errors in (checked.before, checked.after)]
+    (before, after), floor = (typical(errors) for errors in held), found.nulls.typical
     gap, rest = before**2 - floor**2, after**2 - floor**2
     share = np.clip(rest / np.maximum(gap, rest.clip(1e-300)), 0.0, 1.0)
     seen = np.sqrt(rest.clip(0.0)) > settings.clear_steps * begun.resolution

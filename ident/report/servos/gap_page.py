@@ -105,8 +105,9 @@ def verdict_sentences(report: ServoGap) -> list[str]:
     if left := content["unexplained"]:
         rms, floor = (listed([number(1e3 * u[k]) for u in left]) for k in ("rms", "noise_floor"))
         more.append(
-            f"At {report.of([u['joint'] for u in left])} the simulation stays {rms} mrad (rms) from"
-            f" the measurement on held-out motions, where noise alone gives {floor} mrad."
+            f"At {report.of([u['joint'] for u in left])} the simulation stays {rms} mrad (rms of"
+            f" the typical second) from the measurement on held-out motions, where noise alone"
+            f" gives {floor} mrad."
         )
     return [first, *more]
 
