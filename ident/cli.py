@@ -9,7 +9,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from wamctl.arm.command_line import CONTEXT, QuietOption, Version, without_quiet
+from wamctl.arm.command_line import CONTEXT, QuietOption, Version, system_libraries, without_quiet
 from wamctl.arm.errors import UserError, did_you_mean
 
 COMMANDS: dict[str, tuple[str, str]] = {
@@ -82,7 +82,8 @@ def main(arguments: list[str] | None = None) -> None:
     try:
         command = typer.main.get_command(app)
         words = without_quiet([a for a in arguments if a != "--debug"])
-        command.main(words, "ident")
+        with system_libraries("ident"):
+            command.main(words, "ident")
     except SystemExit as ended:
         if ended.code == _INTERRUPTED:
             typer.echo("ident: stopped by Ctrl-C; earlier results are as they were.", err=True)

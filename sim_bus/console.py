@@ -2,7 +2,7 @@
 
 import sys
 
-from wamctl.arm.command_line import can_missing
+from wamctl.arm.command_line import can_missing, system_libraries
 
 
 def main() -> None:
@@ -10,6 +10,7 @@ def main() -> None:
     if sentence := can_missing("sim-bus"):
         sys.stderr.write(sentence)
         sys.exit(3)
-    from sim_bus.cli import main as run  # it imports these libraries
+    with system_libraries("sim-bus"):
+        from sim_bus.cli import main as run  # it imports these libraries
 
     run()

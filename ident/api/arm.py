@@ -8,7 +8,7 @@ from typing import Any
 from ident.model.arm import Arm as ArmModel
 from ident.model.arm import arm_from_file, arm_from_urdf
 from wamctl.arm.config import ArmFile, IdentificationSection, RobotFile, find_file, load_robot_file
-from wamctl.arm.errors import ConfigurationError, DataError, did_you_mean
+from wamctl.arm.errors import ConfigurationError, DataError, did_you_mean, reason_of
 from wamctl.arm.robot import load_robot
 
 
@@ -123,4 +123,4 @@ def _text(path: Path) -> str:
     try:
         return find_file(path).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(path, [f"cannot be read ({error})"]) from error
+        raise ConfigurationError(path, [f"cannot be read ({reason_of(error)})"]) from error

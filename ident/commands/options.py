@@ -142,7 +142,9 @@ def rules_of(renames: list[str] | None) -> tuple[tuple[str, str], ...]:
     for text in renames or []:
         old, equals, new = text.partition("=")
         if not equals or not old:
-            raise ConfigurationError("--rename", [f"{text!r} is not FROM=TO"])
+            raise ConfigurationError(
+                "--rename", [f"{text!r} is not FROM=TO, such as fer_joint=panda_joint"]
+            )
         rules.append((old, new))
     return tuple(rules)
 

@@ -19,7 +19,7 @@ from ident.excitation.settings import DesignSettings
 from ident.signals.arrays import Array
 from wamctl.arm.collision import collision_shapes
 from wamctl.arm.config import beside
-from wamctl.arm.errors import ConfigurationError, DataError, did_you_mean
+from wamctl.arm.errors import ConfigurationError, DataError, did_you_mean, reason_of
 from wamctl.arm.trajectory import read_trajectory
 
 _SAMPLES = 1000
@@ -67,7 +67,10 @@ def _purpose_of_gap(path: Path) -> Purpose:
         wanted = [e for e in effects if e["separating_experiment"]]
         found = [Purpose(e["name"], int(e["joints"][0]) if e["joints"] else None) for e in wanted]
     except (OSError, ValueError, LookupError, TypeError) as error:
-        raise DataError(f"{path} is not a gap.json that can be read ({error!r}).") from error
+        raise DataError(
+            f"{path} is not a gap.json that can be read ({reason_of(error)}): give what `ident gap`"
+            " wrote."
+        ) from error
     if not found:
         raise DataError(f"{path} asks for no separating experiment: nothing in it is ambiguous.")
     return purpose_of(f"{found[0].effect}:{found[0].joint}" if found[0].joint else found[0].effect)

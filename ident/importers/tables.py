@@ -57,7 +57,7 @@ def read_table(path: Path, wanted: Sequence[Name], form: TextForm) -> Table:
         DataError: missing or unreadable file, or a cell that is no number.
     """
     if not path.is_file():
-        raise DataError(f"{path} does not exist.")
+        raise DataError(f"{path} does not exist: give the table to import.")
     match path.suffix.lower():
         case ".npz":
             return _table(_npz(path), wanted, path)

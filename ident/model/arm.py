@@ -19,7 +19,7 @@ from wamctl.arm.config import (
     load_robot_file,
     validate,
 )
-from wamctl.arm.errors import ConfigurationError
+from wamctl.arm.errors import ConfigurationError, reason_of
 from wamctl.arm.robot import Robot, load_robot
 
 TERM_NAMES = ("viscous", "coulomb", "offset", "rotor_inertia")
@@ -127,7 +127,8 @@ def arm_from_urdf(urdf: str, joints: tuple[str, ...], source: str) -> Arm:
             source,
             [
                 f"none of its joints ({', '.join(everything.joint_names)}) is in the recording"
-                f" ({', '.join(joints)})"
+                f" ({', '.join(joints)}): give the URDF of the recorded arm (--robot), or match"
+                " the names (--rename FROM=TO)"
             ],
         )
     name = everything.model.name or Path(source).stem
@@ -194,4 +195,4 @@ def _text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(path, [f"cannot be read ({error})"]) from error
+        raise ConfigurationError(path, [f"cannot be read ({reason_of(error)})"]) from error

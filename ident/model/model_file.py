@@ -12,7 +12,7 @@ from ident.model.fit_filter import Filter, ReversalPart
 from ident.model.identified_model import FORMAT, VERSION, Model, ModelEffects
 from ident.model.records import BaseParameter, EffectRecord
 from wamctl.arm.config import Section, Vector, read_yaml, validate
-from wamctl.arm.errors import DataError
+from wamctl.arm.errors import ConfigurationError, DataError
 from wamctl.arm.robot import load_robot
 
 
@@ -74,6 +74,9 @@ Bind = Callable[[tuple[EffectRecord, ...]], ModelEffects]
 """Gives effects their equations."""
 
 
+_WANTED = "give the model.yaml that `ident run` or `ident gap` wrote"
+
+
 def read_model(path: Path | str, bind: Bind) -> Model:
     """The model of a `model.yaml`.
 
@@ -85,10 +88,12 @@ def read_model(path: Path | str, bind: Bind) -> Model:
         ConfigurationError: no such file, or not valid YAML, or faults in its content.
         DataError: not a model file, or of a later version.
     """
+    if not Path(path).is_file():
+        raise ConfigurationError(path, [f"no such file; {_WANTED}"])
     content = read_yaml(Path(path))
     kind = content.get("format") if isinstance(content, dict) else None
     if kind != FORMAT:
-        raise DataError(f"{path} is not a model: its format is {kind!r}, not {FORMAT!r}.")
+        raise DataError(f"{path} is not a model: {_WANTED}.")
     file = validate(_ModelFile, content, path)
     if file.version > VERSION:
         raise DataError(

@@ -84,7 +84,7 @@ class _File(Section):
 
 def is_servo_model(path: Path) -> bool:
     """Whether a `model.yaml` is of this kind."""
-    content = read_yaml(path)
+    content = read_yaml(path) if path.is_file() else None
     return isinstance(content, dict) and content.get("format") == FORMAT
 
 

@@ -26,7 +26,7 @@ from ident.gap.selection.refinement import refine_nonlinear_parameters
 from ident.gap.selection.scoring import Score
 from ident.model.identified_model import Model
 from ident.planning.noise import Noise, noise_of
-from wamctl.arm.errors import DataError
+from wamctl.arm.errors import DataError, reason_of
 
 Tell = Callable[[str], None]
 
@@ -93,7 +93,10 @@ def read_answer(folder: Path) -> Answer:
         if missing:
             raise KeyError(*missing)
     except (OSError, ValueError, LookupError, TypeError) as error:
-        raise DataError(f"{path} is not a gap.json that can be read ({error!r}).") from error
+        raise DataError(
+            f"{path} is not a gap.json that can be read ({reason_of(error)}): give what `ident gap`"
+            " wrote."
+        ) from error
     named = {(e["name"], tuple(j - 1 for j in e["joints"])) for e in content["effects"]}
     members = members_of(load_model(folder / "model.yaml"))
     return Answer(content, tuple(c for c, _ in members if _place(c) in named))

@@ -13,7 +13,7 @@ from ident.urdf_check.examine import Examination, examine_urdf
 from ident.urdf_check.masses import Weighed, weighed
 from ident.workflows.run import run_data
 from wamctl.arm.config import find_file
-from wamctl.arm.errors import ConfigurationError, writing
+from wamctl.arm.errors import ConfigurationError, reason_of, writing
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ def check_urdf(
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(path, [f"cannot be read ({error})"]) from error
+        raise ConfigurationError(path, [f"cannot be read ({reason_of(error)})"]) from error
     examined = examine_urdf(text, path)
     if out is not None:
         _write(out, examined.repaired)

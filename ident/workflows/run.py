@@ -37,7 +37,7 @@ from ident.workflows.model_errors import errors_of_fit, errors_on
 from ident.workflows.provenance import provenance
 from ident.workflows.refusal import refused_run, write_refusal
 from ident.workflows.run_json import run_content, torque_units, write_results
-from wamctl.arm.configuration.known_change import known_change
+from wamctl.arm.configuration.known_change import KnownChangeError, known_change
 from wamctl.arm.errors import ConfigurationError, DataError
 
 METHOD = "regression"
@@ -126,10 +126,15 @@ def _loaded(arm: Arm, text: str, reading: Reading) -> KnownLoad:
     """The recording with the known load.
 
     Raises:
-        UserError: a text that names no log and load, or a log that cannot be used.
+        ConfigurationError: a text that names no log and load.
+        UserError: a log that cannot be used.
     """
     path, _, size = text.rpartition("=")
-    load = known_change(f"load={size}").load
+    try:
+        load = known_change(f"load={size}").load
+    except KnownChangeError as error:
+        wrong = f"{text!r} is not LOG=KG,X,Y,Z, such as loaded.mcap=2,0,0,0.1 ({error.why})"
+        raise ConfigurationError("--load", [wrong]) from error
     return KnownLoad(read_for(arm, Path(path), reading), load)
 
 

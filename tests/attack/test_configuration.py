@@ -70,13 +70,13 @@ def test_a_number_that_would_switch_safety_off_is_refused(tmp_path, section, key
             "safety",
             "braking_s",
             80.0,
-            "safety.braking_s: input should be less than or equal to 0.5",
+            "safety.braking_s: 80.0 should be less than or equal to 0.5",
         ),
         (
             "excitation",
             "ramp_s",
             3000.0,
-            "excitation.ramp_s: input should be less than or equal to",
+            "excitation.ramp_s: 3000.0 should be less than or equal to",
         ),
         (
             "safety",

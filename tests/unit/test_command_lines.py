@@ -180,6 +180,19 @@ def test_files_of_a_folder_are_kept_in_theirs(tmp_path) -> None:
     assert (tmp_path / "previous" / "models" / "a.json").read_text() == "1"
 
 
+def test_a_missing_library_of_the_system_is_named(capsys) -> None:
+    lacking = "libgomp.so.1: cannot open shared object file: No such file or directory"
+    with pytest.raises(SystemExit) as ended, command_line.system_libraries("ident"):
+        raise ImportError(lacking)
+    assert ended.value.code == 3
+    assert capsys.readouterr().err == (
+        "ident: the system's library libgomp.so.1 is not installed: install its package"
+        " (Debian and Ubuntu: apt install libgomp1).\n"
+    )
+    with pytest.raises(ImportError, match="no module"), command_line.system_libraries("ident"):
+        raise ImportError("no module of that name")
+
+
 def test_what_needs_the_can_libraries_says_where_they_are(monkeypatch) -> None:
     assert can_missing("wamctl") == ""
     monkeypatch.setattr(command_line, "find_spec", lambda name: None)

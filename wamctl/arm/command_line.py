@@ -5,6 +5,8 @@ import os
 import shlex
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any
@@ -43,6 +45,22 @@ def can_missing(command: str) -> str:
         f"{command}: the CAN libraries ({' and '.join(missing)}) are not installed:"
         " pip install 'wam-ident[can]'.\n"
     )
+
+
+@contextmanager
+def system_libraries(command: str) -> Iterator[None]:
+    """Says which library of the system is not installed, and exits with 3, where one is missing."""
+    try:
+        yield
+    except ImportError as error:
+        library, missing, _ = str(error).partition(": cannot open shared object file")
+        if not missing:
+            raise
+        sys.stderr.write(
+            f"{command}: the system's library {library} is not installed: install its package"
+            f" (Debian and Ubuntu: apt install {library.replace('.so.', '')}).\n"
+        )
+        sys.exit(3)
 
 
 def without_quiet(arguments: list[str]) -> list[str]:

@@ -28,6 +28,7 @@ from wamctl.arm.configuration.sections import (
     Vector,
 )
 from wamctl.arm.configuration.yaml_file import beside, find_file, read_yaml, shipped_file, validate
+from wamctl.arm.errors import ConfigurationError
 
 __all__ = [
     "ArmFile",
@@ -176,7 +177,14 @@ def load_arm_file(path: str | Path) -> ArmFile:
         ConfigurationError: missing or broken file, or all faults of its content at once.
     """
     found = find_file(path)
-    return validate(ArmFile, read_yaml(found), found)
+    content = read_yaml(found)
+    if isinstance(content, dict) and content.keys() <= RobotFile.model_fields.keys():
+        needed = (name for name, field in ArmFile.model_fields.items() if field.is_required())
+        absent = ", ".join(name for name in needed if name not in content)
+        if absent:
+            only = "is enough for `ident run`, but designs and experiments also need"
+            raise ConfigurationError(found, [f"{only} {absent}, as in wam7.yaml"])
+    return validate(ArmFile, content, found)
 
 
 def load_robot_file(path: str | Path) -> RobotFile | ArmFile:

@@ -12,6 +12,13 @@ def did_you_mean(word: str, valid: Iterable[str]) -> str:
     return f"; did you mean {near[0]}?" if near else ""
 
 
+def reason_of(error: Exception) -> str:
+    """Why a file cannot be read, without the path and the number that Python puts beside it."""
+    if isinstance(error, OSError):
+        return error.strerror or str(error)
+    return f"it has no {error}" if isinstance(error, LookupError) else str(error)
+
+
 class UserError(Exception):
     """Root of all errors that a user can meet; `exit_code` is the command's exit status.
 
@@ -66,4 +73,6 @@ def writing(path: Path | str) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise DataError(f"{path} cannot be written ({error.strerror or error}).") from error
+        raise DataError(
+            f"{path} cannot be written ({error.strerror or error}): name another path."
+        ) from error

@@ -319,5 +319,6 @@ class _Pass:
             )
         if found:
             return f"{path}: {topic} holds no message{cut}."
-        hint = " Choose one with --joint-states TOPIC." if topic == JOINT_STATES else ""
+        option = "--joint-states" if topic == self._log.joint_states else "--joint-commands"
+        hint = f" Choose one with {option} TOPIC."
         return f"{path} has no topic {topic}{cut}; its topics are {self._listed()}.{hint}"

@@ -44,7 +44,7 @@ def test_every_fault_is_reported_at_once(tmp_path, content):
     assert str(caught.value) == (
         f"{path}: 3 faults:\n"
         "  - bus.colour: unknown key\n"
-        "  - limits.velocity_rad_s.2: input should be greater than 0\n"
+        "  - limits.velocity_rad_s.2: -1.0 should be greater than 0\n"
         "  - safety.braking_s: missing"
     )
 

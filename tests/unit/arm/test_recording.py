@@ -158,7 +158,7 @@ def test_other_topics_can_be_named(tmp_path: Path) -> None:
         " Choose one with --joint-states TOPIC."
     )
     assert refused(path, joint_states="/left/state", joint_commands="/no") == (
-        f"{path} has no topic /no; its topics are {topics}."
+        f"{path} has no topic /no; its topics are {topics}. Choose one with --joint-commands TOPIC."
     )
 
 
@@ -246,7 +246,9 @@ def test_commands_that_come_before_any_state_are_kept(tmp_path: Path) -> None:
 
 
 def test_a_missing_file(tmp_path: Path) -> None:
-    assert refused(tmp_path / "no.mcap") == f"{tmp_path / 'no.mcap'} does not exist."
+    assert refused(tmp_path / "no.mcap") == (
+        f"{tmp_path / 'no.mcap'} does not exist: give an .mcap or .db3 file, or a bag's folder."
+    )
 
 
 def test_an_empty_file(tmp_path: Path) -> None:

@@ -98,7 +98,8 @@ def test_a_file_that_is_no_gap(tmp_path: Path) -> None:
     path.write_text("{}")
     with pytest.raises(DataError) as caught:
         purpose_of(str(path))
-    assert str(caught.value) == f"{path} is not a gap.json that can be read (KeyError('effects'))."
+    why = "is not a gap.json that can be read (it has no 'effects'): give what `ident gap` wrote."
+    assert str(caught.value) == f"{path} {why}"
 
 
 def test_a_gap_file_without_a_question(tmp_path: Path) -> None:

@@ -198,7 +198,8 @@ def refused(capsys, out: Path, status: int, *arguments: object) -> str:
 
 def test_a_missing_log(tmp_path, capsys):
     said = refused(capsys, tmp_path / "out", 6, "run", tmp_path / "none.mcap")
-    assert said == f"ident: {tmp_path}/none.mcap does not exist."
+    advice = "give an .mcap or .db3 file, or a bag's folder."
+    assert said == f"ident: {tmp_path}/none.mcap does not exist: {advice}"
 
 
 def test_an_empty_log(tmp_path, capsys):
@@ -237,7 +238,7 @@ def test_a_log_of_another_arm(log, tmp_path, capsys):
     [
         (lambda c: c | {"speed": 1}, "speed: unknown key."),
         (lambda c: c["identification"].update(filter_order=-1) or c,
-         "identification.filter_order: input should be greater than or equal to 1."),
+         "identification.filter_order: -1 should be greater than or equal to 1."),
     ],
 )  # fmt: skip
 def test_faults_of_the_robot_file(log, tmp_path, capsys, change, sentence):
@@ -260,7 +261,7 @@ def test_unknown_settings(log, tmp_path, capsys):
         "ident: --set: 'cutof_hz=3' is not NAME=VALUE with a NAME of cad_spread,"
     )
     said = refused(capsys, tmp_path / "out", 3, "run", log, "--cutoff", "-2")
-    assert said == "ident: settings: cutoff_hz: input should be greater than 0."
+    assert said == "ident: settings: cutoff_hz: -2.0 should be greater than 0."
 
 
 def test_a_log_cut_in_the_middle_of_a_chunk_gives_what_was_whole(log, tmp_path):
@@ -282,7 +283,8 @@ def test_models_that_cannot_be_used(results, log, tmp_path, capsys):
     wrong = tmp_path / "wrong.yaml"
     wrong.write_text("format: other\n")
     said = refused(capsys, tmp_path / "out", 6, "validate", log, "--model", wrong)
-    assert said == f"ident: {wrong} is not a model: its format is 'other', not 'wam-ident model'."
+    advice = "give the model.yaml that `ident run` or `ident gap` wrote."
+    assert said == f"ident: {wrong} is not a model: {advice}"
     content = yaml.safe_load((results / "model.yaml").read_text())
     wrong.write_text(yaml.safe_dump(content | {"version": 9}))
     said = refused(capsys, tmp_path / "out", 6, "validate", log, "--model", wrong)

@@ -225,7 +225,7 @@ def test_every_fault_of_a_mapping_at_once(tmp_path: Path) -> None:
         f"{tmp_path / 'map.yaml'}: 4 faults:\n"
         "  - rows: last 3 lies before first 9\n"
         "  - time: give either column or rate_hz\n"
-        "  - position.unit: input should be 'rad', 'deg', 'rev', 'm' or 'mm'\n"
+        "  - position.unit: 'furlong' should be 'rad', 'deg', 'rev', 'm' or 'mm'\n"
         "  - colour: unknown key"
     )
     content = {
@@ -297,7 +297,7 @@ def test_a_cell_that_is_no_number(tmp_path: Path) -> None:
 
 def test_tables_that_cannot_be_read(tmp_path: Path) -> None:
     path = tmp_path / "no.csv"
-    assert refused(path, BASIC, DataError) == f"{path} does not exist."
+    assert refused(path, BASIC, DataError) == f"{path} does not exist: give the table to import."
     for name in ("x.npz", "x.mat", "x.csv"):
         path = tmp_path / name
         path.write_bytes(b"\xff\xfe\x00\x81 garbage")

@@ -55,7 +55,7 @@ def test_the_place_of_a_fault_is_the_one_in_the_file(tmp_path, content):
     content["drives"]["firmware"][2] = 31
     content["drives"]["colour"] = "red"
     assert faults(tmp_path, content) == [
-        "drives.firmware.2: input should be greater than or equal to 32",
+        "drives.firmware.2: 31 should be greater than or equal to 32",
         "drives.home_pose_rad: missing",
         "drives.colour: unknown key",
     ]

@@ -333,7 +333,7 @@ def test_all_mistakes_of_a_hidden_file_are_told_at_once(tmp_path):
         read_hidden_file(path)
     assert str(caught.value) == (
         f"{path}: 3 faults:\n"
-        "  - effects.0.payload.kg: input should be greater than 0\n"
+        "  - effects.0.payload.kg: -1 should be greater than 0\n"
         "  - effects.1.vibration.joints: "
         "tuple should have at least 1 item after validation, not 0\n"
         "  - effects.2.hose.colour: unknown key"

@@ -6,8 +6,9 @@ from typing import Any, TypeVar, get_args
 
 import yaml
 from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
 
-from wamctl.arm.errors import ConfigurationError, did_you_mean
+from wamctl.arm.errors import ConfigurationError, did_you_mean, reason_of
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -74,7 +75,7 @@ def read_yaml(path: Path) -> object:
     try:
         return yaml.load(path.read_text(encoding="utf-8"), _UniqueKeys)
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(path, [f"cannot be read ({error})"]) from error
+        raise ConfigurationError(path, [f"cannot be read ({reason_of(error)})"]) from error
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         where = f" in line {mark.line + 1}, column {mark.column + 1}" if mark else ""
@@ -93,8 +94,16 @@ def validate(kind: type[M], content: object, source: Path | str) -> M:
         return kind.model_validate(content)
     except ValidationError as error:
         raise ConfigurationError(
-            source, [f for e in error.errors() for f in _sentences(kind, e["loc"], e["msg"])]
+            source, [f for e in error.errors() for f in _sentences(kind, e["loc"], _message(e))]
         ) from error
+
+
+def _message(error: ErrorDetails) -> str:
+    """What is wrong, with the value where that is a word or a number."""
+    text, given = error["msg"].partition(", unable to parse")[0], error["input"]
+    if isinstance(given, str | int | float):
+        return text.replace("Input should be", f"{given!r} should be", 1)
+    return text
 
 
 def _sentences(kind: type[BaseModel], place: Sequence[int | str], message: str) -> list[str]:

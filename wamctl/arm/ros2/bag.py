@@ -37,7 +37,7 @@ def _files(path: Path) -> list[Path]:
     if path.is_dir():
         return _files_of_folder(path)
     if not path.exists():
-        raise DataError(f"{path} does not exist.")
+        raise DataError(f"{path} does not exist: give an .mcap or .db3 file, or a bag's folder.")
     return [path]
 
 
