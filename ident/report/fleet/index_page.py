@@ -204,11 +204,11 @@ def _shown(content: Content) -> list[Block]:
             for s in kind["shown"]
         ]
         caption = (
-            f"{name}: changes that {days} logs would be expected to tell, for the median arm, after"
-            " as many logs before them as there are; the numbers of a change of friction are its"
-            " dry part's. None: not at any size."
+            f"{name}: what {days} logs of the median arm would be expected to tell, beside all logs"
+            " before them; of friction the dry part. A dash: not at any size."
         )
-        blocks.append(Table(caption, columns, rows, sortable=True))
+        few = f"{name}: its arms have too few logs before their last {days}."
+        blocks.append(Table(caption, columns, rows, sortable=True) if rows else Text(few))
     return blocks or [Text("No log could be used.")]
 
 
