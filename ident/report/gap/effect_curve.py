@@ -56,7 +56,7 @@ def effect_curve(found: SearchResult, both: BeforeAfter, index: int, joint: int)
     whole = _torque(found, both, index, joint)
     rows = both.after[joint].region != Region.REVERSAL
     residual = both.after[joint].values[rows]
-    if whole[rows] @ whole[rows] < _SHOWS**2 * (residual @ residual):
+    if whole[rows] @ whole[rows] <= _SHOWS**2 * (residual @ residual):
         rows = np.ones_like(rows)
     torque = whole[rows]
     seen = {name: x[rows] for name, x in _variables(found, both, joint).items()}

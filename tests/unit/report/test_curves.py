@@ -63,12 +63,12 @@ def test_correlation_is_that_of_the_covariance(run: Any) -> None:
     np.testing.assert_allclose(correlation(run), covariance / np.outer(size, size), atol=1e-9)
 
 
-def curve_of(torque: np.ndarray, motion: dict[str, np.ndarray]) -> EffectCurve:
-    """Of an effect of one joint, beside noise, with half of the rows at rest."""
+def curve_of(torque: np.ndarray, motion: dict[str, np.ndarray], slides: bool = True) -> EffectCurve:
+    """Of an effect of one joint, beside noise, with half of the rows at rest, or all of them."""
     rng = np.random.default_rng(5)
     rows = len(torque)
     noise = 0.001 * rng.normal(size=rows)
-    region = np.where(np.arange(rows) % 2, Region.SLIDING, Region.REVERSAL)
+    region = np.where(slides & (np.arange(rows) % 2), Region.SLIDING, Region.REVERSAL)
     after = SimpleNamespace(values=np.where(region == Region.SLIDING, noise, 50.0), region=region)
     before = SimpleNamespace(values=after.values + torque, region=region)
     segment = SimpleNamespace(**{k: v[:, None] for k, v in motion.items()})
@@ -126,3 +126,9 @@ def test_a_constant_torque_is_drawn_over_time(motion: dict[str, np.ndarray]) -> 
     curve = curve_of(np.full(ROWS, 0.7), motion)
     assert (curve.variable, curve.where) == ("time [s]", "")
     np.testing.assert_allclose(curve.effect, 0.7)
+
+
+def test_at_a_joint_that_never_slides_all_rows_are_drawn(motion: dict[str, np.ndarray]) -> None:
+    curve = curve_of(2.0 * motion["q"], motion, slides=False)
+    assert curve.variable == "position [rad]"
+    np.testing.assert_allclose(curve.effect, 2.0 * curve.x, atol=0.01)
