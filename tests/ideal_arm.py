@@ -24,6 +24,7 @@ class IdealDrives:
     Attributes:
         accident: what happens to the readings of a cycle; called with its number.
         motors: what the motors make of the torques that are sent, [N m] to [N m].
+        friction: of joints with a speed, for a time [s], [rad/s] to [N m].
     """
 
     names = tuple(f"drive {k}" for k in range(1, 8))
@@ -35,6 +36,7 @@ class IdealDrives:
         self.counters = Counters()
         self.accident = lambda cycle, readings: readings
         self.motors = lambda tau_motor: tau_motor
+        self.friction = lambda qd, seconds: VISCOUS * qd
         self.obeys = True
         self.cycle = 0
         self.sent = []
@@ -65,7 +67,7 @@ class IdealDrives:
             return
         tau = self._arm.transmission.joint_torque(self.motors(self._torque))
         for _ in range(4):
-            net = tau - VISCOUS * self._qd
+            net = tau - self.friction(self._qd, PERIOD_S / 4)
             qdd = pin.aba(self._model, self._data, self._q, self._qd, net)
             self._qd = self._qd + PERIOD_S / 4 * qdd
             self._q = self._q + PERIOD_S / 4 * self._qd
@@ -126,13 +128,13 @@ class ListLog:
 class Rig:
     """An experiment that is ready to run."""
 
-    def __init__(self, arm, operator=lambda: None, tests_motors=False):
+    def __init__(self, arm, operator=lambda: None, tests_motors=False, start=REST + 0.05):
         self.tests_motors = tests_motors
         self.drives, self.log = IdealDrives(arm), ListLog()
         self.loop = Loop(arm, self.drives, LockstepClock(PERIOD_S), self.log, operator)
         self._arm = arm
         series = FourierSeries(
-            arm.robot.joint_names, 2 * np.pi, np.full((7, 1), 0.3), np.zeros((7, 1)), REST + 0.05
+            arm.robot.joint_names, 2 * np.pi, np.full((7, 1), 0.3), np.zeros((7, 1)), start
         )
         self.motion = experiment.plan(arm, REST, reference(series, 1, 0.5, PERIOD_S))
 

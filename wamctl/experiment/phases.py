@@ -13,7 +13,7 @@ from wamctl.arm.trajectory import Reference
 from wamctl.arm.trajectory_check import quantities, violations
 from wamctl.drives.interface import Drives
 from wamctl.errors import BusStopError, OutsideStopError, RefusalError, SafetyStopError, StopError
-from wamctl.experiment.first_motion import first_motion
+from wamctl.experiment.first_motion import first_motion, second_motion
 from wamctl.experiment.loop import Arm, Array, CheckLevel, Law, Loop
 from wamctl.safety.braking import BrakingMonitor
 from wamctl.safety.state_estimator import ArmState
@@ -113,9 +113,10 @@ def _phases(arm: Arm, drives: Drives, loop: Loop, motion: Motion, tests_motors: 
     try:
         _enable(drives, loop)
         _check_start(loop, motion, arm.robot.joint_names)
-        if tests_motors:
-            first_motion(arm, loop)
+        tested = first_motion(arm, loop) if tests_motors else None
         _follow(arm, loop, Phase.APPROACH, motion.approach)
+        if tested is not None:
+            second_motion(arm, loop, tested)
         counted = _follow(arm, loop, Phase.EXCITE, motion.excitation)
         _follow(arm, loop, Phase.RETURN, motion.retreat)
         _release(arm, loop)

@@ -2,8 +2,9 @@
 
 While a motor is moved to and fro, friction is as often with it as against it, so that the mean of
 its torque is what its links weigh: no rotor, inertia or friction is in it. What may differ from the
-model is the CAD's own error and a tool of which the model does not know. A motor's scale is told
-where neither of the two explains the torques.
+model is the CAD's own error and a tool of which the model does not know, both the same in every
+pose. A motor's scale is told where neither of the two explains the torques: of a shoulder in one
+pose, of an elbow, whose torque a tool can explain, in two.
 """
 
 from dataclasses import dataclass
@@ -23,8 +24,6 @@ DISTANCE = 3.3
 """In standard deviations, beyond which neither CAD's error nor a tool explains the torques."""
 SCALE = 1.3
 """Factor by which a motor's torque must be wrong at least to be told."""
-ANY_SCALE = (0.0, float("inf"))
-"""What the motion of a motor shows where friction hides its scale: not more than its sign."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +33,7 @@ class Explanation:
     Attributes:
         load_kg: a tool beyond the model's.
         distance: how much it leaves over, in standard deviations of all motors together.
-        motor: the motor without which least is left over.
+        motor: the motor whose scale explains most of that.
         scale: torque of that motor over the commanded one, by what the others show.
     """
 
@@ -61,35 +60,43 @@ class Explanation:
 
 
 def explanation(
-    robot: Robot, transmission: Transmission, tool: str, q: Array, held: Array, friction: Array
+    robot: Robot, transmission: Transmission, tool: str, poses: Array, held: Array, friction: Array
 ) -> Explanation:
     """What explains the torques that hold the arm.
+
+    Generalised least squares with the errors of the CAD and the tool as noise, which the poses
+    share; a motor's scale is one more unknown, which makes its torques wrong in all of them.
 
     Args:
         robot: rigid-body model.
         transmission: motors and joints.
         tool: frame at which a tool may be.
-        q: the pose, shape (n,) [rad].
-        held: mean torque of each motor while it moved to and fro, motor side, shape (n,) [N m].
+        poses: one or more, shape (P, n) [rad].
+        held: mean torque of each motor while it moved to and fro, motor side; not a number where
+            it did not, shape (P, n) [N m].
         friction: Coulomb friction to expect on the motors, shape (n,) [N m].
     """
     to_motor = transmission.joint_from_motor.T
-    data = robot.data()
-    left = held - to_motor @ pin.computeGeneralizedGravity(robot.model, data, q)
-    pin.computeJointJacobians(robot.model, data, q)
-    errors = to_motor @ _cad_errors(robot, data)
-    tools = to_motor @ _tools(robot, data, tool) * _TOOL
-    without_tool = errors @ errors.T + np.diag((_FRICTION_LEFT * friction) ** 2)
-    precision = np.linalg.inv(without_tool + tools @ tools.T)
-    load_kg = _TOOL[0] * float(tools[:, 0] @ precision @ left)
+    data, weights, errors, tools = robot.data(), [], [], []
+    for q in poses:
+        weights.append(to_motor @ pin.computeGeneralizedGravity(robot.model, data, q))
+        pin.computeJointJacobians(robot.model, data, q)
+        errors.append(to_motor @ _cad_errors(robot, data))
+        tools.append(to_motor @ _tools(robot, data, tool) * _TOOL)
+    known = np.isfinite(held).ravel()
+    error, tool_nm = np.concatenate(errors)[known], np.concatenate(tools)[known]
+    left = (held.ravel() - np.concatenate(weights))[known]
+    noise = _FRICTION_LEFT * np.tile(friction, len(poses))[known]
+    without_tool = error @ error.T + np.diag(noise**2)
+    precision = np.linalg.inv(without_tool + tool_nm @ tool_nm.T)
+    load_kg = _TOOL[0] * float(tool_nm[:, 0] @ precision @ left)
     if load_kg < 0.0:  # no tool weighs less than nothing
         precision, load_kg = np.linalg.inv(without_tool), 0.0
-    pulls = precision @ left
-    without = left @ pulls - pulls**2 / np.diag(precision)  # squared distance, by motor left out
-    motor = int(np.argmin(without))
-    seen = held[motor] - pulls[motor] / precision[motor, motor]
-    scale = float(seen / held[motor]) if held[motor] else np.inf
-    return Explanation(load_kg, float(np.sqrt(left @ pulls)), motor, scale)
+    its = np.array([np.diag(row) for row in held]).reshape(-1, len(friction))[known]
+    pulls, sizes = its.T @ precision @ left, np.diag(its.T @ precision @ its)
+    motor = int(np.argmax(pulls**2 / np.maximum(sizes, 1e-12)))
+    scale = float(1.0 - pulls[motor] / sizes[motor]) if sizes[motor] else np.inf
+    return Explanation(load_kg, float(np.sqrt(left @ precision @ left)), motor, scale)
 
 
 def _cad_errors(robot: Robot, data: pin.Data) -> Array:

@@ -1,9 +1,13 @@
 """Whether a motor that is moved to and fro answers as the model says: sign, size, and encoder.
 
-At one frequency, friction acts in phase with the velocity and inertia in phase with the
-acceleration. So the torque in phase with the motion tells the motor's scale, whatever the friction.
+Friction that slides acts in phase with the velocity, inertia in phase with the acceleration, so
+that the torque in phase with the motion tells the motor's scale. Bristles, backlash and a joint
+that sticks where it turns round act in phase with the motion, too: but they depend on the way, and
+not on how fast it is gone, while inertia grows with the square of the rate. So a scale that looks
+wrong is looked at again by the same way at half the rate: what both have in common is no inertia.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,20 +24,26 @@ SCALE = (0.5, 1.6)
 know, friction that sticks and the CAD's own error look like a scale, too."""
 
 
+ANY_SCALE = (0.0, math.inf)
+"""What the motion of a motor shows where friction hides its scale: not more than its sign."""
+
+
 @dataclass(frozen=True)
 class Response:
     """How one motor answered.
 
     Attributes:
         motion: its motion over the wanted one, in phase with it; negative for the other direction.
-        scale: lowest and highest torque that its motion shows over the commanded one, without and
-            with the rotors' inertia, which models often leave out; 1 in a healthy arm.
-        torque_nm: amplitude of the model's torque in phase with the motion, motor side [N m].
+        moved_rad: amplitude of its motion [rad].
+        given_nm: torque that it was told to give, in phase with its motion [N m].
+        needed_nm: what the motion needs by the model, without and with the rotors' inertia, which
+            models often leave out, in phase with it and without friction, shape (2,) [N m].
     """
 
     motion: float
-    scale: tuple[float, float]
-    torque_nm: float
+    moved_rad: float
+    given_nm: float
+    needed_nm: Array
 
 
 @dataclass(frozen=True)
@@ -78,12 +88,36 @@ def response(
     angle = (transmission.motor_from_joint @ moved)[motor]
     given = (torque @ transmission.joint_from_motor)[motor]
     asked = (needed @ transmission.joint_from_motor)[motor]
-    direction = angle / max(abs(angle), 1e-12)
-    links, commanded = (asked * direction.conj()).real, (given * direction.conj()).real
+    direction = (angle / max(abs(angle), 1e-12)).conj()
     rotor = -rotors[motor] * record.rate_rad_s**2 * abs(angle)
-    motion = (angle * angle_ref.conj()).real / abs(angle_ref) ** 2
-    shown = sorted(torque / (commanded or 1e-12) for torque in (links, links + rotor))
-    return Response(float(motion), (float(shown[0]), float(shown[1])), float(abs(links)))
+    links = (asked * direction).real
+    return Response(
+        motion=float((angle * angle_ref.conj()).real / abs(angle_ref) ** 2),
+        moved_rad=float(abs(angle)),
+        given_nm=float((given * direction).real),
+        needed_nm=np.array([links, links + rotor]),
+    )
+
+
+def shown_scale(fast: Response, slow: Response | None = None) -> tuple[float, float]:
+    """Lowest and highest torque that a motor's motion shows over the commanded one; 1 if healthy.
+
+    Args:
+        fast: its answer.
+        slow: its answer at another rate: of the torque that depends on the way alone, as much is in
+            `fast`, or more, by as much as the way is longer (a joint that slides, and a spring).
+    """
+    shares = [fast.given_nm / fast.needed_nm]
+    if slow is not None:
+        longer = fast.moved_rad / max(slow.moved_rad, 1e-12)
+        shares = [
+            (fast.given_nm - of_slow * slow.given_nm) / (fast.needed_nm - of_slow * slow.needed_nm)
+            for of_slow in (1.0, longer)
+        ]
+    low, high = float(np.min(shares)), float(np.max(shares))
+    if high <= 0.0:
+        return ANY_SCALE
+    return 1.0 / high, 1.0 / low if low > 0.0 else math.inf
 
 
 def _stiffness(robot: Robot, q: Array, rate_rad_s: float) -> Array:
@@ -95,25 +129,28 @@ def _stiffness(robot: Robot, q: Array, rate_rad_s: float) -> Array:
     return gravity - rate_rad_s**2 * mass
 
 
-def fault(found: Response, motor: int, least_torque_nm: float) -> str | None:
-    """Why a motor's answer is not that of a healthy one, as the start of a sentence; or None.
+def motion_fault(found: Response, motor: int) -> str | None:
+    """Why a motor does not move as it is driven, as the start of a sentence; or None."""
+    if found.motion >= LEAST_MOTION:
+        return None
+    return (
+        f"motor {motor + 1} made {found.motion:+.2f} of the small motion that it was told to make "
+        f"(limit {LEAST_MOTION:g}): look at its sign, its encoder, its wiring and its assignment"
+    )
+
+
+def scale_fault(shown: tuple[float, float], motor: int) -> str | None:
+    """Why a motor's torque is not what it is told to give, as the start of a sentence; or None.
 
     Args:
-        found: its answer.
+        shown: lowest and highest torque that its motion shows over the commanded one.
         motor: its place (0, 1, ...).
-        least_torque_nm: below this torque in phase, friction hides the motor's scale [N m].
     """
-    name = f"motor {motor + 1}"
-    if found.motion < LEAST_MOTION:
-        return (
-            f"{name} made {found.motion:+.2f} of the small motion that it was told to make (limit "
-            f"{LEAST_MOTION:g}): look at its sign, its encoder, its wiring and its assignment"
-        )
     low, high = SCALE
-    if found.torque_nm > least_torque_nm and (found.scale[1] < low or found.scale[0] > high):
-        nearest = found.scale[1] if found.scale[1] < low else found.scale[0]
-        return (
-            f"{name} gives {nearest:.2f} times the torque that it is told to give (limits {low:g} "
-            f"and {high:g}): look at its ratio, its torque constant and its load"
-        )
-    return None
+    if shown[1] >= low and shown[0] <= high:
+        return None
+    return (
+        f"motor {motor + 1} gives {shown[1] if shown[1] < low else shown[0]:.2f} times the torque "
+        f"that it is told to give (limits {low:g} and {high:g}): look at its ratio, its torque "
+        "constant and its load"
+    )
