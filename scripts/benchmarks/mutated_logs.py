@@ -6,9 +6,16 @@ Usage: OMP_NUM_THREADS=1 python scripts/benchmarks/mutated_logs.py [LOG.mcap] --
 A stretch of LOG.mcap, or of a double pendulum with friction, is mutated `count` times: bytes of the
 file, stamps, positions, torque, joints and topics, one or two mutations each. Every case is a
 process of its own that may have 2 GB and 60 s of a core; it is forked from this one, which has run
-the command once. A line for each that ends otherwise than with 0 or 6 (`--verbose`: for each), and
-a table at the end: exit codes, verdicts by mutation, peak memory, processor time. Ctrl-C ends it
-with the table so far.
+the command once. A line for each that ends otherwise than with 0 or 6, is called trustworthy, or
+has a name for an effect that the unmutated log has not (`--verbose`: for each), and a table at the
+end: exit codes, verdicts by mutation, peak memory, processor time. Ctrl-C ends it with the table so
+far.
+
+What `run` calls trustworthy is judged by the unmutated log: its model is garbage if there, at some
+joint, it leaves over more than 5 % of the torque beyond what the unmutated log's model does, and if
+some base parameter is off by more than three combined standard errors. An effect that `gap` names
+in a mutated log, and not in the unmutated one, is new: whether the mutation is what it names is for
+the reader to judge.
 """
 
 import argparse
@@ -37,6 +44,7 @@ from pendulum import pendulum
 
 Rng = np.random.Generator
 MOST_BYTES, MOST_S = 2 << 30, 60
+MOST_OFF, MOST_SD = 5.0, 3.0  # percent of a joint's torque; combined standard errors
 MOST_NS = 2**31 * 10**9 - 1
 HZ, PARTS, NOISE_NM = 200, 8, 0.01
 
@@ -208,21 +216,21 @@ def bend(path: Path, rng: Rng) -> str:
     return f"file: {kind}"
 
 
-def _child(command: str, path: Path, out: Path, said: int) -> None:
-    """The command, in a process that has just been forked; does not return."""
+def _child(words: list[str], said: int) -> None:
+    """A command, in a process that has just been forked; does not return."""
     code = 1
     try:
         resource.setrlimit(resource.RLIMIT_CPU, (MOST_S, MOST_S))
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         os.dup2(said, 2)
-        code = called(command, path, out)
+        code = called(words)
     finally:
         os._exit(code)
 
 
-def called(command: str, path: Path, out: Path) -> int:
+def called(words: list[str]) -> int:
     """The exit code of a command in this process."""
-    sys.argv[:] = ["ident", command, str(path), "--out", str(out)]
+    sys.argv[:] = ["ident", *words]
     try:
         ident()
     except SystemExit as done:
@@ -230,25 +238,77 @@ def called(command: str, path: Path, out: Path) -> int:
     return 0
 
 
-def ended(command: str, path: Path, out: Path) -> tuple[int, float, str, str]:
-    """Exit code, peak memory [MB], verdict and the last line of a command."""
+@dataclass(frozen=True)
+class Ended:
+    """Exit code, peak memory [MB], last line, and result of a command (empty without one)."""
+
+    code: int
+    memory: float
+    said: str
+    result: dict[str, Any]
+
+    @property
+    def effects(self) -> set[str]:
+        """What `gap` names."""
+        found = self.result.get("effects", []) if self.result.get("verdict") == "named" else []
+        return {f"{e['name']}{e['joints']}" for e in found}
+
+    @property
+    def verdict(self) -> str:
+        """In words."""
+        words = [str(self.result.get(key, "")) for key in ("trust", "verdict")]
+        return " ".join(filter(None, [*words, "+".join(sorted(self.effects))]))
+
+
+def ended(command: str, words: list[str], out: Path) -> Ended:
+    """How a command ends."""
     with TemporaryFile() as stream:
         pid = os.fork()
         if pid == 0:
-            _child(command, path, out, stream.fileno())
+            _child([command, *words, "--out", str(out)], stream.fileno())
         _, status, usage = os.wait4(pid, 0)
         stream.seek(0)
         said = stream.read().decode(errors="replace")
-    result, verdict = out / f"{command}.json", ""
-    if result.exists():
-        content = json.loads(result.read_text())
-        verdict = content["verdict"]
-        if command == "gap":
-            effects = "+".join(f"{e['name']}{e['joints']}" for e in content.get("effects", []))
-            verdict = f"{content.get('trust', '')} {verdict} {effects}".strip()
-        result.unlink()
+    file, result = out / f"{command}.json", {}
+    if file.exists():
+        result = json.loads(file.read_text())
+        file.unlink()
     code = os.waitstatus_to_exitcode(status)
-    return code, usage.ru_maxrss / 1024, verdict, said.strip().split("\n")[-1]
+    return Ended(code, usage.ru_maxrss / 1024, said.strip().split("\n")[-1], result)
+
+
+class Judge:
+    """Compares what is believed with what the unmutated log says."""
+
+    def __init__(self, command: str, whole: Path, out: Path) -> None:
+        self._whole, self._out = whole, out
+        self.unchanged = ended(command, [str(whole)], out)
+        self._left = self._left_over() if command == "run" else np.empty(0)
+
+    def _left_over(self) -> np.ndarray:
+        """Error of the last model on the unmutated log, by joint [%]."""
+        words = [str(self._whole), "--model", str(self._out / "model.yaml")]
+        found = ended("validate", words, self._out.with_name("validated"))
+        (log,) = found.result["logs"]
+        return np.array(log["relative_error_percent_by_joint"])
+
+    def judged(self, found: Ended) -> str:
+        """What is to be said of a result; empty where nothing is believed."""
+        if new := found.effects - self.unchanged.effects:
+            return f"new: {'+'.join(sorted(new))}"
+        if found.result.get("verdict") != "trustworthy" or not len(self._left):
+            return ""
+        off = np.sqrt(np.maximum(self._left_over() ** 2 - self._left**2, 0.0))
+        a, b = (
+            {p["name"]: p for p in r.result["base_parameters"]} for r in (found, self.unchanged)
+        )
+        sds = [
+            abs(a[name]["ols"] - b[name]["ols"]) / np.hypot(a[name]["sd"], b[name]["sd"])
+            for name in a.keys() & b.keys()
+        ]
+        is_bad = off.max() > MOST_OFF and max(sds) > MOST_SD
+        of_joint = f"{off.max():.1f} % at joint {off.argmax() + 1}, {max(sds):.1f} standard errors"
+        return f"{'GARBAGE' if is_bad else 'right'}: {of_joint}"
 
 
 def mutated(whole: Case, rng: Rng) -> tuple[Case, list[str]]:
@@ -277,10 +337,13 @@ def main() -> None:
     codes, verdicts, most = Counter(), Counter(), 0.0
     with TemporaryDirectory() as name:
         path, out = Path(name) / "log.mcap", Path(name) / "out"
-        write(path, log, whole)
+        unchanged = Path(name) / "unchanged.mcap"
+        write(unchanged, log, whole)
         with open(os.devnull, "w") as nothing, redirect_stdout(nothing), redirect_stderr(nothing):
-            called(given.command, path, out)  # loads and compiles what all cases need
-        print(f"unchanged: {ended(given.command, path, out)}", flush=True)
+            first = [given.command, str(unchanged), "--out", str(out)]
+            called(first)  # loads and compiles what all cases need
+        judge = Judge(given.command, unchanged, out)
+        print(f"unchanged: {judge.unchanged.verdict}", flush=True)
         with suppress(KeyboardInterrupt):
             for k in range(given.first, given.first + given.count):
                 rng = np.random.default_rng([given.seed, k])
@@ -288,14 +351,15 @@ def main() -> None:
                 write(path, log, case)
                 if rng.random() < 0.25:
                     chosen.append(bend(path, rng))
-                code, memory, verdict, said = ended(given.command, path, out)
-                codes[code] += 1
-                verdicts[(" + ".join(chosen), verdict)] += 1
-                most = max(most, memory)
-                is_bad = code not in (0, 6) or memory * 2**20 > MOST_BYTES
-                if is_bad or given.verbose:
-                    what = f"exit {code}, {memory:.0f} MB, {verdict}: {said}"
-                    print(f"case {k}: {chosen}: {what}", flush=True)
+                found = ended(given.command, [str(path)], out)
+                judged = judge.judged(found)
+                codes[found.code] += 1
+                verdicts[(" + ".join(chosen), f"{found.verdict} {judged}".strip())] += 1
+                most = max(most, found.memory)
+                is_bad = found.code not in (0, 6) or found.memory * 2**20 > MOST_BYTES
+                if is_bad or judged or given.verbose:
+                    what = f"exit {found.code}, {found.memory:.0f} MB, {found.verdict}"
+                    print(f"case {k}: {chosen}: {what}: {judged or found.said}", flush=True)
                 path.unlink()
     for (what, verdict), count in sorted(verdicts.items()):
         print(f"{count:4d} {what}: {verdict or 'no result'}")

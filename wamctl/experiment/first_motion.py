@@ -35,9 +35,9 @@ Envelope = Callable[[float], float]
 """Share of the amplitude, by the share of a period that has passed."""
 
 FREQUENCY_HZ = 5.0
-_SLOW = 0.5  # share of it at which a scale that looks wrong is looked at again
 AMPLITUDE_RAD = 0.006
 """Of the joint that a motor moves most; less where the acceleration's limit asks for it."""
+_SLOWER = 0.5  # share of the frequency at which a scale that looks wrong is looked at again
 _ACCELERATION = 0.8  # share of the joint's limit
 _HOLD_S = 0.2
 _BEYOND = 1.25  # amplitudes from where a joint that broke away is not helped against friction
@@ -112,7 +112,7 @@ def first_motion(arm: Arm, loop: Loop) -> TestedMotors:
     for motor in range(len(rest)):
         loop.show(Phase.TEST, motor, len(rest))
         answer, scale = _test(arm, loop, _Wave(arm, rest, bounds, motor), motor)
-        held[motor], shares[motor] = answer.held_nm, answer.share
+        held[motor], shares[motor] = answer.response.held_nm, answer.share
         scales.append(scale)
     tested = TestedMotors(loop.state.q.copy(), held, tuple(scales), shares)
     _weigh(arm, loop, [tested.q], [held], tested)
@@ -134,7 +134,7 @@ def second_motion(arm: Arm, loop: Loop, tested: TestedMotors) -> None:
         wave = _Wave(arm, there, None, motor)
         if abs(on_motor[motor]) > wave.friction_on_motor_nm:
             wave.first_share = tested.shares[motor]
-            held[motor] = _answer(arm, loop, wave, motor).held_nm
+            held[motor] = _answer(arm, loop, wave, motor).response.held_nm
     _weigh(arm, loop, [tested.q, loop.state.q], [tested.held, held], tested)
 
 
@@ -165,7 +165,6 @@ class _Answer:
     """What a motor did, with how much torque against friction."""
 
     response: Response
-    held_nm: float
     share: float
 
 
@@ -191,7 +190,7 @@ def _test(arm: Arm, loop: Loop, wave: "_Wave", motor: int) -> tuple[_Answer, tup
 
 
 def _answer(arm: Arm, loop: Loop, wave: "_Wave", motor: int) -> _Answer:
-    """Move one motor, with as much torque against friction as it needs."""
+    """Move one motor, with as much torque against friction as it needs: its best attempt."""
     rotors = np.array(arm.file.transmission.rotor_inertia_kg_m2)
     share, low, high = wave.first_share, 0.0, math.inf
     answers: list[_Answer] = []
@@ -199,9 +198,8 @@ def _answer(arm: Arm, loop: Loop, wave: "_Wave", motor: int) -> _Answer:
         _period(arm, loop, wave, share, _steady if k else _fade_in)
         record = _period(arm, loop, wave, share, _steady).record(wave.rate)
         found = response(arm.robot, arm.transmission, rotors, record, motor)
-        held_nm = float((record.tau.mean(axis=0) @ arm.transmission.joint_from_motor)[motor])
         moved = found.motion >= _MOVED[0]
-        answers.append(_Answer(found, held_nm if moved else math.nan, share))
+        answers.append(_Answer(found, share))
         if moved and found.motion <= _MOVED[1]:
             break
         low, high = (low, share) if moved else (share, high)
@@ -238,9 +236,9 @@ class _Wave:
         self.friction_on_motor_nm = float(on_motors[motor])
 
     def slower(self, share: float) -> "_Wave":
-        """A share of the same way, at a lower rate."""
+        """A share of the way, at a lower rate."""
         wave = copy.copy(self)
-        wave.rate, wave.shape = _SLOW * self.rate, share * self.shape
+        wave.rate, wave.shape = _SLOWER * self.rate, share * self.shape
         return wave
 
     def at(self, phase: float, share: float) -> Setpoint:
@@ -285,7 +283,7 @@ def _cycle(
         return wanted, arm.control.torque(state.q, state.qd, wanted) + friction
 
     if bounds is None:
-        loop.cycle(law, CheckLevel.TRACKING, Phase.APPROACH)
+        loop.cycle(law, CheckLevel.MOTION, Phase.APPROACH)
     else:
         names = numbered_joints(arm.robot.joint_names)
         loop.cycle(law, CheckLevel.MOTION, Phase.TEST, lambda s: bounds.check(s, wanted.q, names))

@@ -17,7 +17,8 @@ from wamctl.arm.robot import Robot
 from wamctl.arm.transmission import Transmission
 
 _CAD = 0.1  # deviation of a link's mass, and of its centre in radii of gyration
-_FRICTION_LEFT = 0.03  # share of the friction that a mean over whole periods keeps
+_FRICTION_LEFT = 0.1  # share of the friction that a mean over whole periods keeps: 0.03 of dry
+# friction, 0.1 where it grows with the load by a sixth of that, and so differs by direction
 _TOOL = np.array([6.0, 0.6, 0.6, 0.6])  # deviations of its mass, and of that times its centre
 _AGREEMENT = 1.5  # factor between a motor's scale by weight and by motion: links, friction
 DISTANCE = 3.3

@@ -3,8 +3,8 @@
 Friction that slides acts in phase with the velocity, inertia in phase with the acceleration, so
 that the torque in phase with the motion tells the motor's scale. Bristles, backlash and a joint
 that sticks where it turns round act in phase with the motion, too: but they depend on the way, and
-not on how fast it is gone, while inertia grows with the square of the rate. So a scale that looks
-wrong is looked at again by the same way at half the rate: what both have in common is no inertia.
+hardly on how fast it is gone, while inertia grows with the square of the rate. So a scale that
+looks wrong is looked at again at half the rate: where it is the motor's, it is the same.
 """
 
 import math
@@ -24,6 +24,10 @@ SCALE = (0.5, 1.6)
 know, friction that sticks and the CAD's own error look like a scale, too."""
 
 
+_SAME = 0.3  # by which the torque over what the motion needs may differ at two rates
+_STEP = 3  # samples before and behind, between which an encoder counts enough
+_SLIDES = 0.2  # share of its largest speed from which a joint slides
+_MOVED = 0.4  # share of its way that a joint must go, so that friction does not hold its load
 ANY_SCALE = (0.0, math.inf)
 """What the motion of a motor shows where friction hides its scale: not more than its sign."""
 
@@ -34,16 +38,18 @@ class Response:
 
     Attributes:
         motion: its motion over the wanted one, in phase with it; negative for the other direction.
-        moved_rad: amplitude of its motion [rad].
         given_nm: torque that it was told to give, in phase with its motion [N m].
         needed_nm: what the motion needs by the model, without and with the rotors' inertia, which
             models often leave out, in phase with it and without friction, shape (2,) [N m].
+        held_nm: torque that it holds at the joints that it turns: the means of their mean torques
+            in both directions, in which friction cancels that slides, and inertia [N m]; not a
+            number if one of them did not move.
     """
 
     motion: float
-    moved_rad: float
     given_nm: float
     needed_nm: Array
+    held_nm: float
 
 
 @dataclass(frozen=True)
@@ -93,10 +99,27 @@ def response(
     links = (asked * direction).real
     return Response(
         motion=float((angle * angle_ref.conj()).real / abs(angle_ref) ** 2),
-        moved_rad=float(abs(angle)),
         given_nm=float((given * direction).real),
         needed_nm=np.array([links, links + rotor]),
+        held_nm=_held(robot, transmission, record, motor),
     )
+
+
+def _held(robot: Robot, transmission: Transmission, record: ResponseRecord, motor: int) -> float:
+    """Torque that a motor holds at the joints that it turns [N m]."""
+    over_s = 2 * _STEP * 2.0 * np.pi / record.rate_rad_s / len(record.phase)
+    qd = (record.q[2 * _STEP :] - record.q[: -2 * _STEP]) / over_s
+    qdd = (qd[2 * _STEP :] - qd[: -2 * _STEP]) / over_s
+    moved, inner = qd[_STEP:-_STEP], slice(2 * _STEP, -2 * _STEP)
+    slow = record.tau[inner] - qdd @ _inertia(robot, record.q.mean(axis=0))
+    torques, wanted = np.zeros(len(transmission.joint_from_motor)), np.ptp(record.q_ref, axis=0)
+    for joint in np.flatnonzero(transmission.joint_from_motor[:, motor]):
+        least = _SLIDES * np.abs(moved[:, joint]).max()
+        up, down = moved[:, joint] > least, moved[:, joint] < -least
+        if np.ptp(record.q[:, joint]) < _MOVED * wanted[joint] or not (up.any() and down.any()):
+            return math.nan
+        torques[joint] = (slow[up, joint].mean() + slow[down, joint].mean()) / 2.0
+    return float(torques @ transmission.joint_from_motor[:, motor])
 
 
 def shown_scale(fast: Response, slow: Response | None = None) -> tuple[float, float]:
@@ -104,16 +127,14 @@ def shown_scale(fast: Response, slow: Response | None = None) -> tuple[float, fl
 
     Args:
         fast: its answer.
-        slow: its answer at another rate: of the torque that depends on the way alone, as much is in
-            `fast`, or more, by as much as the way is longer (a joint that slides, and a spring).
+        slow: its answer at another rate, where the first may have been one of friction.
     """
-    shares = [fast.given_nm / fast.needed_nm]
+    shares = fast.given_nm / fast.needed_nm
     if slow is not None:
-        longer = fast.moved_rad / max(slow.moved_rad, 1e-12)
-        shares = [
-            (fast.given_nm - of_slow * slow.given_nm) / (fast.needed_nm - of_slow * slow.needed_nm)
-            for of_slow in (1.0, longer)
-        ]
+        again = slow.given_nm / slow.needed_nm
+        if abs(again[0] - shares[0]) > _SAME * max(1.0, abs(shares[0])):
+            return ANY_SCALE
+        shares = np.concatenate([shares, again])
     low, high = float(np.min(shares)), float(np.max(shares))
     if high <= 0.0:
         return ANY_SCALE
@@ -122,11 +143,14 @@ def shown_scale(fast: Response, slow: Response | None = None) -> tuple[float, fl
 
 def _stiffness(robot: Robot, q: Array, rate_rad_s: float) -> Array:
     """Torque per small motion at a frequency: gravity's gradient less inertia, shape (n, n)."""
-    data = robot.data()
-    mass = pin.crba(robot.model, data, q)
-    mass = np.triu(mass) + np.triu(mass, 1).T
-    gravity = pin.computeGeneralizedGravityDerivatives(robot.model, data, q)
+    mass = _inertia(robot, q)
+    gravity = pin.computeGeneralizedGravityDerivatives(robot.model, robot.data(), q)
     return gravity - rate_rad_s**2 * mass
+
+
+def _inertia(robot: Robot, q: Array) -> Array:
+    mass = pin.crba(robot.model, robot.data(), q)
+    return np.triu(mass) + np.triu(mass, 1).T
 
 
 def motion_fault(found: Response, motor: int) -> str | None:
