@@ -105,7 +105,7 @@ def first_motion(arm: Arm, loop: Loop) -> TestedMotors:
         StopError: a motor does not answer as it should, or anything that stops the arm.
     """
     rest = loop.state.q.copy()
-    zero, bounds = np.zeros_like(rest), HoldBounds(arm, rest, _MOST_RAD_S)
+    zero, bounds = np.zeros_like(rest), HoldBounds(arm, rest, _MOST_RAD_S, Phase.TEST)
     for _ in range(loop.cycles(_HOLD_S)):
         _cycle(arm, loop, bounds, Setpoint(rest, zero, zero), zero, _Samples())
     held, shares, scales = np.zeros_like(rest), np.zeros_like(rest), []
@@ -128,10 +128,11 @@ def second_motion(arm: Arm, loop: Loop, tested: TestedMotors) -> None:
         StopError: the weight in both poses shows a wrong scale, or anything that stops the arm.
     """
     there = loop.wanted.q
+    bounds = HoldBounds(arm, there, _MOST_RAD_S, Phase.APPROACH)
     weight = pin.computeGeneralizedGravity(arm.robot.model, arm.robot.data(), there)
     on_motor, held = arm.transmission.joint_from_motor.T @ weight, np.full_like(there, np.nan)
     for motor in range(len(there)):
-        wave = _Wave(arm, there, None, motor)
+        wave = _Wave(arm, there, bounds, motor)
         if abs(on_motor[motor]) > wave.friction_on_motor_nm:
             wave.first_share = tested.shares[motor]
             held[motor] = _answer(arm, loop, wave, motor).response.held_nm
@@ -215,15 +216,14 @@ class _Wave:
         rate: angular frequency [rad/s].
         rest: where it begins and ends, shape (n,) [rad].
         shape: amplitude of each joint, shape (n,) [rad].
-        bounds: how far and how fast the joints may go while no motor is to be believed; None: as
-            far and fast as in any motion.
+        bounds: how far and how fast the joints may go.
         first_share: of the expected friction that is fed forward at first: little where friction
             is much more than inertia.
         friction: Coulomb friction to expect at the joints, shape (n,) [N m].
         friction_on_motor_nm: of those joints, felt by the motor [N m].
     """
 
-    def __init__(self, arm: Arm, rest: Array, bounds: HoldBounds | None, motor: int) -> None:
+    def __init__(self, arm: Arm, rest: Array, bounds: HoldBounds, motor: int) -> None:
         self.bounds = bounds
         self.rate = 2.0 * math.pi * FREQUENCY_HZ
         self.rest, self.shape = rest, _direction(arm, motor, self.rate)
@@ -271,7 +271,7 @@ def _period(arm: Arm, loop: Loop, wave: _Wave, share: float, envelope: Envelope)
 def _cycle(
     arm: Arm,
     loop: Loop,
-    bounds: HoldBounds | None,
+    bounds: HoldBounds,
     wanted: Setpoint,
     friction: Array,
     samples: _Samples,
@@ -282,11 +282,8 @@ def _cycle(
         samples.tau.append(loop.acting)
         return wanted, arm.control.torque(state.q, state.qd, wanted) + friction
 
-    if bounds is None:
-        loop.cycle(law, CheckLevel.MOTION, Phase.APPROACH)
-    else:
-        names = numbered_joints(arm.robot.joint_names)
-        loop.cycle(law, CheckLevel.MOTION, Phase.TEST, lambda s: bounds.check(s, wanted.q, names))
+    names = numbered_joints(arm.robot.joint_names)
+    loop.cycle(law, CheckLevel.MOTION, bounds.phase, lambda s: bounds.check(s, wanted.q, names))
 
 
 def _direction(arm: Arm, motor: int, rate_rad_s: float) -> Array:

@@ -9,6 +9,7 @@ import pinocchio as pin
 from wamctl.errors import SafetyStopError
 from wamctl.experiment.loop import Arm, Array
 from wamctl.safety.state_estimator import ArmState
+from wamctl.telemetry.phase import Phase
 
 UNKNOWN_LOAD = 0.1
 """Share of the moving mass that a tool may have of which the model does not know: it lets the held
@@ -29,13 +30,15 @@ class HoldBounds:
         arm: model, control law and tracking limits.
         q: where it is held, shape (n,) [rad].
         own_rad_s: speed of the motion that is wanted of it [rad/s].
+        phase: in which it is held.
 
     Attributes:
         furthest: from the reference, shape (n,) [rad].
         fastest: shape (n,) [rad/s].
     """
 
-    def __init__(self, arm: Arm, q: Array, own_rad_s: float) -> None:
+    def __init__(self, arm: Arm, q: Array, own_rad_s: float, phase: Phase) -> None:
+        self.phase = phase
         self.furthest = sag_limit(arm, q)
         falling = self.furthest * np.sqrt(arm.control.stiffness) / math.e
         self.fastest = falling + own_rad_s
