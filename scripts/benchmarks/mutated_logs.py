@@ -13,9 +13,10 @@ far.
 
 What `run` calls trustworthy is judged by the unmutated log: its model is garbage if there, at some
 joint, it leaves over more than 5 % of the torque beyond what the unmutated log's model does, and if
-some base parameter is off by more than three combined standard errors. An effect that `gap` names
-in a mutated log, and not in the unmutated one, is new: whether the mutation is what it names is for
-the reader to judge.
+some base parameter is off by more than three combined standard errors. Where zeros were shifted,
+the unmutated log is shifted alike: the model is one of the joints as the encoders have them. An
+effect that `gap` names in a mutated log, and not in the unmutated one, is new: whether the mutation
+is what it names is for the reader to judge.
 """
 
 import argparse
@@ -280,9 +281,9 @@ def ended(command: str, words: list[str], out: Path) -> Ended:
 class Judge:
     """Compares what is believed with what the unmutated log says."""
 
-    def __init__(self, command: str, whole: Path, out: Path) -> None:
-        self._whole, self._out = whole, out
-        self.unchanged = ended(command, [str(whole)], out)
+    def __init__(self, command: str, head: Head, whole: Case, path: Path, out: Path) -> None:
+        self._head, self._samples, self._whole, self._out = head, whole, path, out
+        self.unchanged = ended(command, [str(path)], out)
         self._left = self._left_over() if command == "run" else np.empty(0)
 
     def _left_over(self) -> np.ndarray:
@@ -292,12 +293,18 @@ class Judge:
         (log,) = found.result["logs"]
         return np.array(log["relative_error_percent_by_joint"])
 
-    def judged(self, found: Ended) -> str:
-        """What is to be said of a result; empty where nothing is believed."""
+    def judged(self, found: Ended, shift: np.ndarray) -> str:
+        """What is to be said of a result; empty where nothing is believed.
+
+        Args:
+            found: the result.
+            shift: of the joints' zeros, shape (n,) [rad].
+        """
         if new := found.effects - self.unchanged.effects:
             return f"new: {'+'.join(sorted(new))}"
         if found.result.get("verdict") != "trustworthy" or not len(self._left):
             return ""
+        write(self._whole, self._head, replace(self._samples, q=self._samples.q + shift))
         off = np.sqrt(np.maximum(self._left_over() ** 2 - self._left**2, 0.0))
         a, b = (
             {p["name"]: p for p in r.result["base_parameters"]} for r in (found, self.unchanged)
@@ -342,7 +349,7 @@ def main() -> None:
         with open(os.devnull, "w") as nothing, redirect_stdout(nothing), redirect_stderr(nothing):
             first = [given.command, str(unchanged), "--out", str(out)]
             called(first)  # loads and compiles what all cases need
-        judge = Judge(given.command, unchanged, out)
+        judge = Judge(given.command, log, whole, unchanged, out)
         print(f"unchanged: {judge.unchanged.verdict}", flush=True)
         with suppress(KeyboardInterrupt):
             for k in range(given.first, given.first + given.count):
@@ -352,7 +359,8 @@ def main() -> None:
                 if rng.random() < 0.25:
                     chosen.append(bend(path, rng))
                 found = ended(given.command, [str(path)], out)
-                judged = judge.judged(found)
+                shift = case.q[0] - whole.q[0] if "shifted zero" in chosen else 0.0 * whole.q[0]
+                judged = judge.judged(found, shift)
                 codes[found.code] += 1
                 verdicts[(" + ".join(chosen), f"{found.verdict} {judged}".strip())] += 1
                 most = max(most, found.memory)
