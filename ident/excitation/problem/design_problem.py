@@ -120,7 +120,7 @@ def _objective(
     pulled = gram_vjp(columns, rows, noisy_slope)
     bar = gram_vjp(columns, rows, slope) + variance[:, :, None] * pulled
     by_variance = np.sum(rows * pulled, axis=2) / 2.0
-    qd, qdd = (np.ascontiguousarray((by_variance * by).T) for by in noise.adjoints(motion))
+    qd, qdd = (np.ascontiguousarray((by_variance * by).T) for by in noise.slopes(motion))
     return value, bar, (qd, qdd)
 
 
