@@ -47,7 +47,7 @@ def import_table(
         }
         typer.echo(json.dumps(summary, indent=2))
         return
-    typer.echo(f"{out}: {len(recording.q)} samples of {len(recording.joint_names)} joints")
-    typer.echo(f"over {seconds:.3f} s")
+    size = f"{len(recording.q)} samples of {len(recording.joint_names)} joints"
+    typer.echo(f"{out}: {size} over {seconds:.3f} s")
     knows_arm = "robot.urdf" in recording.attachments
     next_step("ident run", out, *([] if knows_arm else ["--robot ARM.urdf"]))

@@ -233,14 +233,22 @@ def _figures(report: RunReport) -> list[tuple[str, str]]:
     ]
 
 
+_ESTIMATORS = {
+    "cad": "CAD: the masses and inertias of the arm's own file, before any fit.",
+    "ols": "OLS: ordinary least squares.",
+    "wls": "Weighted LS: each sample counts by how well its torque is known.",
+    "feasible": "Feasible: the same among the arms that can physically exist.",
+}
+"""What an estimator is; those of other names explain themselves."""
+
+
 def _prediction(report: RunReport) -> list[Block]:
     title = "Error on data that was not fitted, by joint and estimator"
     return [
         Text(
             "Every recording is cut into short stretches. Each one is predicted by a model that was"
-            " fitted without it, so these are errors on unseen motion of the same kind. CAD: the"
-            " masses and inertias of the arm's own file, before any fit. OLS: ordinary least"
-            " squares. Feasible: least squares among the arms that can physically exist."
+            " fitted without it, so these are errors on unseen motion of the same kind. "
+            + " ".join(text for name, text in _ESTIMATORS.items() if name in report.held_out)
         ),
         error_figure(
             report.labels, report.held_out, report.chosen, report.content["torque_units"], title

@@ -53,4 +53,4 @@ def test_the_version_and_its_notes_are_those_of_the_tag(tmp_path) -> None:
 
 
 def test_the_readme_is_one_screen() -> None:
-    assert len((PROJECT / "README.md").read_text("utf-8").split()) <= 900
+    assert len((PROJECT / "README.md").read_text("utf-8").split()) < 900

@@ -346,7 +346,7 @@ def test_the_command(tmp_path: Path) -> None:
     arguments = [str(source), "--map", str(mapping(tmp_path, BASIC)), "--out", str(out)]
     result = CliRunner().invoke(app, arguments)
     assert result.exit_code == 0
-    assert result.stdout == (f"{out}: 50 samples of 2 joints\nover 0.196 s\n")
+    assert result.stdout == (f"{out}: 50 samples of 2 joints over 0.196 s\n")
     assert result.stderr.endswith(f"Next: ident run {out} --robot ARM.urdf\n")
     result = CliRunner().invoke(app, [*arguments, "--json"])
     assert json.loads(result.stdout) == {
