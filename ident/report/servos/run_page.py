@@ -64,7 +64,7 @@ class ServoTrace:
 def servo_page(command: str, content: Content, traces: Sequence[ServoTrace]) -> Page:
     """The page of a run, or of a validation, by simulation."""
     labels = joint_labels(content["joints"])
-    whole_rms = _whole(content["rms_q_by_joint"])
+    whole_rms = _whole(content, content["rms_q_by_joint"])
     sections = [
         Section("How well the simulation follows", [_error_table(content, labels)]),
         Section("Measured and simulated positions", _positions(traces, labels)),
@@ -78,7 +78,7 @@ def servo_page(command: str, content: Content, traces: Sequence[ServoTrace]) -> 
         command=command,
         title=f"{content['arm']}: positions simulated from commands",
         verdict=_verdict(content),
-        figures=[(f"{1e3 * whole_rms:.2f} mrad", "rms position error, all joints")],
+        figures=[(f"{1e3 * whole_rms:.2f} mrad", "rms position error of the joints that move")],
         sections=[*sections, provenance_section(content)],
         steps=_steps(content),
     )
@@ -86,21 +86,23 @@ def servo_page(command: str, content: Content, traces: Sequence[ServoTrace]) -> 
 
 def error_sentence(content: Content) -> str:
     """How far the simulated arm is from the measured one."""
-    rms = 1e3 * _whole(content["rms_q_by_joint"])
+    rms = 1e3 * _whole(content, content["rms_q_by_joint"])
     if "held_out" not in content:
         return (
             f"Simulated in closed loop from the commands alone, the model is {rms:.2f} mrad"
-            " (rms over joints) from where the arm was measured."
+            " (rms over the joints that move) from where the arm was measured."
         )
-    away = 1e3 * _whole(content["held_out"]["rms_q_by_joint"])
+    away = 1e3 * _whole(content, content["held_out"]["rms_q_by_joint"])
     return (
         f"Simulated in closed loop from the commands alone, the arm is {rms:.2f} mrad (rms over"
-        f" joints) from where it was measured, and {away:.2f} mrad on pieces that were not fitted."
+        " the joints that move) from where it was measured, and"
+        f" {away:.2f} mrad on pieces that were not fitted."
     )
 
 
-def _whole(rms_by_joint: Sequence[float]) -> float:
-    return float(np.sqrt(np.mean(np.square(rms_by_joint))))
+def _whole(content: Content, rms_by_joint: Sequence[float]) -> float:
+    """Over the joints that move: the others keep away from their commands, and are not fitted."""
+    return float(np.sqrt(np.mean(np.square(rms_by_joint)[np.array(content["moving"])])))
 
 
 def _verdict(content: Content) -> Verdict:

@@ -51,6 +51,7 @@ def validate_simulation(
         "model": str(model_path),
         "fitted_on": list(model.logs),
         "joints": list(model.robot.joint_names),
+        "moving": np.isfinite(model.sd).any(axis=0).tolist(),
         "logs": logs,
         **_errors(traces),
         "provenance": provenance(_arm(model, model_path), paths),

@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 import ident
 from ident.cli import app
 from ident.recordings.loading import Reading
+from ident.report.servos.run_page import error_sentence
 from ident.workflows.method import method_for
 from wamctl.arm.errors import DataError
 from wamctl.arm.recorder import write_recording
@@ -96,3 +97,15 @@ def test_settings_of_the_regression_are_refused(logs, tmp_path):
         app, ["run", str(logs[0]), "--cutoff", "5", "--out", str(tmp_path / "no")]
     )
     assert done.exit_code == 3 or "belongs to the regression" in str(done.exception)
+
+
+def test_joints_that_are_held_do_not_count_in_the_headline():
+    content = {
+        "moving": [True, False],
+        "rms_q_by_joint": [0.002, 0.5],
+        "held_out": {"rms_q_by_joint": [0.003, 0.5]},
+    }
+    assert error_sentence(content).endswith(
+        "the arm is 2.00 mrad (rms over the joints that move) from where it was measured, and"
+        " 3.00 mrad on pieces that were not fitted."
+    )
