@@ -12,6 +12,7 @@ DASH = "–"
 """What stands where there is no number."""
 
 _HARDLY = 0.9  # of the whole arm's error: what is left then says nothing of the effect
+_LOWER = 1.02  # ratio of a joint's errors from which it falls, or rises
 
 _UNITS = {
     "kg m^2": "kg·m²",
@@ -191,17 +192,27 @@ def closed_text(
     before, after = (side["relative_error_percent"] for side in sides)
     if not known(before) or not known(after):
         return ""
-    where, texts = "", [percent(before), percent(after)]
+    where, rises, texts = "", "", [percent(before), percent(after)]
+    it = "it" if count == 1 else "them"
     if after > _HARDLY * before:  # a light joint, which the whole arm's error does not show
         pairs = list(zip(*(side["rms_by_joint"] for side in sides), strict=True))
         ratios = [old / new if known(old) and new else 0.0 for old, new in pairs]
         best = ratios.index(max(ratios))
+        if ratios[best] < _LOWER:
+            return (
+                f"Adding {it} does not lower the error on held-out data ({texts[0]} before,"
+                f" {texts[1]} after).{_other_motion(held_out)}"
+            )
+        worst = min(range(len(ratios)), key=lambda j: ratios[j] or math.inf)
         where = f" of {of([best + 1])}"
         texts = [with_unit(x, "N m") for x in pairs[best]]
+        if _LOWER * ratios[worst] < 1.0:
+            old, new = (with_unit(x, "N m") for x in pairs[worst])
+            rises = f", and that of {of([worst + 1])} rises from {old} to {new}"
     closed = closed_share(held_out["closed_fraction"])
     return (
-        f"Adding {'it' if count == 1 else 'them'} closes {closed} of the gap: on held-out"
-        f" data, the error{where} falls from {texts[0]} to {texts[1]}.{_other_motion(held_out)}"
+        f"Adding {it} closes {closed} of the gap: on held-out data, the error{where} falls from"
+        f" {texts[0]} to {texts[1]}{rises}.{_other_motion(held_out)}"
     )
 
 

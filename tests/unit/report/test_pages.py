@@ -32,7 +32,7 @@ from ident.report.run_page import RunReport, run_page
 from ident.report.style import AFTER
 from ident.report.traces import Trace
 from ident.report.validate_page import ValidationReport, validate_page
-from ident.report.words import DASH, number, percent, plus_minus
+from ident.report.words import DASH, closed_text, number, percent, plus_minus
 
 VOID = ("meta",)
 
@@ -532,3 +532,21 @@ def test_effects_of_one_kind_are_told_once(gap_report, gap_content) -> None:
     assert sentence.count("torque_ripple") + sentence.count("torque ripple") == 1
     assert "(3 of this kind)" in sentence
     assert sentence.count("(2 of this kind)") == 1
+
+
+@pytest.mark.parametrize(
+    ("after", "sentence"),
+    [
+        ([1.47, 2.0], "Adding it does not lower the error on held-out data (5.00 % before, 5.00 %"),
+        ([0.54, 1.99], "the error of joint 1 falls from 1.47 N·m to 0.540 N·m."),
+        ([0.54, 2.4], "to 0.540 N·m, and that of joint 2 rises from 2.00 N·m to 2.40 N·m."),
+    ],
+)
+def test_joints_at_which_an_effect_does_nothing_or_harm(after: list[float], sentence: str) -> None:
+    sides = ([1.47, 2.0], after)
+    held_out: dict[str, Any] = {
+        name: {"relative_error_percent": 5.0, "rms_by_joint": rms}
+        for name, rms in zip(("before", "after"), sides, strict=True)
+    }
+    said = closed_text(held_out | {"closed_fraction": 0.0}, lambda joints: f"joint {joints[0]}")
+    assert sentence in said.replace("\u202f", " ")
