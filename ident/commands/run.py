@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -71,7 +71,7 @@ def run(
     from ident.commands.outputs import folder_written
     from ident.recordings.loading import Reading
     from ident.regression.progress import shown
-    from ident.report.run_page import asks_for_gap, error_sentences
+    from ident.report.run_page import asks_for_gap
     from ident.workflows.method import method_for
     from ident.workflows.run import run_logs
 
@@ -97,13 +97,8 @@ def run(
         typer.echo(text.rstrip())
     else:
         verdict_printed(content)
-        if content["method"] == Method.SIMULATION:
-            from ident.report.servos.run_page import error_sentence
-
-            typer.echo(error_sentence(content))
-        else:
-            for sentence in error_sentences(content):
-                typer.echo(sentence)
+        for sentence in _errors_said(content):
+            typer.echo(sentence)
         typer.echo(f"{out / 'report.html'}")
     usual = ["ident validate OTHER.mcap --model", out / "model.yaml"]
     recordings = with_input(logs, robot, reading)
@@ -111,3 +106,14 @@ def run(
         usual = ["ident gap", *recordings]
     next_after(content["verdict"], content["remarks"], usual, recordings)
     hold(content["verdict"], strict)
+
+
+def _errors_said(content: dict[str, Any]) -> list[str]:
+    """How far the model is from the recordings."""
+    if content["method"] == Method.SIMULATION:
+        from ident.report.servos.run_page import error_sentence
+
+        return [error_sentence(content)]
+    from ident.report.run_page import error_sentences
+
+    return error_sentences(content)
