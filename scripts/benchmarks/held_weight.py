@@ -18,7 +18,6 @@ from wamctl.arm.trajectory_check import expected_friction
 from wamctl.experiment.loop import Arm
 from wamctl.experiment.preflight import prepare
 from wamctl.safety.held_weight import Explanation, explanation
-from wamctl.safety.motor_response import ANY_SCALE
 
 REST = np.array([0.0, -1.0, 0.0, 2.5, 0.0, 0.0, 0.0])
 WEIGHED = [1, 2, 3]
@@ -64,7 +63,7 @@ def tables(arm: Arm, poses: Array, arms: int) -> None:
     print("| tool | false alarms | largest distance |\n| --- | --- | --- |")
     for load_kg in LOADS_KG:
         found = [explained(arm, poses, held(arm, poses, seed, load_kg)) for seed in range(arms)]
-        alarms = sum(e.fault(ANY_SCALE) is not None for e in found)
+        alarms = sum(e.fault((e.scale, e.scale)) is not None for e in found)
         print(f"| {load_kg:g} kg | {alarms} of {arms} | {max(e.distance for e in found):.2f} |")
     print("\n| motor |" + "".join(f" x {scale:g} |" for scale in SCALES))
     print("| --- " * (1 + len(SCALES)) + "|")
@@ -75,7 +74,7 @@ def tables(arm: Arm, poses: Array, arms: int) -> None:
             factors = np.ones(len(REST))
             factors[motor] = 1.0 / scale
             found = [explained(arm, poses, factors * torques) for torques in healthy]
-            named = [e.motor == motor and e.fault(ANY_SCALE) is not None for e in found]
+            named = [e.motor == motor and e.fault((e.scale, e.scale)) is not None for e in found]
             shares.append(f"{100 * np.mean(named):.0f} %")
         print(f"| {motor + 1} | {' | '.join(shares)} |")
 

@@ -24,7 +24,7 @@ SCALE = (0.5, 1.6)
 know, friction that sticks and the CAD's own error look like a scale, too."""
 
 
-_SAME = 0.3  # by which the torque over what the motion needs may differ at two rates
+_SAME = 0.15  # by which the torque over what the motion needs may differ at two rates
 _STEP = 3  # samples before and behind, between which an encoder counts enough
 _SLIDES = 0.2  # share of its largest speed from which a joint slides
 _MOVED = 0.4  # share of its way that a joint must go, so that friction does not hold its load
