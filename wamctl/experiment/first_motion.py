@@ -46,6 +46,7 @@ _TURNING_RAD_S = 0.05  # below this speed the expected friction fades out
 _FIRST_SHARES = (0.1, 0.4)  # of the expected friction that is fed forward at first
 _ATTEMPTS = 7  # each of two periods: one to settle, one to look at
 _MOVED = (0.5, 1.8)  # shares of the wanted motion between which it tells sign and scale
+_AS_FAR = (0.8, 1.2)  # shares of a way between which another motion has gone it, too
 _MOST_RAD_S = _MOVED[1] * AMPLITUDE_RAD * 2.0 * math.pi * FREQUENCY_HZ
 _UNKNOWN = 0.05  # share of the torque limit taken for friction that nobody has told
 _HIDDEN = 0.3  # share of the expected friction below which a torque's scale is not judged
@@ -180,9 +181,9 @@ def _test(arm: Arm, loop: Loop, wave: "_Wave", motor: int) -> tuple[_Answer, tup
     if cause is None and abs(fast.needed_nm[0]) > _HIDDEN * wave.friction_on_motor_nm:
         shown = shown_scale(fast)
         if shown == ANY_SCALE or scale_fault(shown, motor) is not None:
-            slow = _answer(arm, loop, wave.slower(fast.motion), motor)
-            shown = shown_scale(fast, slow.response)
-        cause = scale_fault(shown, motor)
+            slow = _answer(arm, loop, wave.slower(fast.motion), motor, _AS_FAR).response
+            as_far = _AS_FAR[0] <= slow.motion <= _AS_FAR[1]
+            cause = scale_fault(shown_scale(fast, slow), motor) if as_far else None
     if cause is not None:
         stop = SafetyStopError(cause, brakes=False)
         loop.stamp(stop)
@@ -190,7 +191,9 @@ def _test(arm: Arm, loop: Loop, wave: "_Wave", motor: int) -> tuple[_Answer, tup
     return answer, shown
 
 
-def _answer(arm: Arm, loop: Loop, wave: "_Wave", motor: int) -> _Answer:
+def _answer(
+    arm: Arm, loop: Loop, wave: "_Wave", motor: int, wanted: tuple[float, float] = _MOVED
+) -> _Answer:
     """Move one motor, with as much torque against friction as it needs: its best attempt."""
     rotors = np.array(arm.file.transmission.rotor_inertia_kg_m2)
     share, low, high = wave.first_share, 0.0, math.inf
@@ -199,9 +202,9 @@ def _answer(arm: Arm, loop: Loop, wave: "_Wave", motor: int) -> _Answer:
         _period(arm, loop, wave, share, _steady if k else _fade_in)
         record = _period(arm, loop, wave, share, _steady).record(wave.rate)
         found = response(arm.robot, arm.transmission, rotors, record, motor)
-        moved = found.motion >= _MOVED[0]
+        moved = found.motion >= wanted[0]
         answers.append(_Answer(found, share))
-        if moved and found.motion <= _MOVED[1]:
+        if moved and found.motion <= wanted[1]:
             break
         low, high = (low, share) if moved else (share, high)
         share = min(2.0 * share, (low + high) / 2.0, _MOST_SHARE)
