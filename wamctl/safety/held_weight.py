@@ -15,13 +15,12 @@ import pinocchio as pin
 from wamctl.arm.arrays import Array
 from wamctl.arm.robot import Robot
 from wamctl.arm.transmission import Transmission
-from wamctl.safety.motor_response import ANY_SCALE
 
 _CAD = 0.1  # deviation of a link's mass, and of its centre in radii of gyration
 _FRICTION_LEFT = 0.1  # share of the friction that a mean over whole periods keeps: 0.03 of dry
 # friction, 0.1 where it grows with the load by a sixth of that, and so differs by direction
 _TOOL = np.array([6.0, 0.6, 0.6, 0.6])  # deviations of its mass, and of that times its centre
-_AGREEMENT = 1.3  # factor between a motor's scale by weight and by motion: links, friction
+_AGREEMENT = 1.45  # factor between a motor's scale by weight and by motion: links, friction
 DISTANCE = 3.3
 """In standard deviations, beyond which neither CAD's error nor a tool explains the torques."""
 SCALE = 1.3
@@ -49,10 +48,9 @@ class Explanation:
 
         Args:
             shown: lowest and highest scale that its motion shows. A hose or a spring at a joint
-                changes what is held, too, but not how the motor moves: where friction hides how
-                it does, weight alone is not believed.
+                changes what is held, too, but not how the motor moves.
         """
-        agrees = shown != ANY_SCALE and shown[0] / _AGREEMENT < self.scale < shown[1] * _AGREEMENT
+        agrees = shown[0] / _AGREEMENT < self.scale < shown[1] * _AGREEMENT
         if self.distance <= DISTANCE or 1.0 / SCALE < self.scale < SCALE or not agrees:
             return None
         return (
