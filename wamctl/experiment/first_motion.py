@@ -129,7 +129,7 @@ def second_motion(arm: Arm, loop: Loop, tested: TestedMotors) -> None:
         StopError: the weight in both poses shows a wrong scale, or anything that stops the arm.
     """
     there = loop.wanted.q
-    bounds = HoldBounds(arm, there, _MOST_RAD_S, Phase.APPROACH)
+    bounds = HoldBounds(arm, there, _MOST_RAD_S, Phase.APPROACH, loop.state.q - there)
     weight = pin.computeGeneralizedGravity(arm.robot.model, arm.robot.data(), there)
     on_motor, held = arm.transmission.joint_from_motor.T @ weight, np.full_like(there, np.nan)
     for motor in range(len(there)):

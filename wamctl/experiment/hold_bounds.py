@@ -31,14 +31,18 @@ class HoldBounds:
         q: where it is held, shape (n,) [rad].
         own_rad_s: speed of the motion that is wanted of it [rad/s].
         phase: in which it is held.
+        sag: where the arm already is beside its reference, as it came here by motors that were
+            believed, shape (n,) [rad].
 
     Attributes:
         furthest: from the reference, shape (n,) [rad].
         fastest: shape (n,) [rad/s].
     """
 
-    def __init__(self, arm: Arm, q: Array, own_rad_s: float, phase: Phase) -> None:
-        self.phase = phase
+    def __init__(
+        self, arm: Arm, q: Array, own_rad_s: float, phase: Phase, sag: Array | float = 0.0
+    ) -> None:
+        self.phase, self.sag = phase, sag
         self.furthest = sag_limit(arm, q)
         falling = self.furthest * np.sqrt(arm.control.stiffness) / math.e
         self.fastest = falling + own_rad_s
@@ -54,7 +58,7 @@ class HoldBounds:
         Raises:
             SafetyStopError: it does not.
         """
-        away, speed = np.abs(state.q - held), np.abs(state.qd)
+        away, speed = np.abs(state.q - held - self.sag), np.abs(state.qd)
         for value, most, did, unit in (
             (away, self.furthest, "went {:.3f} rad away", "rad"),
             (speed, self.fastest, "moved at {:.3f} rad/s", "rad/s"),
