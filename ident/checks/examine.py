@@ -334,7 +334,9 @@ def _turned(case: Case, k: int, bounds: CheckSettings) -> tuple[Case, Array | fl
     best, without = nearest(case, (torque_sign(case, k), position_sign(case, k)))
     if without.error < bounds.sign_cost * case.error and not _feeding(without, bounds)[k]:
         change = 1.0 if best.torque_signs is None else best.torque_signs
-        return without, change, best.remark(case.error, without.error)
+        before, after = (f"{100 * c.error:.3g} %" for c in (case, without))
+        why = "its friction, or its weight, would drive the motion otherwise; the error"
+        return without, change, best.told(f"{why} was {before} and is {after} then")
     text = (
         f"Friction at {joints([k], names)} would drive the motion: the torque lags or leads the"
         " position, or has the wrong sign."

@@ -49,8 +49,7 @@ class Hypothesis:
 
     def remark(self, before: float, after: float) -> Remark:
         """The remark, with what the error falls from and to."""
-        way = "falls" if after < before else "rises"
-        return self.told(f"the error then {way} from {100 * before:.3g} to {100 * after:.3g} %")
+        return self.told(f"the error then falls from {100 * before:.3g} to {100 * after:.3g} %")
 
     def told(self, figures: str) -> Remark:
         """The remark with its evidence."""
