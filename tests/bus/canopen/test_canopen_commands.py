@@ -148,9 +148,9 @@ def test_a_hidden_effect_is_in_the_motion_and_nowhere_else_in_the_log(arm, tmp_p
     assert run(*plain, logs[1], "--hidden", "joint_spring").returncode == 0
     without, with_it = map(read_recording, logs)
     assert with_it.attachments == without.attachments
-    pulled = abs(with_it.command.effort[-400:] - without.command.effort[-400:]).max(axis=0)
+    pulled = abs((with_it.command.effort - without.command.effort).mean(axis=0))
     assert pulled[2] > 0.2
-    assert pulled[2] == pulled.max()
+    assert pulled[[0, 1, 3, 4, 5, 6]].max() < 0.1  # noise averages out
 
 
 def notes_apart(stderr):

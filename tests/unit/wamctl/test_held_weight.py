@@ -5,7 +5,8 @@ import pinocchio as pin
 import pytest
 
 from wamctl.experiment.preflight import load_arm
-from wamctl.safety.held_weight import ANY_SCALE, explanation
+from wamctl.safety.held_weight import explanation
+from wamctl.safety.motor_response import ANY_SCALE
 
 REST = np.array([0.0, -1.0, 0.0, 2.5, 0.0, 0.0, 0.0])
 FRICTION = np.array([0.06, 0.09, 0.09, 0.06, 0.04, 0.04, 0.01])
@@ -36,7 +37,8 @@ def held(arm, seed=None, tool_kg=0.0):
 
 def explained(arm, torques):
     tool = arm.file.limits.tool_frame
-    return explanation(arm.robot, arm.transmission, tool, REST, torques, FRICTION)
+    one_pose = np.array([REST]), np.array([torques])
+    return explanation(arm.robot, arm.transmission, tool, *one_pose, FRICTION)
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -67,10 +69,10 @@ def test_a_weak_elbow_may_be_a_tool(arm):
     assert explained(arm, torques).load_kg > 0.2
 
 
-def test_a_motor_without_torque_has_no_finite_scale(arm):
+def test_a_motor_without_torque_is_left_to_its_motion(arm):
     torques = held(arm)
     torques[1] = 0.0
-    assert not np.isfinite(explained(arm, torques).scale)
+    assert explained(arm, torques).fault(ANY_SCALE) is None
 
 
 def test_what_pulls_at_a_joint_is_no_wrong_scale(arm):
