@@ -1,10 +1,9 @@
 """The search for the effect that a model lacks, on recordings in memory."""
 
 from collections.abc import Sequence
-from typing import Any, Literal, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 from ident.api.arm import Arm
-from ident.api.commanded import commanded
 from ident.api.inputs import Progress, by_simulation, checked, told
 from ident.api.named import NamedEffects
 from ident.api.recording import Recording
@@ -12,12 +11,12 @@ from ident.api.score import Score, score
 from ident.gap.data.experiment import of_arm, with_reference_model
 from ident.gap.options import Options
 from ident.model.identified_model import Model
-from ident.output_error.missing.settings import GapBySimulation
-from ident.output_error.servo_model import ServoModel
 from ident.workflows.gap import Gap as GapRun
 from ident.workflows.gap import gap_of
-from ident.workflows.output_error.gap import GapOfServos, gap_of_servos
 from wamctl.arm.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    from ident.api.servo_gap import ServoGap
 
 
 class Gap(NamedEffects[GapRun]):
@@ -41,19 +40,6 @@ class Gap(NamedEffects[GapRun]):
         return score(self.model, recording)
 
 
-class ServoGap(NamedEffects[GapOfServos]):
-    """Where the simulated positions of an arm with servos differ from the measured ones, and why.
-
-    Attributes:
-        run: the search with all its figures.
-    """
-
-    @property
-    def model(self) -> ServoModel:
-        """The arm with the effects added."""
-        return self.run.model
-
-
 @overload
 def find_gap(
     arm: Arm,
@@ -62,7 +48,7 @@ def find_gap(
     method: Literal["simulation"],
     null_runs: int = 4,
     progress: Progress | None = None,
-) -> ServoGap: ...
+) -> "ServoGap": ...
 
 
 @overload
@@ -87,7 +73,7 @@ def find_gap(
     null_runs: int = 4,
     progress: Progress | None = None,
     **settings: Any,
-) -> Gap | ServoGap:
+) -> "Gap | ServoGap":
     """Find what a model of the arm misses, by name, as `ident gap` does.
 
     Args:
@@ -108,9 +94,9 @@ def find_gap(
     if null_runs < 0:
         raise ConfigurationError("null_runs", [f"{null_runs} is less than none"])
     if by_simulation(method):
-        known, found = commanded(arm, chosen)
-        options = GapBySimulation(null_runs=null_runs)
-        return ServoGap(gap_of_servos(known, found, options, told(progress)))
+        from ident.api.servo_gap import servo_gap  # only now: half a second
+
+        return servo_gap(arm, chosen, null_runs, told(progress))
     described = arm.of_recording(chosen[0].joints, **settings)
     source = of_arm(described, arm.file, [r.log for r in chosen], [r.name for r in chosen])
     if model is not None:
