@@ -272,12 +272,7 @@ def _period(arm: Arm, loop: Loop, wave: _Wave, share: float, envelope: Envelope)
 
 
 def _cycle(
-    arm: Arm,
-    loop: Loop,
-    bounds: HoldBounds,
-    wanted: Setpoint,
-    friction: Array,
-    samples: _Samples,
+    arm: Arm, loop: Loop, bounds: HoldBounds, wanted: Setpoint, friction: Array, samples: _Samples
 ) -> None:
     def law(state: ArmState) -> tuple[Setpoint, Array]:
         samples.q_ref.append(wanted.q)

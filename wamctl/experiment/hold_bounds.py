@@ -35,7 +35,7 @@ class HoldBounds:
             believed, shape (n,) [rad].
 
     Attributes:
-        furthest: from the reference, shape (n,) [rad].
+        furthest: from where the arm hangs, shape (n,) [rad].
         fastest: shape (n,) [rad/s].
     """
 
