@@ -29,6 +29,8 @@ _SD = 3.0
 _SAME = {"stiffness": 0.03, "rate_gain": 0.3, "profile_acceleration": 0.03, "delay": 0.2}
 """Spread of coordinates over servos of one kind."""
 
+_LIMITS = ("torque_limit", "profile_speed", "profile_acceleration")
+_IDLE = 0.01  # encoder steps: a limit that moves no sample by more is not reached
 _LEAST_WEIGHT = 1e-3  # N m: a joint that lifts less knows no zero
 _ROUNDS = 12
 
@@ -143,9 +145,9 @@ def identify_by_simulation(arm: Arm, segments: Sequence[MotionSegment], tell: Te
 
 
 def fit_of_all(begun: Prepared, start: Fit, tell: Tell) -> Fit:
-    """The same settings, fitted to all recordings."""
+    """The same settings, fitted to all recordings; limits that these do not reach are taken out."""
     tell("fitting all recordings", 0.0)
-    return fit(
+    found = fit(
         begun.setup,
         start.settings,
         start.free,
@@ -153,6 +155,21 @@ def fit_of_all(begun: Prepared, start: Fit, tell: Tell) -> Fit:
         _ROUNDS,
         lambda k, rms: tell("fitting all recordings", min(k / _ROUNDS, 1.0)),
     )
+    return _reached(begun, found)
+
+
+def _reached(begun: Prepared, found: Fit) -> Fit:
+    """The fit without limits that no sample comes to, whose values say nothing."""
+    settings, free = found.settings.copy(), found.free.copy()
+    for name in _LIMITS:
+        row = ROW[name]
+        for j in np.flatnonzero(free[row]):
+            bare = settings.copy()
+            bare[row, j] = QUANTITIES[row].first
+            change = begun.setup.residuals(bare)[:, j] - found.residuals[:, j]
+            if np.abs(change).max() <= _IDLE * begun.resolution[j]:
+                settings, free[row, j] = bare, False
+    return replace(found, settings=settings, free=free)
 
 
 def model_of(begun: Prepared, best: Fit, know: Knowledge) -> ServoModel:

@@ -142,7 +142,10 @@ def _parameters(content: Content, labels: Sequence[str]) -> Table:
         rows.append([f"{name.replace('_', ' ')}: {first['meaning']}", first["unit"], *cells])
     lost = ["lost motion: Coulomb friction over stiffness", "rad"]
     rows.append([*lost, *(number(x) for x in content["lost_motion_rad"])])
-    caption = "Settings with standard errors; empty: not fitted, none of it."
+    caption = (
+        "Settings with standard errors; empty: not fitted, none of it. A torque limit or a planned"
+        " speed or acceleration that is empty was not reached by this motion."
+    )
     return Table(caption, columns, rows)
 
 

@@ -2,15 +2,17 @@
 
 import numpy as np
 import pytest
-from servo_arm import STEP_RAD, URDF
+from servo_arm import JOINTS, STEP_RAD, URDF, recording
 
 from ident.dynamics.compiled_chain import chain_of
+from ident.model.arm import arm_from_urdf
 from ident.output_error.first_guess import neutral
-from ident.output_error.fit import MotionSegment, Prior, Setup
+from ident.output_error.fit import Fit, MotionSegment, Prior, Setup
+from ident.output_error.identify import fit_of_all, prepared
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.plant import Motion
-from ident.output_error.recordings import pieces
-from ident.output_error.selection import PARTS, Chosen, chosen
+from ident.output_error.recordings import pieces, segments_of, settled
+from ident.output_error.selection import BASE, PARTS, Chosen, chosen
 from ident.regression.progress import silent
 from wamctl.arm.robot import cad_parameters, load_robot
 
@@ -65,3 +67,15 @@ def test_a_part_that_stood_in_for_a_later_one_is_taken_out_again():
     assert not profile.kept.any()
     assert limit.kept.all()
     assert found.fit.settings[ROW["torque_limit"], 0] == pytest.approx(2.0, rel=0.03)
+
+
+def test_a_torque_limit_that_no_motion_reaches_is_taken_out():
+    """Its fitted value says nothing; without it, reports and exports leave it out."""
+    segments = settled(segments_of(recording(6.0), JOINTS, "log"))
+    begun = prepared(arm_from_urdf(URDF, JOINTS, "urdf"), segments)
+    start, free = begun.start.copy(), np.zeros(begun.may.shape, dtype=bool)
+    free[[ROW[name] for name in (*BASE, "torque_limit")]] = True
+    start[ROW["torque_limit"]] = (30.0, 0.6)  # N m: far beyond, and within, what is asked for
+    found = fit_of_all(begun, Fit(start, free, np.empty(0), 0.0, 0), silent)
+    assert found.free[ROW["torque_limit"]].tolist() == [False, True]
+    assert found.settings[ROW["torque_limit"], 0] == QUANTITIES[ROW["torque_limit"]].first
