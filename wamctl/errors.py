@@ -31,15 +31,32 @@ class SimulatedArmError(UserError):
         return f"The simulated arm {self.what}: {lines[-1] if lines else 'it was silent.'}"
 
 
-class DrivesError(BusError):
-    """Drives that did not pass their set-up; `faults` lists every fault of every drive."""
+class SilentDriveError(BusError):
+    """A drive gives no answer at all."""
 
-    def __init__(self, channel: str, faults: list[str]) -> None:
+
+class DrivesError(BusError):
+    """Drives that did not pass their set-up.
+
+    Attributes:
+        channel: the bus.
+        faults: every fault of every drive.
+        nobody: whether not one drive of the arm answers, so that the reason is none of theirs.
+    """
+
+    def __init__(self, channel: str, faults: list[str], nobody: bool = False) -> None:
         self.channel = channel
         self.faults = faults
-        super().__init__(channel, faults)
+        self.nobody = nobody
+        super().__init__(channel, faults, nobody)
 
     def __str__(self) -> str:
+        if self.nobody:
+            return (
+                f"No drive answers on bus {self.channel}, and none was enabled: check their power,"
+                " the cable and its terminators, the bit rate, and whether they speak the"
+                " configuration's protocol (CANopen: wam7.yaml; classic Pucks: wam7-classic.yaml)."
+            )
         if len(self.faults) == 1:
             return f"{self.faults[0]} (bus {self.channel}). No drive was enabled."
         lines = "\n".join(f"  - {fault}" for fault in self.faults)

@@ -16,8 +16,9 @@ from wamctl.canopen import identifiers as ids
 from wamctl.canopen.cycle import Cycle
 from wamctl.canopen.ds402 import Goal, State
 from wamctl.drives.bus import Channel
+from wamctl.drives.every_drive import for_every_drive
 from wamctl.drives.interface import Counters, CycleTiming, Readings
-from wamctl.errors import BusError, DrivesError
+from wamctl.errors import BusError
 
 _START, _PRE_OPERATIONAL = 0x01, 0x80
 
@@ -179,12 +180,5 @@ class CanopenDrives:
 
     def _for_all(self, step: Callable[[int, canopen.RemoteNode], None]) -> None:
         """One step of the set-up for every drive; raises all their faults together."""
-        faults = []
         with sdo.listening(self._bus, self._network):
-            for slot, node in enumerate(self._nodes):
-                try:
-                    step(slot, node)
-                except BusError as error:
-                    faults.append(f"{self.names[slot]}: {error}")
-        if faults:
-            raise DrivesError(str(self._channel), faults)
+            for_every_drive(self.names, lambda k: step(k, self._nodes[k]), self._channel)

@@ -11,7 +11,7 @@ from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
 from wamctl.canopen import identifiers as ids
 from wamctl.canopen.dictionary import Object
-from wamctl.errors import BusError
+from wamctl.errors import BusError, SilentDriveError
 
 _ATTEMPTS = 3
 _POLL_S = 0.02
@@ -114,7 +114,7 @@ def _explained(node: canopen.RemoteNode, wanted: Object) -> Iterator[None]:
         raise BusError(f"object {wanted} was refused ({error})") from error
     except SdoCommunicationError as error:
         timeout = node.sdo.RESPONSE_TIMEOUT
-        raise BusError(
+        raise SilentDriveError(
             f"no answer about object {wanted} within {timeout:g} s, {_ATTEMPTS} times ({error})"
         ) from error
     except can.CanError as error:

@@ -1,5 +1,6 @@
 """Opening a CAN bus from its word, `INTERFACE:CHANNEL`."""
 
+import errno
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,10 @@ _SIMULATED_ONLY = frozenset({"simbus", "virtual", "udp_multicast"})
 _WALL_CLOCK = frozenset({"simbus", "socketcan"})
 _NO_ECHO = frozenset({"simbus", "socketcan", "virtual"})
 _SHARED_SOCKET = frozenset({"simbus", "socketcan"})
+_REASONS: dict[int | None, str] = {
+    errno.EAFNOSUPPORT: "this kernel has no CAN: `modprobe can_raw` loads it, where it is built",
+    errno.ENODEV: "there is no such network interface: `ip link` lists them",
+}
 _HINT = "`--bus sim` runs the simulated arm and needs no hardware"
 
 
@@ -109,7 +114,8 @@ def open_bus(channel: Channel, section: BusSection, lockstep: bool = False) -> c
             return BurstBus(channel.name, **settings)
         return can.Bus(interface=channel.interface, channel=channel.name, **settings)
     except (can.CanError, OSError, ValueError, ImportError) as error:
-        reason = str(error).rstrip(".") or type(error).__name__
+        number = error.errno if isinstance(error, OSError) else None
+        reason = _REASONS.get(number) or str(error).rstrip(".") or type(error).__name__
         raise BusError(f"Bus {channel} cannot be opened ({reason}); {_HINT}.") from error
 
 

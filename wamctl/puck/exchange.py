@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 
 import can
 
-from wamctl.errors import BusError
+from wamctl.errors import BusError, SilentDriveError
 from wamctl.puck import frames
 from wamctl.puck.properties import SAFE_ON_EVERY_VERSION, Properties
 from wamctl.puck.wiring import is_plain, message, position_reply, property_reply
@@ -129,7 +129,7 @@ class Exchange:
                 frame = self._receive(left)
                 if frame is not None and is_it(frame):
                     return bytes(frame.data)
-        raise BusError(
+        raise SilentDriveError(
             f"does not answer a question for {what} ({ATTEMPTS} times {PATIENCE_S * 1e3:.0f} ms)"
         )
 

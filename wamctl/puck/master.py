@@ -11,6 +11,7 @@ from wamctl.arm.arrays import Array
 from wamctl.arm.config import ArmFile, PuckDrivesSection
 from wamctl.drives.answers import Answers
 from wamctl.drives.bus import Channel
+from wamctl.drives.every_drive import for_every_drive
 from wamctl.drives.interface import Counters, CycleTiming, Readings
 from wamctl.errors import BusError, DrivesError
 from wamctl.puck import safety_module, set_up
@@ -232,14 +233,7 @@ class PuckDrives:
 
     def _for_motors(self, step: Callable[[int], None]) -> None:
         """One step for every motor Puck; raises all their faults together."""
-        faults = []
-        for slot, name in enumerate(self.names):
-            try:
-                step(slot)
-            except BusError as error:
-                faults.append(f"{name} {error}")
-        if faults:
-            raise DrivesError(str(self._channel), faults)
+        for_every_drive(self.names, step, self._channel, between=" ")
 
     def _for_module(self, step: safety_module.Step) -> str:
         try:
