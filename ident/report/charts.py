@@ -26,14 +26,12 @@ class Chart:
         title: what it shows.
         description: what there is to see, for those who cannot see it.
         spec: what the page's script draws.
-        wide: whether it takes the whole width.
         joint: name in the joint chooser; empty where there is nothing to choose.
     """
 
     title: str
     description: str
     spec: Mapping[str, Any]
-    wide: bool = False
     joint: str = ""
 
 
@@ -119,7 +117,6 @@ def row_chart(
     *,
     factors: bool = False,
     joined: bool = False,
-    wide: bool = False,
 ) -> Chart:
     """Values of one or several kinds for each row, on one horizontal axis.
 
@@ -130,7 +127,6 @@ def row_chart(
         values: sign and one value for each row, by kind.
         factors: whether equal steps of the axis are equal factors.
         joined: whether a line joins the first two kinds.
-        wide: whether it takes the whole width.
     """
     columns = {k: np.array(v, dtype=float) for k, (_, v) in values.items()}
     spec = {
@@ -148,7 +144,7 @@ def row_chart(
         f"{row}: " + ", ".join(f"{k} {number(float(v[i]))}" for k, v in columns.items())
         for i, row in enumerate(rows)
     )
-    return Chart(title, f"{label}. {said}.", spec, wide=wide)
+    return Chart(title, f"{label}. {said}.", spec)
 
 
 def map_chart(

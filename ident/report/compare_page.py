@@ -6,8 +6,8 @@ from math import hypot
 from typing import Any
 
 from ident.identification.standard_errors import QUANTILE_90
-from ident.report.charts import row_chart
-from ident.report.page import Block, Column, Figure, Page, Section, Step, Table, Text, Verdict
+from ident.report.figures import ALL_JOINTS, all_and_each, row_figure
+from ident.report.page import Block, Figure, Page, Section, Step, Table, Text, Verdict, table_of
 from ident.report.style import AFTER, BEFORE, BLUE, Sign
 from ident.report.words import (
     estimator_text,
@@ -114,10 +114,6 @@ def compare_content(both: Comparison) -> dict[str, Any]:
     }
 
 
-def _logs(run: Content) -> list[str]:
-    return list(run.get("provenance", {}).get("logs", {})) or ["LOG.mcap"]
-
-
 def _errors(run: Content) -> Content:
     return run["estimators"][run["estimator"]]["held_out"]
 
@@ -198,62 +194,57 @@ def _summary(both: Comparison) -> Table:
             "yes" if r["estimators"][r["estimator"]]["feasible"] else "no"
         ),
     }
-    columns = [Column(head, "words") for head in ("result", *both.names)]
     rows = [[text, *(of(run) for run in both.runs)] for text, of in facts.items()]
-    return Table("What the two runs say.", columns, rows)
+    return Table("What the two runs say.", ("result", *both.names), rows)
 
 
 def _by_joint(both: Comparison) -> Figure:
     labels = joint_labels(both.runs[0]["joints"])
-    columns = {
-        name: [
-            _errors(run)["relative_error_percent"],
-            *_errors(run)["relative_error_percent_by_joint"],
-        ]
-        for name, run in zip(both.names, both.runs, strict=True)
+    values = {
+        name: (sign, all_and_each(_errors(run)))
+        for name, sign, run in zip(both.names, (BEFORE, AFTER), both.runs, strict=True)
     }
-    rows = ["all joints", *labels]
-    title, quantity = "Error on data that was not fitted", "relative torque error [%]"
-    values = dict(zip(columns, zip((BEFORE, AFTER), columns.values(), strict=True), strict=True))
-    chart = row_chart(title, quantity, rows, values, factors=True, joined=True, wide=True)
-    heads = [Column("joint", "words"), *(Column(f"{name} [%]") for name in columns)]
-    cells = [[row, *(number(c[i]) for c in columns.values())] for i, row in enumerate(rows)]
-    caption = "Equal steps along the axis are equal factors; further left is better."
-    return Figure(title, caption, [chart], Table(f"{title}.", heads, cells))
+    return row_figure(
+        "Error on data that was not fitted",
+        "Equal steps along the axis are equal factors; further left is better.",
+        "relative torque error [%]",
+        [ALL_JOINTS, *labels],
+        values,
+        factors=True,
+        joined=True,
+    )
 
 
 def _parameters(both: Comparison, pairs: Sequence[_Pair]) -> list[Block]:
     if not pairs:
         return [Text("The two runs have no base parameter in common.")]
-    names = both.names
-    heads = (f"{names[0]} ± 90 %", f"{names[1]} ± 90 %", "difference / standard error")
-    columns = [Column("parameter", "words"), *map(Column, heads), Column("unit", "words")]
-    rows = [
-        [
-            p.name,
-            *(plus_minus(v, QUANTILE_90 * s) for v, s in zip(p.values, p.sds, strict=True)),
-            number(p.apart, 2),
-            unit_text(p.unit),
-        ]
-        for p in pairs
-    ]
-    marked = frozenset(i for i, p in enumerate(pairs) if abs(p.apart) > _CLEAR)
-    caption = "Parameters that both runs have, with 90 % intervals. Bold: clearly different."
-    table = Table(caption, columns, rows, strong=marked)
-    quantity = "difference, second minus first [combined standard errors]"
-    apart = {"difference": (Sign(BLUE, "bar"), [p.apart for p in pairs])}
-    chart = row_chart("Differences", quantity, [p.name for p in pairs], apart, wide=True)
-    text = f"Beyond ±{setting(_CLEAR)} a difference is hardly chance."
+    first, second = both.names
+    marked = {i for i, p in enumerate(pairs) if abs(p.apart) > _CLEAR}
+    table = table_of(
+        "Parameters that both runs have, with 90 % intervals. Bold: clearly different.",
+        pairs,
+        {
+            "parameter": lambda p: p.name,
+            f"{first} ± 90 %": lambda p: plus_minus(p.values[0], QUANTILE_90 * p.sds[0]),
+            f"{second} ± 90 %": lambda p: plus_minus(p.values[1], QUANTILE_90 * p.sds[1]),
+            "difference / standard error": lambda p: number(p.apart, 2),
+            "unit": lambda p: unit_text(p.unit),
+        },
+        strong=marked,
+    )
+    largest_first = sorted(pairs, key=lambda p: -abs(p.apart))
+    figure = row_figure(
+        "Differences",
+        f"The largest first. Beyond ±{setting(_CLEAR)} a difference is hardly chance.",
+        "difference, second minus first [combined standard errors]",
+        [p.name for p in largest_first],
+        {"difference": (Sign(BLUE, "bar"), [p.apart for p in largest_first])},
+        head="parameter",
+    )
     lonely = [
         f"{len(run['base_parameters']) - len(pairs)} only in {name}"
-        for name, run in zip(names, both.runs, strict=True)
+        for name, run in zip(both.names, both.runs, strict=True)
         if len(run["base_parameters"]) > len(pairs)
     ]
     more = [Text(f"Left out: {listed(lonely)}.")] if lonely else []
-    return [table, *more, Figure("Differences", text, [chart], _ordered(pairs))]
-
-
-def _ordered(pairs: Sequence[_Pair]) -> Table:
-    rows = [[p.name, number(p.apart, 2)] for p in sorted(pairs, key=lambda p: -abs(p.apart))]
-    columns = [Column("parameter", "words"), Column("difference / standard error")]
-    return Table("The largest differences first.", columns, rows)
+    return [table, *more, figure]

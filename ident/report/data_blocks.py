@@ -7,15 +7,9 @@ from typing import Any
 import numpy as np
 
 from ident.report.charts import Curve, Panel, line_chart
-from ident.report.page import Block, Column, Figure, Points, Table, Text
+from ident.report.page import Block, Figure, Points, Table, Text, table_of
 from ident.report.style import BLUE, GREY, ORANGE, Sign
-from ident.report.words import (
-    DASH,
-    number,
-    plus_minus,
-    setting,
-    whole,
-)
+from ident.report.words import DASH, number, plus_minus, setting, whole
 
 Content = Mapping[str, Any]
 
@@ -31,14 +25,14 @@ def culling_blocks(content: Content) -> list[Block]:
         "other": ("as many at other speeds", Sign(ORANGE, dash=(1.5, 3))),
     }
     measures = {"mse": "mean squared residual [N²·m²]", "condition_number": "condition number [1]"}
-    charts, columns = [], [Column("threshold [rad/s]")]
+    charts, heads = [], ["threshold [rad/s]"]
     rows = [[setting(float(v))] for v in x]
     for key, label in measures.items():
         curves = []
         for kind, (words, sign) in signs.items():
             y = np.array(culling[kind][key], dtype=float)
             curves.append(Curve(words, sign, y, points=True))
-            columns.append(Column(f"{label}, {words}"))
+            heads.append(f"{label}, {words}")
             rows = [[*row, number(float(v))] for row, v in zip(rows, y, strict=True)]
         over = ("velocity threshold [rad/s]", x)
         charts.append(line_chart(label.partition(" [")[0], over, [Panel(label, curves)], at=at))
@@ -51,7 +45,7 @@ def culling_blocks(content: Content) -> list[Block]:
         " both numbers differ from those of the fit itself."
     )
     choice = setting(culling["automatic_choice_rad_s"])
-    table = Table("Error and conditioning over the threshold.", columns, rows)
+    table = Table("Error and conditioning over the threshold.", heads, rows)
     return [
         Figure("Which samples to leave out", caption, charts, table),
         Text(f"By this figure, {choice}\u202frad/s would be enough."),
@@ -60,34 +54,30 @@ def culling_blocks(content: Content) -> list[Block]:
 
 def motion_blocks(content: Content) -> list[Block]:
     """Conditioning, filter, and the recordings."""
-    columns = [
-        Column("recording", "words"),
-        Column("samples"),
-        Column("rate [Hz]"),
-        Column("cut-off [Hz]"),
-        Column("torque", "words"),
-        Column("torque acts later by [ms]"),
-        Column("remarks", "words"),
-    ]
-    rows = [
-        [
-            Path(log["name"]).name,
-            whole(log["samples"]),
-            setting(log["sample_rate_hz"]),
-            setting(log["cutoff_hz"]),
-            log["torque"],
-            plus_minus(_milli(d["seconds"]), _milli(d["sd"])),
-            "; ".join(log["remarks"]) or DASH,
-        ]
+    logs = [
+        log | {"delay": plus_minus(_milli(d["seconds"]), _milli(d["sd"]))}
         for log, d in zip(content["logs"], content["delays"], strict=True)
     ]
+    table = table_of(
+        "The recordings (± standard error).",
+        logs,
+        {
+            "recording": lambda log: Path(log["name"]).name,
+            "samples": lambda log: whole(log["samples"]),
+            "rate [Hz]": lambda log: setting(log["sample_rate_hz"]),
+            "cut-off [Hz]": lambda log: setting(log["cutoff_hz"]),
+            "torque": lambda log: log["torque"],
+            "torque acts later by [ms]": lambda log: log["delay"],
+            "remarks": lambda log: "; ".join(log["remarks"]) or DASH,
+        },
+    )
     facts = [
         f"{whole(content['rows'])} rows of joint torque entered the fit; their regressor W has rank"
         f" {content['rank']} and condition number {number(content['condition_number'])}"
         " (smaller is better; 1 is ideal).",
         f"Cut-off of the low-pass: {content['cutoff_from']}.",
     ]
-    return [Points(facts), Table("The recordings (± standard error).", columns, rows)]
+    return [Points(facts), table]
 
 
 def _milli(value: float | None) -> float | None:

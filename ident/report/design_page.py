@@ -1,13 +1,14 @@
 """The page of `ident design`: the motion, what it promises, and how much of each limit it uses."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from ident.report.charts import Curve, Panel, kept_samples, line_chart, row_chart
-from ident.report.page import Block, Column, Figure, Page, Section, Step, Table, Verdict
+from ident.report.charts import Curve, Panel, kept_samples, line_chart
+from ident.report.figures import row_figure
+from ident.report.page import Block, Figure, Page, Section, Step, Table, Verdict, table_of
 from ident.report.provenance_section import provenance_section
 from ident.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, Sign
 from ident.report.words import number, percent, setting, unit_text, whole
@@ -157,8 +158,7 @@ def _over_time(quantity: Quantity, t: Array, caption: str) -> Figure:
         charts.append(line_chart(subject, ("time [s]", t[kept]), [panel], joint=subject))
         ends = (values.min(), values.max(), quantity.lower[k], quantity.upper[k])
         rows.append([subject, *(number(float(x)) for x in ends)])
-    heads = [Column(h) for h in ("least", "most", "lower limit", "upper limit")]
-    heads.insert(0, Column("joint, motor, or point", "words"))
+    heads = ("joint, motor, or point", "least", "most", "lower limit", "upper limit")
     title = f"{quantity.name.capitalize()} over one period"
     caption = f"{caption} Dashed: the limits of the design."
     return Figure(title, caption, charts, Table(f"{label} over one period.", heads, rows))
@@ -186,19 +186,15 @@ def _speed(report: DesignReport) -> list[Block]:
 def _shares(report: DesignReport) -> list[Block]:
     found = report.per_joint()
     rows = [f"joint or motor {k + 1}" for k in range(len(report.trajectory.series.joint_names))]
-    shares = {q.name: used_share(q) for q in found}
-    title = "Share of each limit that the motion uses"
     values = {
-        name: (sign, s.tolist()) for (name, s), sign in zip(shares.items(), _SIGNS, strict=False)
+        q.name: (sign, used_share(q).tolist()) for q, sign in zip(found, _SIGNS, strict=False)
     }
-    chart = row_chart(title, "share of the limit [%]", rows, values, wide=True)
-    columns = [Column("joint or motor", "words"), *(Column(f"{name} [%]") for name in shares)]
-    cells = [[row, *(number(float(s[k])) for s in shares.values())] for k, row in enumerate(rows)]
     caption = (
         "Largest use of each limit over one period, from the middle of its range (0 %) to its end"
         " (100 %). Torque and its slew belong to motors, all else to joints."
     )
-    return [Figure(title, caption, [chart], Table(f"{title}.", columns, cells))]
+    title, quantity = "Share of each limit that the motion uses", "share of the limit [%]"
+    return [row_figure(title, caption, quantity, rows, values, head="joint or motor")]
 
 
 def _distance(report: DesignReport) -> list[Block]:
@@ -212,17 +208,14 @@ def _distance(report: DesignReport) -> list[Block]:
     panel = Panel("distance [m]", [curve], 150, [float(quantity.lower.max())])
     title = "Distance of the nearest two bodies"
     chart = line_chart(title, ("time [s]", report.t[kept]), [panel])
-    columns = [Column("bodies", "words"), Column("least distance [m]"), Column("at least [m]")]
-    rows = [
-        [
-            quantity.subjects[int(k)],
-            number(float(quantity.values[:, k].min())),
-            number(float(quantity.lower[k])),
-        ]
-        for k in nearest
-    ]
+    cells: dict[str, Callable[[int], str]] = {
+        "bodies": lambda k: quantity.subjects[k],
+        "least distance [m]": lambda k: number(float(quantity.values[:, k].min())),
+        "at least [m]": lambda k: number(float(quantity.lower[k])),
+    }
     caption = (
         "Whichever two bodies are nearest, over one period. Dashed: the least that is allowed."
     )
-    table = Table(f"The nearest pairs of the {len(quantity.subjects)} followed.", columns, rows)
+    followed = f"The nearest pairs of the {len(quantity.subjects)} followed."
+    table = table_of(followed, nearest.tolist(), cells)
     return [Figure(title, caption, [chart], table)]

@@ -1,13 +1,13 @@
 """Blocks of the run page on the model: friction, Table I, feasibility, and what is not known."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ident.report.charts import Curve, Panel, line_chart, map_chart
-from ident.report.page import Block, Column, Figure, Points, Table, Text
+from ident.report.page import Block, Figure, Points, Table, Text, table_of
 from ident.report.run_curves import FrictionCurve
 from ident.report.style import BLUE, ORANGE, Sign
 from ident.report.words import (
@@ -33,28 +33,29 @@ _STRONGEST = 20  # correlations in the table
 def parameter_blocks(content: Content) -> list[Block]:
     """Table I."""
     chosen = content["estimator"]
-    drawn = any(known(p["cad"]) for p in content["base_parameters"])
-    columns = [
-        Column("parameter", "words"),
-        *([Column("CAD")] if drawn else []),
-        Column("OLS ± standard error"),
-        Column(estimator_text(chosen)),
-        Column("unit", "words"),
-    ]
-    rows, pale = [], set()
     invisible = set(content["not_identified"]["invisible"])
-    for i, p in enumerate(content["base_parameters"]):
-        places = min(decimals_of(p["sd"]), 6)
-        cells = [plus_minus(p["ols"], p["sd"]), fixed(p[chosen], places), unit_text(p["unit"])]
-        rows.append([p["name"], *([fixed(p["cad"], places)] if drawn else []), *cells])
-        if p["name"] in invisible:
-            pale.add(i)
+    cells: dict[str, Callable[[Content], str]] = {
+        "parameter": lambda p: p["name"],
+        "CAD": lambda p: fixed(p["cad"], _places(p)),
+        "OLS ± standard error": lambda p: plus_minus(p["ols"], p["sd"]),
+        estimator_text(chosen): lambda p: fixed(p[chosen], _places(p)),
+        "unit": lambda p: unit_text(p["unit"]),
+    }
+    if not any(known(p["cad"]) for p in content["base_parameters"]):
+        del cells["CAD"]
     caption = (
         "The base parameters (the paper's Table I): only these combinations of the links' masses,"
         " centres of mass, and inertias affect the torque. CAD: value by the arm's own file. OLS:"
         " ordinary least squares. Grey: OLS cannot tell the value from zero (90 % interval)."
     )
-    return [Table(caption, columns, rows, pale=frozenset(pale))]
+    parameters = content["base_parameters"]
+    pale = {i for i, p in enumerate(parameters) if p["name"] in invisible}
+    return [table_of(caption, parameters, cells, pale=pale)]
+
+
+def _places(parameter: Content) -> int:
+    """Decimals of a parameter's values."""
+    return min(decimals_of(parameter["sd"]), 6)
 
 
 def gain_blocks(content: Content) -> list[Block]:
@@ -67,22 +68,16 @@ def gain_blocks(content: Content) -> list[Block]:
         "none": "nothing: the others' common factor",
     }
     names = joint_labels(content["joints"])
-    rows = [
-        [
-            names[g["joint"] - 1],
-            plus_minus(g["nm_per_ampere"], g["sd"])
-            if known(g["sd"])
-            else number(g["nm_per_ampere"]),
-            basis[g["from"]],
-        ]
-        for g in content["gains"]
-    ]
+    cells: dict[str, Callable[[Content], str]] = {
+        "joint": lambda g: names[g["joint"] - 1],
+        "gain [N·m/A]": lambda g: plus_minus(g["nm_per_ampere"], g["sd"]),
+        "known from": lambda g: basis[g["from"]],
+    }
     caption = (
         "Torque per ampere, ± standard error. The arm's parameters in N m, kg m or kg m² hold up to"
         " these; run.json holds the base parameters in ampere too, which do not depend on them."
     )
-    columns = [Column("joint", "words"), Column("gain [N·m/A]"), Column("known from", "words")]
-    return [Table(caption, columns, rows)]
+    return [table_of(caption, content["gains"], cells)]
 
 
 def friction_blocks(curves: Sequence[FrictionCurve], labels: Sequence[str]) -> list[Block]:
@@ -103,13 +98,13 @@ def friction_blocks(curves: Sequence[FrictionCurve], labels: Sequence[str]) -> l
         charts.append(line_chart(name, ("speed [rad/s]", c.speed), [panel], joint=name))
         cells = np.stack([c.speed, c.model, c.half_width, c.measured], axis=1)[::_EVERY]
         rows += [[name, *map(number, cell)] for cell in cells.tolist() if cell[0]]
-    heads = ("speed [rad/s]", "model [N·m]", "± (90 %) [N·m]", "measured [N·m]")
+    heads = ("joint", "speed [rad/s]", "model [N·m]", "± (90 %) [N·m]", "measured [N·m]")
     caption = (
         "Viscous and Coulomb friction of the model with the 90 % interval of its parameters, beside"
         " the measured torque minus everything else in the model, averaged over equally many"
         " samples. Points that bend away from the line hint at an effect that the model lacks."
     )
-    table = Table("Friction over speed.", [Column("joint", "words"), *map(Column, heads)], rows)
+    table = Table("Friction over speed.", heads, rows)
     return [Figure("Friction of each joint", caption, charts, table)]
 
 
@@ -126,44 +121,37 @@ def correlation_blocks(content: Content, correlated: NDArray[np.floating] | None
     i, j = np.nonzero(np.isfinite(below))
     order = np.argsort(-np.abs(below[i, j]))[:_STRONGEST]
     rows = [[names[i[k]], names[j[k]], number(float(below[i[k], j[k]]), 2)] for k in order]
-    columns = [Column("parameter", "words"), Column("parameter", "words"), Column("correlation")]
     caption = (
         "Blue: an error that makes one parameter too large makes the other too large as well."
         " Orange: the other too small. Strong colours far from the diagonal are parameters that"
         " this motion can hardly tell apart."
     )
-    table = Table("The strongest correlations (OLS).", columns, rows)
+    table = Table(
+        "The strongest correlations (OLS).", ("parameter", "parameter", "correlation"), rows
+    )
     return [Figure("Correlation of the base parameters", caption, [chart], table)]
 
 
 def feasibility_blocks(content: Content) -> list[Block]:
     """Which estimates an arm could have, and what holds the chosen one."""
-    chosen = content["estimator"]
-    columns = [
-        Column("estimator", "words"),
-        Column("possible", "words"),
-        Column("mass matrix positive at"),
-        Column("smallest pseudo-inertia eigenvalue [SI]"),
-        Column("negative friction", "words"),
-    ]
-    rows = [
-        [
-            estimator_text(name),
-            "yes" if e["feasible"] else "no",
-            share(e["mass_matrix_positive_fraction"]),
-            number(e["min_pseudo_inertia_eigenvalue"], 2),
-            listed(e["negative"]) or DASH,
-        ]
-        for name, e in content["estimators"].items()
-    ]
+    estimators = content["estimators"]
+    cells: dict[str, Callable[[tuple[str, Content]], str]] = {
+        "estimator": lambda e: estimator_text(e[0]),
+        "possible": lambda e: "yes" if e[1]["feasible"] else "no",
+        "mass matrix positive at": lambda e: share(e[1]["mass_matrix_positive_fraction"]),
+        "smallest pseudo-inertia eigenvalue [SI]": lambda e: number(
+            e[1]["min_pseudo_inertia_eigenvalue"], 2
+        ),
+        "negative friction": lambda e: listed(e[1]["negative"]) or DASH,
+    }
     caption = (
         "Base parameters are possible if some arm has them whose masses are positive, whose inertia"
         " tensors are those of real bodies, and whose friction opposes motion. The mass matrix is"
         " tested at random postures over the whole joint range."
     )
-    place = list(content["estimators"]).index(chosen)
+    place = list(estimators).index(content["estimator"])
     return [
-        Table(caption, columns, rows, strong=frozenset({place})),
+        table_of(caption, estimators.items(), cells, strong={place}),
         *_constraints(content["active_constraints"], joint_labels(content["joints"])),
     ]
 
@@ -171,28 +159,19 @@ def feasibility_blocks(content: Content) -> list[Block]:
 def _constraints(active: Sequence[Content], labels: Sequence[str]) -> list[Block]:
     if not active:
         return [Text("No constraint holds the solution: the data alone gave a possible arm.")]
-    columns = [
-        Column("link or joint", "words"),
-        Column("constraint", "words"),
-        Column("where it is tight", "words"),
-        Column("multiplier"),
-    ]
-    rows = [
-        [
-            labels[a["joint"] - 1] if a["joint"] else "whole arm",
-            a["constraint"].replace(">=", "≥").replace("<=", "≤"),
-            a.get("direction", DASH),
-            number(a["multiplier"], 2),
-        ]
-        for a in active
-    ]
+    cells: dict[str, Callable[[Content], str]] = {
+        "link or joint": lambda a: ["whole arm", *labels][a["joint"]],
+        "constraint": lambda a: a["constraint"].replace(">=", "≥").replace("<=", "≤"),
+        "where it is tight": lambda a: a.get("direction", DASH),
+        "multiplier": lambda a: number(a["multiplier"], 2),
+    }
     caption = (
         "Constraints that hold the solution, the strongest first: here the data alone would have"
         " left what is possible. The multiplier says how much the squared error [N²·m²] would fall"
         " per unit by which the bound is lowered (SI unit for friction, the link's own size for its"
         " matrix). A large one points at an effect that the model lacks, or at noise."
     )
-    return [Table(caption, columns, rows)]
+    return [table_of(caption, active, cells)]
 
 
 def limit_blocks(content: Content) -> list[Block]:

@@ -1,18 +1,21 @@
 """A page: verdict first, then sections of sentences, figures, and tables; one file, no network."""
 
 import json
+import re
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, TypeVar
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from ident.report.charts import Chart
+from ident.report.words import DASH
 
+Item = TypeVar("Item")
 Status = Literal["good", "warning", "bad", "open"]
 
 
@@ -32,12 +35,7 @@ class Points:
     items: Sequence[str]
 
 
-@dataclass(frozen=True)
-class Column:
-    """Head of a table's column; `of` says whether it holds words or numbers."""
-
-    head: str
-    of: Literal["words", "numbers"] = "numbers"
+_NUMBER = re.compile(r"[−+]?\d[\d\u202f.]*(·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?($|\u202f| ±)")
 
 
 @dataclass(frozen=True)
@@ -46,7 +44,7 @@ class Table:
 
     Attributes:
         caption: what it holds.
-        columns: heads.
+        heads: of the columns.
         rows: cells in print.
         strong: places of rows that matter most.
         pale: places of rows that matter least.
@@ -55,11 +53,26 @@ class Table:
 
     kind: ClassVar[str] = "table"
     caption: str
-    columns: Sequence[Column]
+    heads: Sequence[str]
     rows: Sequence[Sequence[str]]
-    strong: frozenset[int] = frozenset()
-    pale: frozenset[int] = frozenset()
+    strong: Collection[int] = ()
+    pale: Collection[int] = ()
     sortable: bool = False
+
+    @property
+    def kinds(self) -> list[Literal["words", "numbers"]]:
+        """What each column holds: after the first, numbers where every cell is one or a dash."""
+        columns = [[row[k] for row in self.rows] for k in range(1, len(self.heads))]
+        numbers = [all(c in ("", DASH) or _NUMBER.match(c) for c in cells) for cells in columns]
+        return ["words", *("numbers" if n else "words" for n in numbers)]
+
+
+def table_of(
+    caption: str, items: Iterable[Item], cells: Mapping[str, Callable[[Item], str]], **marks: Any
+) -> Table:
+    """A row for each item; `cells` says of each column by its head what stands there."""
+    rows = [[cell(item) for cell in cells.values()] for item in items]
+    return Table(caption, list(cells), rows, **marks)
 
 
 @dataclass(frozen=True)

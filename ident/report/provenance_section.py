@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from ident.report.page import Beside, Block, Column, Section, Table, Text
+from ident.report.page import Beside, Block, Section, Table, Text
 from ident.report.words import number, setting
 
 Content = Mapping[str, Any]
@@ -21,8 +21,7 @@ def provenance_section(content: Content) -> Section:
     tables = []
     if isinstance(content.get("seconds"), Mapping):
         rows = [[name, number(s, 2)] for name, s in content["seconds"].items()]
-        columns = [Column("step", "words"), Column("time [s]")]
-        tables.append(Table("Time spent.", columns, rows))
+        tables.append(Table("Time spent.", ("step", "time [s]"), rows))
     for name, caption in (
         ("program", "Program and libraries."),
         ("arm", "Arm."),
@@ -32,7 +31,7 @@ def provenance_section(content: Content) -> Section:
         facts = content.get("provenance", {}).get(name)
         if facts:
             rows = [[key, _text(value)] for key, value in facts.items()]
-            tables.append(Table(caption, [Column("what", "words"), Column("value", "words")], rows))
+            tables.append(Table(caption, ("what", "value"), rows))
     return Section("Versions, settings, and times", [*blocks, Beside(tables)], folded=True)
 
 

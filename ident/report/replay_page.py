@@ -7,22 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from ident.export.replay import Replay, rms_of
-from ident.report.charts import Chart, Curve, Panel, kept_samples, line_chart, row_chart
-from ident.report.page import (
-    Block,
-    Column,
-    Figure,
-    Page,
-    Points,
-    Section,
-    Step,
-    Table,
-    Text,
-    Verdict,
-)
-from ident.report.style import BLUE, MEASURED, ORANGE, WITH, Sign
-from ident.report.torque import MOST_RECORDINGS
-from ident.report.words import number, whole
+from ident.report.charts import Chart
+from ident.report.figures import beside_measured, recording_figures, row_figure
+from ident.report.page import Block, Figure, Page, Points, Section, Step, Table, Verdict
+from ident.report.style import BLUE, ORANGE, WITH, Sign
+from ident.report.words import number
 from ident.signals.arrays import Array
 from wamctl.arm.joint_labels import joint_labels
 
@@ -115,58 +104,43 @@ def _verdict(
 
 
 def _errors(errors: dict[str, list[float]], labels: Sequence[str]) -> Figure:
-    title = "Position error by joint"
     values = {
         _NAMES[name]: (sign, [1e3 * x for x in errors[name]])
         for name, sign in zip(_NAMES, _POINTS, strict=True)
     }
-    chart = row_chart(title, "rms position error [mrad]", labels, values, factors=True, wide=True)
-    columns = [Column("joint", "words"), *(Column(f"{n} [mrad]") for n in values), Column("ratio")]
-    rows = [
-        [label, number(1e3 * a), number(1e3 * b), number(a / b if b else None)]
-        for label, a, b in zip(labels, *(errors[name] for name in _NAMES), strict=True)
-    ]
-    caption = (
+    pairs = zip(*(errors[name] for name in _NAMES), strict=True)
+    return row_figure(
+        "Position error by joint",
         "Rms of measured less simulated position. Further left is better; equal steps along the"
-        " axis are equal factors."
+        " axis are equal factors.",
+        "rms position error [mrad]",
+        labels,
+        values,
+        more={"ratio": [number(a / b if b else None) for a, b in pairs]},
+        factors=True,
     )
-    return Figure(title, caption, [chart], Table("The same in numbers.", columns, rows))
 
 
 def _positions(replays: Sequence[Replay], labels: Sequence[str]) -> list[Block]:
-    blocks: list[Block] = []
-    for one in replays[:MOST_RECORDINGS]:
-        left = {"mujoco": one.measured - one.mujoco, "own": one.measured - one.own}
-        columns = [Column("joint", "words")]
-        columns += [Column(f"largest, {name} [mrad]") for name in _NAMES.values()]
-        rows = [
-            [label, *(number(1e3 * float(np.abs(left[n][:, j]).max())) for n in _NAMES)]
-            for j, label in enumerate(labels)
-        ]
-        caption = (
-            "Measured position, and both simulations from the same start under the recording's"
-            " commands or controller. Below, measured less simulated."
-        )
+    caption = (
+        "Measured position, and both simulations from the same start under the recording's"
+        " commands or controller. Below, measured less simulated."
+    )
+    heads = ["joint", *(f"largest, {name} [mrad]" for name in _NAMES.values())]
+
+    def figure(one: Replay) -> Figure:
+        left = [1e3 * np.abs(one.measured - y).max(axis=0) for y in (one.mujoco, one.own)]
+        rows = [[label, *map(number, x)] for label, *x in zip(labels, *left, strict=True)]
         charts = [_chart(one, j, label) for j, label in enumerate(labels)]
-        table = Table("Measured less simulated.", columns, rows)
-        blocks.append(Figure(Path(one.name).name, caption, charts, table))
-    if len(replays) > MOST_RECORDINGS:
-        rest = whole(len(replays) - MOST_RECORDINGS)
-        blocks.append(Text(f"{rest} more recordings are in the errors only."))
-    return blocks
+        table = Table("Measured less simulated.", heads, rows)
+        return Figure(Path(one.name).name, caption, charts, table)
+
+    return recording_figures(replays, figure, "errors")
 
 
 def _chart(one: Replay, j: int, label: str) -> Chart:
-    measured, mujoco, own = one.measured[:, j], one.mujoco[:, j], one.own[:, j]
-    kept = kept_samples(measured, measured - mujoco, measured - own)
-    drawn = [
-        Curve("measured", MEASURED, measured[kept]),
-        Curve(_NAMES["mujoco"], _MUJOCO, mujoco[kept]),
-        Curve(_NAMES["own"], WITH, own[kept]),
-    ]
-    errors = [
-        Curve(_NAMES["mujoco"], _MUJOCO, minus=(0, 1)),
-        Curve(_NAMES["own"], WITH, minus=(0, 2)),
-    ]
-    panels = [Panel("position [rad]", drawn), Panel("error [rad]", errors, height=110)]
-    return line_chart(label, ("time [s]", one.t[kept]), panels, joint=label)
+    models = {
+        _NAMES["mujoco"]: (_MUJOCO, one.mujoco[:, j]),
+        _NAMES["own"]: (WITH, one.own[:, j]),
+    }
+    return beside_measured(label, one.t, "position [rad]", one.measured[:, j], models)

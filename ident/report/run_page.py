@@ -1,6 +1,6 @@
 """The page of `ident run`: whether to trust the model, its errors, friction, and parameters."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ident.checks.remark import speaks_against_input
 from ident.identification.identify import Identification
 from ident.report.data_blocks import culling_blocks, motion_blocks
+from ident.report.figures import error_figure, torque_blocks
 from ident.report.model_blocks import (
     correlation_blocks,
     feasibility_blocks,
@@ -18,10 +19,9 @@ from ident.report.model_blocks import (
     limit_blocks,
     parameter_blocks,
 )
-from ident.report.page import Block, Column, Page, Section, Status, Step, Table, Text, Verdict
+from ident.report.page import Block, Page, Section, Status, Step, Table, Text, Verdict, table_of
 from ident.report.provenance_section import provenance_section
 from ident.report.run_curves import FrictionCurve, correlation, friction_curves
-from ident.report.torque import error_figure, torque_blocks
 from ident.report.traces import Trace, held_out_traces
 from ident.report.words import (
     DASH,
@@ -258,32 +258,23 @@ def _prediction(report: RunReport) -> list[Block]:
 
 
 def _fit_table(estimators: Content, chosen: str) -> Table:
-    columns = [
-        Column("estimator", "words"),
-        Column("not fitted [%]"),
-        Column("fitted [%]"),
-        Column("fitted, unfiltered torque [%]"),
-        Column("mean squared residual [N²·m²]"),
-    ]
-    notes = any("note" in e for e in estimators.values())
-    columns += [Column("remark", "words")] if notes else []
-    rows = [
-        [
-            estimator_text(name),
-            plus_minus(
-                e["held_out"]["relative_error_percent"],
-                e["held_out"]["relative_error_percent_sd"],
-            ),
-            number(e["relative_error_percent"]),
-            number(e["raw_torque"]["relative_error_percent"]),
-            number(e["mse"]),
-            *([e.get("note", DASH)] if notes else []),
-        ]
-        for name, e in estimators.items()
-    ]
+    cells: dict[str, Callable[[tuple[str, Content]], str]] = {
+        "estimator": lambda e: estimator_text(e[0]),
+        "not fitted [%]": lambda e: plus_minus(
+            e[1]["held_out"]["relative_error_percent"],
+            e[1]["held_out"]["relative_error_percent_sd"],
+        ),
+        "fitted [%]": lambda e: number(e[1]["relative_error_percent"]),
+        "fitted, unfiltered torque [%]": lambda e: number(
+            e[1]["raw_torque"]["relative_error_percent"]
+        ),
+        "mean squared residual [N²·m²]": lambda e: number(e[1]["mse"]),
+    }
+    if any("note" in e for e in estimators.values()):
+        cells["remark"] = lambda e: e[1].get("note", DASH)
     place = list(estimators).index(chosen)
     caption = "Error over all joints (± standard error). Bold: the estimator that made the model."
-    return Table(caption, columns, rows, strong=frozenset({place}))
+    return table_of(caption, estimators.items(), cells, strong={place})
 
 
 def _torque(report: RunReport) -> list[Block]:

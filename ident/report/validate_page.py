@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ident.report.page import Block, Column, Page, Section, Step, Table, Text, Verdict, with_trust
+from ident.report.figures import error_figure, torque_blocks
+from ident.report.page import Block, Page, Section, Step, Table, Text, Verdict, table_of, with_trust
 from ident.report.provenance_section import provenance_section
-from ident.report.torque import error_figure, torque_blocks
 from ident.report.traces import Trace
 from ident.report.words import (
     DASH,
@@ -111,33 +111,24 @@ def _with_sd(errors: Content) -> str:
 
 
 def _summary(content: Content) -> Table:
-    columns = [
-        Column("recording", "words"),
-        Column("error [%]"),
-        Column("on unfiltered torque [%]"),
-        Column("mean squared residual [N²·m²]"),
-        Column("samples"),
-        Column("rate [Hz]"),
-        Column("cut-off [Hz]"),
-        Column("torque", "words"),
-        Column("remarks", "words"),
-    ]
     chosen = content["estimator"]
-    rows = [
-        [
-            Path(log["name"]).name,
-            _with_sd(log["estimators"][chosen]),
-            number(log["raw_torque"]["relative_error_percent"]),
-            number(log["mse"]),
-            whole(log["samples"]),
-            setting(log["sample_rate_hz"]),
-            setting(log["cutoff_hz"]),
-            log["torque"],
-            "; ".join(log["remarks"]) or DASH,
-        ]
-        for log in content["logs"]
-    ]
-    return Table("Relative torque error of the model (± standard error).", columns, rows)
+    return table_of(
+        "Relative torque error of the model (± standard error).",
+        content["logs"],
+        {
+            "recording": lambda log: Path(log["name"]).name,
+            "error [%]": lambda log: _with_sd(log["estimators"][chosen]),
+            "on unfiltered torque [%]": lambda log: number(
+                log["raw_torque"]["relative_error_percent"]
+            ),
+            "mean squared residual [N²·m²]": lambda log: number(log["mse"]),
+            "samples": lambda log: whole(log["samples"]),
+            "rate [Hz]": lambda log: setting(log["sample_rate_hz"]),
+            "cut-off [Hz]": lambda log: setting(log["cutoff_hz"]),
+            "torque": lambda log: log["torque"],
+            "remarks": lambda log: "; ".join(log["remarks"]) or DASH,
+        },
+    )
 
 
 def _by_joint(content: Content) -> list[Block]:

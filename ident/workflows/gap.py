@@ -12,8 +12,6 @@ from threadpoolctl import threadpool_limits
 from ident.checks.examine import examine
 from ident.checks.remark import Grade, RefusedError, Remark, no_fit, undetermined
 from ident.effects.bound_effects import load_model
-from ident.effects.catalogue import catalogue
-from ident.effects.events import EVENTS
 from ident.gap.data.experiment import Experiment, read_experiment, with_reference_model
 from ident.gap.naming.across_recordings import spread_over_recordings
 from ident.gap.naming.dependence import dependences
@@ -274,19 +272,13 @@ def _content(outcome: _Outcome) -> dict[str, Any]:
 
 def _report(outcome: _Outcome, content: dict[str, Any]) -> GapReport:
     found, both = outcome.found, outcome.both
-    names = found.source.arm.robot.joint_names
-    labels = joint_labels(names)
+    labels = joint_labels(found.source.arm.robot.joint_names)
     joints = list(dict.fromkeys(w["joint"] - 1 for w in content["where"]))
     joints = joints[:_MOST_JOINTS] or np.flatnonzero(found.source.moving).tolist()
-    effects = catalogue() | EVENTS
     nameless = [u["joint"] - 1 for u in content["unexplained"]]
     curves, acts = effect_figures(found, both, labels)
     return GapReport(
         content,
-        found.source.arm.name,
-        names,
-        {name: e.title for name, e in effects.items()},
-        {name: (e.signature, e.experiment) for name, e in effects.items()},
         sizes_of(found),
         curves,
         reversals(both),

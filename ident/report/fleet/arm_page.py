@@ -1,6 +1,6 @@
 """An arm's own page: each parameter over time, with its band, changes and events."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 from urllib.parse import quote
@@ -11,7 +11,7 @@ from markupsafe import Markup
 from ident.fleet.series import ArmResult, Entry, Series
 from ident.report.charts import Chart, Curve, Panel, line_chart
 from ident.report.fleet.words import change_text, day, rivals_text
-from ident.report.page import Block, Column, Figure, Page, Points, Section, Table, Text, Verdict
+from ident.report.page import Block, Figure, Page, Points, Section, Table, Text, Verdict, table_of
 from ident.report.style import BLUE, GREY, VERMILION, Sign
 from ident.report.words import number, plus_minus, setting, unit_text
 from ident.signals.arrays import Array
@@ -93,12 +93,11 @@ def _odds(result: ArmResult, t: Array, least: float, onset: float | None) -> Fig
     panel = Panel("powers of ten", [Curve("odds", Sign(BLUE), odds, points=True)], limits=limits)
     chart = line_chart("Odds", ("days since the first log", t), [panel], at=onset)
     rows = [[setting(round(float(x), 2)), number(float(y))] for x, y in zip(t, odds, strict=True)]
-    columns = [Column("days"), Column("odds, powers of ten")]
     caption = (
         "Odds of any change against none, after each log. Dashed line: from here on a change is"
         " told. Vertical line: where it began."
     )
-    return Figure("Odds", caption, [chart], Table("Odds.", columns, rows))
+    return Figure("Odds", caption, [chart], Table("Odds.", ("days", "odds, powers of ten"), rows))
 
 
 def _parameters(
@@ -115,31 +114,23 @@ def _parameters(
     if not places:
         return []
     charts = [_chart(series, result, t, k, labels, onset) for k in places]
-    columns = [
-        Column("parameter", "words"),
-        Column("now (± standard error)"),
-        Column("mean of its type"),
-        Column("spread in its type"),
-        Column("unit", "words"),
-    ]
-    known = series.known
-    rows = [
-        [
-            series.kind.names[k].text,
-            plus_minus(float(result.levels[-1, k]), float(result.level_sds[-1, k])),
-            number(float(known.mean[k])),
-            number(float(known.D[k] ** 0.5), 2),
-            unit_text(series.kind.names[k].unit),
-        ]
-        for k in places
-    ]
+    known, names = series.known, series.kind.names
+    cells: dict[str, Callable[[int], str]] = {
+        "parameter": lambda k: names[k].text,
+        "now (± standard error)": lambda k: plus_minus(
+            float(result.levels[-1, k]), float(result.level_sds[-1, k])
+        ),
+        "mean of its type": lambda k: number(float(known.mean[k])),
+        "spread in its type": lambda k: number(float(known.D[k] ** 0.5), 2),
+        "unit": lambda k: unit_text(names[k].unit),
+    }
     caption = (
         "Points: each log alone, with what the type knows beforehand, brought to"
         f" {setting(known.reference_c)} °C, and a band of two standard errors. Line: all logs up to"
         " there together. Grey: the mean of the type. Grey ground: other firmware or tool than in"
         " the first log. Vertical line: the first change."
     )
-    table = Table("After the last log.", columns, rows)
+    table = table_of("After the last log.", places, cells)
     return [Figure(heading, caption, charts, table)]
 
 

@@ -1,14 +1,14 @@
 """`fleet.html`: which arms have changed, how sure that is, since when, and all arms in a table."""
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 from urllib.parse import quote
 
 from markupsafe import Markup
 
 from ident.report.fleet.words import change_text, day, rivals_text, what_text
-from ident.report.page import Block, Column, Page, Points, Section, Step, Table, Text, Verdict
+from ident.report.page import Block, Page, Points, Section, Step, Table, Text, Verdict, table_of
 from ident.report.words import DASH, number, plus_minus, setting, unit_text, whole
 from wamctl.arm.joint_labels import joint_labels, listed
 
@@ -88,92 +88,69 @@ def _link(arm: str, pages: Mapping[str, str]) -> str:
 def _changes(content: Content, pages: Mapping[str, str]) -> list[Block]:
     if not content["changes"]:
         return [Text("No change was found.")]
-    columns = [
-        Column("arm", "words"),
-        Column("since", "words"),
-        Column("what", "words"),
-        Column("size", "words"),
-        Column("odds against no change, powers of ten"),
-        Column("told on", "words"),
-        Column("onset's share of the odds"),
-    ]
     labels = _labels(content)
-    rows = [
-        [
-            _link(c["arm"], pages),
-            day(c["since"]),
-            what_text(c, labels[c["arm"]]) + "." + rivals_text(c),
-            f"{c['parameter']}: {plus_minus(c['size'], c['sd'], c['unit'])}",
-            number(c["evidence"] / _LN_10),
-            day(c["told"]),
-            number(c["onset_share"], 2),
-        ]
-        for c in sorted(content["changes"], key=lambda c: -c["evidence"])
-    ]
-    return [Table("Changes (± standard error).", columns, rows, sortable=True)]
+    table = table_of(
+        "Changes (± standard error).",
+        sorted(content["changes"], key=lambda c: -c["evidence"]),
+        {
+            "arm": lambda c: _link(c["arm"], pages),
+            "since": lambda c: day(c["since"]),
+            "what": lambda c: what_text(c, labels[c["arm"]]) + "." + rivals_text(c),
+            "size": lambda c: f"{c['parameter']}: {plus_minus(c['size'], c['sd'], c['unit'])}",
+            "odds against no change, powers of ten": lambda c: number(c["evidence"] / _LN_10),
+            "told on": lambda c: day(c["told"]),
+            "onset's share of the odds": lambda c: number(c["onset_share"], 2),
+        },
+        sortable=True,
+    )
+    return [table]
 
 
 def _arms(
     content: Content, by_arm: Mapping[str, Sequence[Content]], pages: Mapping[str, str]
 ) -> Table:
-    columns = [
-        Column("arm", "words"),
-        Column("changed since", "words"),
-        Column("odds of a change now, powers of ten"),
-        Column("logs"),
-        Column("first", "words"),
-        Column("last", "words"),
-        Column("farthest from its sisters", "words"),
-        Column("by [sd]"),
-    ]
-    rows = []
-    for a in content["arms"]:
-        odds = a["log_odds"]
-        told = by_arm.get(a["arm"], [])
-        rows.append(
-            [
-                _link(a["arm"], pages),
-                day(told[0]["since"]) if told else DASH,
-                DASH if odds is None else number(odds / _LN_10, 2),
-                whole(a["logs"]),
-                day(a["first"]),
-                day(a["last"]),
-                a["farthest"]["parameter"],
-                number(a["farthest"]["sds"], 2),
-            ]
-        )
-    strong = frozenset(k for k, a in enumerate(content["arms"]) if a["arm"] in by_arm)
-    return Table("All arms.", columns, rows, strong, sortable=True)
+    def odds(arm: Content) -> str:
+        return DASH if arm["log_odds"] is None else number(arm["log_odds"] / _LN_10, 2)
+
+    return table_of(
+        "All arms.",
+        content["arms"],
+        {
+            "arm": lambda a: _link(a["arm"], pages),
+            "changed since": lambda a: (
+                day(by_arm[a["arm"]][0]["since"]) if a["arm"] in by_arm else DASH
+            ),
+            "odds of a change now, powers of ten": odds,
+            "logs": lambda a: whole(a["logs"]),
+            "first": lambda a: day(a["first"]),
+            "last": lambda a: day(a["last"]),
+            "farthest from its sisters": lambda a: a["farthest"]["parameter"],
+            "by [sd]": lambda a: number(a["farthest"]["sds"], 2),
+        },
+        strong={k for k, a in enumerate(content["arms"]) if a["arm"] in by_arm},
+        sortable=True,
+    )
 
 
 def _types(content: Content) -> list[Block]:
     blocks: list[Block] = []
-    columns = [
-        Column("parameter", "words"),
-        Column("mean of arms"),
-        Column("spread between arms (1 sd)"),
-        Column("from log to log (1 sd)"),
-        Column("relative change per kelvin"),
-        Column("unit", "words"),
-    ]
+    cells: dict[str, Callable[[Content], str]] = {
+        "parameter": lambda p: p["name"],
+        "mean of arms": lambda p: number(p["mean"]),
+        "spread between arms (1 sd)": lambda p: number(p["spread"], 2),
+        "from log to log (1 sd)": lambda p: number(p.get("daily"), 2),
+        "relative change per kelvin": lambda p: plus_minus(
+            p.get("per_kelvin"), p.get("per_kelvin_sd")
+        ),
+        "unit": lambda p: unit_text(p["unit"]),
+    }
     for name, kind in content["types"].items():
-        rows = [
-            [
-                p["name"],
-                number(p["mean"]),
-                number(p["spread"], 2),
-                number(p.get("daily"), 2),
-                plus_minus(p.get("per_kelvin"), p.get("per_kelvin_sd")),
-                unit_text(p["unit"]),
-            ]
-            for p in kind["parameters"]
-        ]
         learned = kind["learned_from"]
         caption = (
             f"{name}: learned from {learned['logs']} logs of {learned['arms']} arms; values at"
             f" {setting(kind['reference_temperature_c'])} °C."
         )
-        blocks.append(Table(caption, columns, rows, sortable=True))
+        blocks.append(table_of(caption, kind["parameters"], cells, sortable=True))
     return blocks or [Text("No log could be used.")]
 
 
@@ -192,34 +169,29 @@ def _unseen(content: Content) -> list[Block]:
 
 def _shown(content: Content) -> list[Block]:
     days, blocks = content["settings"]["shown_logs"], []
-    columns = [Column("change", "words"), Column("smallest"), Column("unit", "words")]
     for name, kind in content["types"].items():
         labels = joint_labels(kind["joints"])
         rows = [
-            [
-                what_text(s, labels),
-                number(s["size"], 2),
-                unit_text(s["unit"]),
-            ]
+            [what_text(s, labels), number(s["size"], 2), unit_text(s["unit"])]
             for s in kind["shown"]
         ]
+        heads = ("change", "smallest", "unit")
         caption = (
             f"{name}: what {days} logs of the median arm would be expected to tell, beside all logs"
             " before them; of friction the dry part. A dash: not at any size."
         )
         few = f"{name}: its arms have too few logs before their last {days}."
-        blocks.append(Table(caption, columns, rows, sortable=True) if rows else Text(few))
+        blocks.append(Table(caption, heads, rows, sortable=True) if rows else Text(few))
     return blocks or [Text("No log could be used.")]
 
 
 def _refused(content: Content) -> list[Block]:
     if not content["refused"]:
         return [Text("All logs could be used.")]
-    columns = [Column("log", "words"), Column("why", "words")]
     rows = [
         [r["log"], " ".join(x.partition(": ")[2] for x in r["remarks"])] for r in content["refused"]
     ]
-    return [Table("Logs that were left out.", columns, rows, sortable=True)]
+    return [Table("Logs that were left out.", ("log", "why"), rows, sortable=True)]
 
 
 def _method(content: Content) -> list[Block]:

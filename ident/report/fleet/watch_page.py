@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ident.report.page import Block, Column, Page, Section, Table, Text, Verdict
+from ident.report.page import Page, Section, Text, Verdict, table_of
 from ident.report.words import number, plus_minus, whole
 
 Content = Mapping[str, Any]
@@ -37,21 +37,20 @@ def _verdict(alarms: Sequence[Content]) -> Verdict:
 
 
 def _told(alarms: Sequence[Content]) -> Section:
-    columns = [Column(head, "words") for head in ("since", "told", "what", "sizes", "or")]
-    columns.append(Column("odds against no change, powers of ten"))
-    rows = [
-        [
-            a["since"],
-            a["told"],
-            a["kind"] + "".join(f", joint {j}" for j in a["joints"]),
-            "; ".join(_sizes(a)),
-            a["rival"],
-            number(a["evidence"] / _LN_10),
-        ]
-        for a in alarms
-    ]
-    table: Block = Table("Alarms (± standard error).", columns, rows, sortable=True)
-    return Section("Alarms", [table if rows else Text("Nothing was told.")])
+    table = table_of(
+        "Alarms (± standard error).",
+        alarms,
+        {
+            "since": lambda a: a["since"],
+            "told": lambda a: a["told"],
+            "what": lambda a: a["kind"] + "".join(f", joint {j}" for j in a["joints"]),
+            "sizes": lambda a: "; ".join(_sizes(a)),
+            "or": lambda a: a["rival"],
+            "odds against no change, powers of ten": lambda a: number(a["evidence"] / _LN_10),
+        },
+        sortable=True,
+    )
+    return Section("Alarms", [table if alarms else Text("Nothing was told.")])
 
 
 def _sizes(alarm: Content) -> list[str]:

@@ -3,8 +3,9 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ident.report.charts import row_chart
-from ident.report.page import Block, Column, Figure, Status, Table
+from ident.report.figures import row_figure
+from ident.report.gap.report import SearchReport
+from ident.report.page import Block, Status, Table, table_of
 from ident.report.style import BLUE, Sign
 from ident.report.words import known, number, plus_minus, quantity_text, unit_text
 
@@ -19,12 +20,30 @@ VERDICT_WORDS: dict[str, tuple[Status, str]] = {
 
 def parameter_table(effect: Mapping[str, Any]) -> Table:
     """The parameters of an effect of `gap.json`."""
-    rows = [
-        [quantity_text(name), plus_minus(p["value"], p["sd"]), unit_text(p["unit"])]
-        for name, p in effect["parameters"].items()
-    ]
-    columns = [Column("parameter", "words"), Column("value"), Column("unit", "words")]
-    return Table("Its parameters, ± standard deviation.", columns, rows)
+    return table_of(
+        "Its parameters, ± standard deviation.",
+        effect["parameters"].items(),
+        {
+            "parameter": lambda p: quantity_text(p[0]),
+            "value": lambda p: plus_minus(p[1]["value"], p[1]["sd"]),
+            "unit": lambda p: unit_text(p[1]["unit"]),
+        },
+    )
+
+
+def rival_blocks(report: SearchReport) -> list[Block]:
+    """What explains the same as an effect that was named."""
+    rivals = [r for e in report.content["effects"] for r in e["rivals"]]
+    table = table_of(
+        "Effects that explain the same part of the gap, the nearest first.",
+        rivals,
+        {
+            "effect": lambda r: report.title(r["name"]),
+            "where": lambda r: report.of(r["joints"]),
+            "evidence [nats per sample]": lambda r: number(r["evidence"]),
+        },
+    )
+    return [table] if rivals else []
 
 
 def where_blocks(
@@ -34,12 +53,10 @@ def where_blocks(
     if not where:
         return []
     regions = [w["region"].replace("|qd| < ", "below ").replace("|qd| > ", "above ") for w in where]
-    names = [labels[int(w["joint"]) - 1] for w in where]
-    rows = [f"{name}, {region}" for name, region in zip(names, regions, strict=True)]
+    rows = [
+        f"{labels[int(w['joint']) - 1]}, {region}" for w, region in zip(where, regions, strict=True)
+    ]
     shares = [100 * w["share_of_gap"] if known(w["share_of_gap"]) else None for w in where]
-    quantity = "share of the gap [%]"
-    chart = row_chart(quantity, quantity, rows, {"share": (Sign(BLUE, "bar"), shares)}, wide=True)
-    columns = [Column("joint", "words"), Column("speed", "words"), Column(quantity)]
-    cells = list(zip(names, regions, map(number, shares), strict=True))
-    table = Table("Share of the gap.", columns, cells)
-    return [Figure("Share of the gap", caption, [chart], table)]
+    values = {"share": (Sign(BLUE, "bar"), shares)}
+    title, quantity = "Share of the gap", "share of the gap [%]"
+    return [row_figure(title, caption, quantity, rows, values, head="joint and speed")]

@@ -13,10 +13,11 @@ from ident.gap.results.forward_simulation import ForwardSimulation
 from ident.gap.results.held_out_error import BeforeAfter
 from ident.gap.results.outcome import SearchResult
 from ident.gap.selection.candidates import all_candidates
-from ident.report.charts import Chart, Curve, Panel, kept_samples, line_chart, map_chart, spans_of
+from ident.report.charts import Curve, Panel, line_chart, map_chart
+from ident.report.figures import beside_measured
 from ident.report.gap.effect_curve import OWN_TORQUE, EffectCurve, effect_curve, motion_of
-from ident.report.page import Block, Column, Figure, Table
-from ident.report.style import BLUE, MEASURED, ORANGE, WITH, WITHOUT, Sign
+from ident.report.page import Block, Figure, Table
+from ident.report.style import BLUE, ORANGE, WITH, WITHOUT, Sign
 from ident.report.words import number
 from ident.signals.arrays import Array
 from wamctl.arm.joint_labels import joints_text
@@ -64,9 +65,8 @@ def _effect(curves: Mapping[str, EffectCurve]) -> Figure:
         " slides (averages). Lower panel: the residual at the same place, without the effect and"
         " with it."
     )
-    heads = (said, "the effect [N·m]", "measured [N·m]", "rms without [N·m]", "rms with [N·m]")
-    columns = [Column("joint", "words"), *map(Column, heads)]
-    table = Table("The effect, point by point.", columns, rows)
+    quantities = ("the effect [N·m]", "measured [N·m]", "rms without [N·m]", "rms with [N·m]")
+    table = Table("The effect, point by point.", ("joint", said, *quantities), rows)
     return Figure("The effect as a curve", caption, charts, table)
 
 
@@ -105,9 +105,8 @@ def left_figure(
         rows.append([labels[j], number(float(np.nanmedian(cells))), number(most)])
     if not charts:
         return []
-    columns = [Column("joint", "words"), Column("median [N·m]"), Column("largest [N·m]")]
     caption = "Rms residual over position and velocity: darker is larger, white has no data."
-    table = Table("Rms residual of the cells.", columns, rows)
+    table = Table("Rms residual of the cells.", ("joint", "median [N·m]", "largest [N·m]"), rows)
     return [Figure("What is left", caption, charts, table)]
 
 
@@ -133,11 +132,11 @@ def torque_figure(
         runs.append((labels[j], design.t[order], [torque, *sides], turning))
     named = bool(found.end.accepted)
     caption = (
-        f"First recording: measured torque and the model's{_below('residual', named)} Grey: the"
+        f"First recording: measured torque and the model's{_below(named)} Grey: the"
         " joint stands still or turns round, where the residual may leave the panel; zoom in to"
         f" see it there.{_some(runs, joints)}"
     )
-    return _over_time("Torque of the joints", caption, ("torque", "N·m", "residual"), runs, named)
+    return _over_time("Torque of the joints", caption, "torque [N·m]", runs, named)
 
 
 def motion_figure(
@@ -157,13 +156,13 @@ def motion_figure(
     named = new is not old
     caption = (
         "First recording: measured motion, and the closed loop of controller and model simulated"
-        f" along the wanted motion{_below('error', named)}{_some(runs, joints)}"
+        f" along the wanted motion{_below(named)}{_some(runs, joints)}"
     )
-    return _over_time("Motion of the joints", caption, ("position", "rad", "error"), runs, named)
+    return _over_time("Motion of the joints", caption, "position [rad]", runs, named)
 
 
-def _below(what: str, named: bool) -> str:
-    return f"; below, the {what}{', on one scale for both models' if named else ''}."
+def _below(named: bool) -> str:
+    return f"; below, the residual{', on one scale for both models' if named else ''}."
 
 
 def _some(runs: Sequence[Any], joints: Sequence[int]) -> str:
@@ -174,38 +173,22 @@ _Run = tuple[str, Array, list[Array], NDArray[np.bool_] | None]
 
 
 def _over_time(
-    title: str, caption: str, words: tuple[str, str, str], runs: Sequence[_Run], named: bool
+    title: str, caption: str, quantity: str, runs: Sequence[_Run], named: bool
 ) -> list[Block]:
     """Measured and modelled curves, and their difference; two models if something was named."""
-    quantity, unit, difference = words
-    heads = ["joint", f"rms {difference} without [{unit}]", f"rms {difference} with [{unit}]"]
-    charts: list[Chart] = []
-    rows = []
-    names = ("without the effects", "with them") if named else ("model",)
-    for label, t, (measured, *models), turning in runs:
-        models = models[: len(names)]
-        kept = kept_samples(measured, *(measured - m for m in models))
-        signs = (WITHOUT, WITH) if named else (WITH,)
-        curves = list(zip(names, signs, models, strict=True))
-        upper = [Curve(n, s, m[kept]) for n, s, m in curves]
-        lower = [Curve(n, s, minus=(0, k)) for k, (n, s, _) in enumerate(curves, 1)]
-        shaded = [] if turning is None else spans_of(t, turning)
-        most = None
+    sides = {"without the effects": WITHOUT, "with them": WITH} if named else {"model": WITH}
+    charts, rows = [], []
+    for label, t, (measured, *modelled), turning in runs:
+        curves = {name: (sign, y) for (name, sign), y in zip(sides.items(), modelled, strict=False)}
+        lefts = [measured - y for _, y in curves.values()]
+        reach = None
         if turning is not None and not turning.all():
-            most = max(float(np.abs(measured - m)[~turning].max()) for m in models)
-        panels = [
-            Panel(f"{quantity} [{unit}]", [Curve("measured", MEASURED, measured[kept]), *upper]),
-            Panel(f"{difference} [{unit}]", lower, height=110, reach=most),
-        ]
-        x = ("time [s]", t[kept])
-        charts.append(line_chart(label, x, panels, shaded=shaded, joint=label))
-        rows.append(
-            [label, *(number(float(np.sqrt(np.mean((measured - m) ** 2)))) for m in models)]
+            reach = max(float(np.abs(left[~turning]).max()) for left in lefts)
+        charts.append(
+            beside_measured(label, t, quantity, measured, curves, shaded=turning, reach=reach)
         )
-    columns = [
-        Column(h, "numbers" if i else "words") for i, h in enumerate(heads[: len(names) + 1])
-    ]
-    table = Table(
-        "Over the whole first recording, standstill and reversals included.", columns, rows
-    )
+        rows.append([label, *(number(float(np.sqrt(np.mean(left**2)))) for left in lefts)])
+    unit = quantity[quantity.index("[") :]
+    heads = ["joint", *(f"rms residual, {name} {unit}" for name in sides)]
+    table = Table("Over the whole first recording, standstill and reversals included.", heads, rows)
     return [Figure(title, caption, charts, table)] if charts else []

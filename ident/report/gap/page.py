@@ -1,27 +1,21 @@
 """The page of `ident gap`: what is missing, where it shows, and what is left after it was added."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from ident.report.charts import row_chart
-from ident.report.gap.blocks import VERDICT_WORDS, parameter_table, where_blocks
+from ident.report.figures import row_figure
+from ident.report.gap.blocks import VERDICT_WORDS, parameter_table, rival_blocks, where_blocks
 from ident.report.gap.report import GapReport
-from ident.report.gap.words import (
-    evidence_text,
-    leaning_texts,
-    steps_text,
-    verdict_sentences,
-)
+from ident.report.gap.words import evidence_text, leaning_texts, steps_text, verdict_sentences
 from ident.report.page import (
     Block,
-    Column,
-    Figure,
     Page,
     Points,
     Section,
     Table,
     Text,
     Verdict,
+    table_of,
     with_trust,
 )
 from ident.report.provenance_section import provenance_section
@@ -80,7 +74,7 @@ def gap_page(report: GapReport) -> Page:
         Section("Simulation against measurement", [*_forward(report), *report.motion]),
         Section("Suspected", _suspected(report)),
         Section("Structure without a name", [*_unexplained(report), *report.left]),
-        Section("Other explanations, and how to tell", _rivals(report)),
+        Section("Other explanations, and how to tell", rival_blocks(report)),
         *([seen] if report.named else []),
         provenance_section(content),
     ]
@@ -88,7 +82,7 @@ def gap_page(report: GapReport) -> Page:
     first, *more = verdict_sentences(report)
     return Page(
         command="ident gap",
-        title=f"{report.arm}: what the model misses",
+        title=f"{content['arm']}: what the model misses",
         verdict=with_trust(Verdict(status, word, first, more), content, "trust"),
         figures=_figures(report),
         sections=[s for s in sections if s.blocks],
@@ -122,7 +116,7 @@ def _effects(report: GapReport) -> list[Block]:
         what = f"{report.title(effect['name'])}, {report.of(effect['joints'])}"
         blocks.append(Text(f"{what[0].upper()}{what[1:]}."))
         blocks.append(Text(f"Equation: `{effect['equation']}`"))
-        signature = report.explained.get(effect["name"], ("", ""))[0]
+        signature = report.signature(effect["name"])
         if signature:
             blocks.append(Text(f"How it shows: {signature}."))
         evidence = evidence_text(report, effect)
@@ -151,17 +145,21 @@ def _held_out(report: GapReport) -> list[Block]:
     names |= {} if report.named else {"before": "model"}
     moving, labels = report.moving, [report.labels[j] for j in report.moving]
     values = {names[k]: (signs[k], [v[j] for j in moving]) for k, v in found.items()}
-    title, unit = "Rms residual of each joint while it slides", "rms residual [N·m]"
-    chart = row_chart(title, unit, labels, values, joined="after" in found, wide=True)
-    columns = [Column("joint", "words"), *(Column(f"sliding: {n} [N·m]") for n in values)]
-    rows = [[label, *(number(v[i]) for _, v in values.values())] for i, label in enumerate(labels)]
     turning = () if report.turning is None else report.turning[: 2 if report.named else 1]
-    for name, side in zip(list(values)[:2], turning, strict=False):
-        columns.append(Column(f"turning round: {name} [N·m]"))
-        rows = [[*row, number(float(side[j]))] for row, j in zip(rows, moving, strict=True)]
-    caption = "The noise floor is what differs from one repetition of the motion to the next."
-    table = Table("Rms residual on held-out data.", columns, rows)
-    return [Text(_RESIDUAL), Figure(title, caption, [chart], table), *_steps(report)]
+    more = {
+        f"turning round: {name} [N·m]": [number(float(side[j])) for j in moving]
+        for name, side in zip(list(values)[:2], turning, strict=False)
+    }
+    figure = row_figure(
+        "Rms residual of each joint while it slides",
+        "The noise floor is what differs from one repetition of the motion to the next.",
+        "rms residual [N·m]",
+        labels,
+        values,
+        more=more,
+        joined="after" in found,
+    )
+    return [Text(_RESIDUAL), figure, *_steps(report)]
 
 
 def _steps(report: GapReport) -> list[Block]:
@@ -170,16 +168,13 @@ def _steps(report: GapReport) -> list[Block]:
         return []
     names = [_STEPS.get(s["added"]) or effect_text(s["added"], s["joints"]) for s in steps]
     rows = [name if i == 0 else f"+ {name}" for i, name in enumerate(names)]
-    title, quantity = "Held-out error, step by step", "held-out error [%]"
     caption = (
         "From the rigid body alone to the model with all effects, each fitted by least squares and"
         " tested on held-out data while the joints slide."
     )
-    sizes = [s["relative_error_percent"] for s in steps]
-    chart = row_chart(title, quantity, rows, {"error": (Sign(BLUE, "bar"), sizes)}, wide=True)
-    columns = [Column("model", "words"), Column(quantity)]
-    cells = [[row, number(s)] for row, s in zip(rows, sizes, strict=True)]
-    return [Figure(title, caption, [chart], Table(f"{title}.", columns, cells))]
+    values = {"error": (Sign(BLUE, "bar"), [s["relative_error_percent"] for s in steps])}
+    title, quantity = "Held-out error, step by step", "held-out error [%]"
+    return [row_figure(title, caption, quantity, rows, values, head="model")]
 
 
 def _forward(report: GapReport) -> list[Block]:
@@ -188,77 +183,55 @@ def _forward(report: GapReport) -> list[Block]:
     if not report.named:
         sides = {"before": ("model", BEFORE)}
     labels = [report.labels[j] for j in report.moving]
-    nothing = [None] * len(report.joints)
+    nothing = [None] * len(report.labels)
     found = {k: forward.get(k, {}).get("rms_q_by_joint") or nothing for k in sides}
     sizes = {
         words: (sign, [found[k][j] for j in report.moving]) for k, (words, sign) in sides.items()
     }
     if not any(known(v) for _, column in sizes.values() for v in column):
         return []
-    title, quantity = "Error of the simulated motion", "rms position error [rad]"
-    joined = len(sizes) > 1
-    chart = row_chart(title, quantity, labels, sizes, joined=joined, wide=True)
-    columns = [Column("joint", "words"), *(Column(f"{words} [rad]") for words in sizes)]
-    rows = [
-        [label, *(number(column[i]) for _, column in sizes.values())]
-        for i, label in enumerate(labels)
-    ]
     caption = (
         "The closed loop of controller and model, simulated along the wanted motion and compared"
         " with the measured one."
     )
-    return [Figure(title, caption, [chart], Table(f"{quantity}.", columns, rows))]
+    title, quantity = "Error of the simulated motion", "rms position error [rad]"
+    joined = len(sizes) > 1
+    return [row_figure(title, caption, quantity, labels, sizes, joined=joined)]
 
 
 def _unexplained(report: GapReport) -> list[Block]:
-    rows = [
-        [
-            report.labels[u["joint"] - 1],
-            u["depends_on"],
-            share(u["share_of_residual"], 2),
-            listed([report.title(n["name"]) for n in u["nearest"]]) if u["nearest"] else DASH,
-        ]
-        for u in report.content.get("unexplained", [])
-    ]
-    if not rows:
-        return []
-    heads = ("joint", "what is left depends on", "share of the residual", "nearest effects")
-    columns = [Column(h, "numbers" if i == 2 else "words") for i, h in enumerate(heads)]
-    return [Table("Structure that no effect of the catalogue explains.", columns, rows)]
+    return _unless_empty(
+        "Structure that no effect of the catalogue explains.",
+        report.content.get("unexplained", []),
+        {
+            "joint": lambda u: report.labels[u["joint"] - 1],
+            "what is left depends on": lambda u: u["depends_on"],
+            "share of the residual": lambda u: share(u["share_of_residual"], 2),
+            "nearest effects": lambda u: (
+                listed([report.title(n["name"]) for n in u["nearest"]]) or DASH
+            ),
+        },
+    )
 
 
 def _suspected(report: GapReport) -> list[Block]:
-    rows = [
-        [
-            report.title(s["name"]),
-            report.of(s["joints"]),
-            number(s["evidence"]["standard_deviations"], 2),
-            "yes" if s["in_model"] else "no",
-            s["doubt"],
-        ]
-        for s in report.content.get("suspected", [])
-    ]
-    if not rows:
-        return []
-    caption = "Effects that help prediction and are not sure enough to be named."
-    heads = ("effect", "where", "standard deviations", "in the model", "why it is not named")
-    columns = [Column(h, "numbers" if i == 2 else "words") for i, h in enumerate(heads)]
-    return [Table(caption, columns, rows)]
+    return _unless_empty(
+        "Effects that help prediction and are not sure enough to be named.",
+        report.content.get("suspected", []),
+        {
+            "effect": lambda s: report.title(s["name"]),
+            "where": lambda s: report.of(s["joints"]),
+            "standard deviations": lambda s: number(s["evidence"]["standard_deviations"], 2),
+            "in the model": lambda s: "yes" if s["in_model"] else "no",
+            "why it is not named": lambda s: s["doubt"],
+        },
+    )
 
 
-def _rivals(report: GapReport) -> list[Block]:
-    rows = [
-        [report.title(r["name"]), report.of(r["joints"]), number(r["evidence"])]
-        for e in report.content["effects"]
-        for r in e["rivals"]
-    ]
-    if not rows:
-        return []
-    columns = [Column("effect", "words"), Column("where", "words")]
-    columns.append(Column("evidence [nats per sample]"))
-    return [
-        Table("Effects that explain the same part of the gap, the nearest first.", columns, rows)
-    ]
+def _unless_empty(
+    caption: str, items: Sequence[Content], cells: Mapping[str, Callable[[Content], str]]
+) -> list[Block]:
+    return [table_of(caption, items, cells)] if items else []
 
 
 def _seen(report: GapReport) -> list[Block]:
@@ -267,8 +240,7 @@ def _seen(report: GapReport) -> list[Block]:
     sizes = content["minimum_detectable"]
     if sizes:
         joints = [j + 1 for j in report.moving]
-        columns = [Column("effect", "words"), Column("size", "words")]
-        columns += [Column(report.labels[j]) for j in report.moving]
+        heads = ["effect", "size", *(report.labels[j] for j in report.moving)]
         rows = []
         for name, by_joint in sizes.items():
             coefficient, unit = report.sizes.get(name, ("", ""))
@@ -277,8 +249,8 @@ def _seen(report: GapReport) -> list[Block]:
             found = [by_joint.get(str(j), by_joint.get(j)) for j in joints]
             rows.append([report.title(name), size, *(number(x, 2) for x in found)])
         caption = f"The smallest size that would have been named, by joint; {DASH}: none would."
-        blocks.append(Table(caption, columns, rows))
-    held = {j + 1 for j in range(len(report.joints))} - {j + 1 for j in report.moving}
+        blocks.append(Table(caption, heads, rows))
+    held = {j + 1 for j in range(len(report.labels))} - {j + 1 for j in report.moving}
     if held:
         blocks.append(Text(f"Held still, so they show nothing: {report.of(sorted(held))}."))
     hidden = []

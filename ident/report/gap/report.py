@@ -1,9 +1,11 @@
-"""What the page of a gap is made of."""
+"""What the pages of a search are made of."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
+from ident.effects.catalogue import catalogue
+from ident.effects.events import EVENTS
 from ident.report.page import Block, Figure
 from ident.report.words import known
 from ident.signals.arrays import Array
@@ -13,15 +15,52 @@ Content = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
-class GapReport:
-    """What the page is made of.
+class SearchReport:
+    """What the page of a search is made of, by torque or by simulation.
 
     Attributes:
         content: of `gap.json`.
-        arm: its name.
-        joints: names.
-        titles: of the effects in plain words, by id.
-        explained: of each effect by id: its signature, and the motion that tells it from others.
+    """
+
+    unlisted: ClassVar[str] = "{}"
+    """What to call an effect that the catalogue does not have."""
+
+    content: Content
+
+    @property
+    def labels(self) -> list[str]:
+        """The joints in print."""
+        return joint_labels(self.content["joints"])
+
+    def title(self, effect: str) -> str:
+        """An effect in plain words."""
+        known_as = _effects().get(effect)
+        return known_as.title if known_as else self.unlisted.format(effect.replace("_", " "))
+
+    def of(self, joints: Sequence[int]) -> str:
+        """Joints, from 1, in a sentence."""
+        if not joints:
+            return "the whole arm"
+        return joints_text([self.labels[j - 1] for j in joints])
+
+    def signature(self, effect: str) -> str:
+        """How an effect shows; nothing where the catalogue does not say."""
+        return _effects()[effect].signature if effect in _effects() else ""
+
+    def experiment(self, effect: str) -> str:
+        """The motion that tells an effect from others; nothing where the catalogue has none."""
+        return _effects()[effect].experiment if effect in _effects() else ""
+
+
+def _effects() -> dict[str, Any]:
+    return catalogue() | EVENTS
+
+
+@dataclass(frozen=True)
+class GapReport(SearchReport):
+    """What the page of a search by torque is made of, beside the content of `gap.json`.
+
+    Attributes:
         sizes: of each effect by id: the coefficient that is its size, and its unit.
         curves: of the first effects of the content: a figure of each.
         turning: rms residual while a joint turns round, without and with the effects [N m],
@@ -32,11 +71,6 @@ class GapReport:
         acts: where each effect acts most, in its own variable, a sentence each.
     """
 
-    content: Content
-    arm: str
-    joints: Sequence[str]
-    titles: Mapping[str, str]
-    explained: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     sizes: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     curves: Sequence[Figure] = ()
     turning: Array | None = None
@@ -46,27 +80,12 @@ class GapReport:
     acts: Sequence[str] = ()
 
     @property
-    def labels(self) -> list[str]:
-        """The joints in print."""
-        return joint_labels(self.joints)
-
-    @property
     def moving(self) -> list[int]:
         """The joints, from 0, that the residual tells of: all but those that were held."""
         rms = self.content["held_out"].get("before", {}).get("rms_by_joint") or []
-        return [j for j, value in enumerate(rms) if known(value)] or list(range(len(self.joints)))
+        return [j for j, x in enumerate(rms) if known(x)] or list(range(len(self.labels)))
 
     @property
     def named(self) -> bool:
         """Whether there is a model with effects beside the one without."""
         return bool(self.content["effects"]) and self.content["verdict"] != "data_fault"
-
-    def title(self, effect: str) -> str:
-        """An effect in plain words."""
-        return self.titles.get(effect, effect.replace("_", " "))
-
-    def of(self, joints: Sequence[int]) -> str:
-        """Joints, from 1, in a sentence."""
-        if not joints:
-            return "the whole arm"
-        return joints_text([self.labels[j - 1] for j in joints])

@@ -108,7 +108,7 @@ def _what_is_left(report: GapReport, entry: Content) -> str:
 
 def _experiment(report: GapReport, effect: Content) -> str:
     rivals = [f"{report.title(r['name'])} at {report.of(r['joints'])}" for r in effect["rivals"]]
-    motion = report.explained.get(effect["name"], ("", ""))[1]
+    motion = report.experiment(effect["name"])
     return (
         f"It may also be {listed(rivals)}."
         + (f" To tell them apart, {motion}:" if motion else " To tell them apart:")

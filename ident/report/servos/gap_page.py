@@ -3,15 +3,16 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
-from ident.report.charts import Chart, Curve, Panel, kept_samples, line_chart, row_chart
-from ident.report.gap.blocks import VERDICT_WORDS, parameter_table, where_blocks
+from ident.report.charts import Chart
+from ident.report.figures import beside_measured, recording_figures, row_figure
+from ident.report.gap.blocks import VERDICT_WORDS, parameter_table, rival_blocks, where_blocks
+from ident.report.gap.report import SearchReport
 from ident.report.page import (
     Block,
-    Column,
     Figure,
     Page,
     Points,
@@ -24,50 +25,32 @@ from ident.report.page import (
 )
 from ident.report.provenance_section import provenance_section
 from ident.report.servos.run_page import ServoTrace
-from ident.report.style import AFTER, BEFORE, FLOOR, MEASURED, WITH, WITHOUT
+from ident.report.style import AFTER, BEFORE, FLOOR, WITH, WITHOUT
 from ident.report.words import kinds_text, number, share
-from wamctl.arm.joint_labels import joint_labels, joints_text, listed
+from wamctl.arm.joint_labels import listed
 
 Content = Mapping[str, Any]
 
 _WHERE = "Squared error of the simulation without effects, in units of the noise."
-_MOST_RECORDINGS = 3
 
 
 @dataclass(frozen=True)
-class ServoGap:
-    """What the page is made of.
+class ServoGap(SearchReport):
+    """What the page of a search by simulation is made of, beside the content of `gap.json`.
 
     Attributes:
-        content: of `gap.json`.
-        titles: of the effects in plain words, by id.
-        explained: of each effect by id: its signature, and the motion that tells it from others.
         before, after: the recordings beside the simulation without and with the effects.
     """
 
-    content: Content
-    titles: Mapping[str, str]
-    explained: Mapping[str, tuple[str, str]]
+    unlisted: ClassVar[str] = "the servo's {}"
+
     before: tuple[ServoTrace, ...]
     after: tuple[ServoTrace, ...]
-
-    @property
-    def labels(self) -> list[str]:
-        """The joints in print."""
-        return joint_labels(self.content["joints"])
 
     @property
     def moving(self) -> list[int]:
         """The joints that moved, from 0."""
         return np.flatnonzero(self.content["moving"]).tolist()
-
-    def title(self, effect: str) -> str:
-        """An effect in plain words."""
-        return self.titles.get(effect, f"the servo's {effect.replace('_', ' ')}")
-
-    def of(self, joints: Sequence[int]) -> str:
-        """Joints, from 1, in a sentence."""
-        return joints_text([self.labels[j - 1] for j in joints])
 
     def kinds(self, effects: Sequence[Content]) -> str:
         """Effects and where they are, joints of one kind together."""
@@ -97,7 +80,7 @@ def verdict_sentences(report: ServoGap) -> list[str]:
         if e["rivals"]:
             rivals = listed([report.title(r["name"]) for r in e["rivals"]])
             text = f"At {report.of(e['joints'])}, {report.title(e['name'])} may also be {rivals}."
-            motion = report.explained.get(e["name"], ("", ""))[1]
+            motion = report.experiment(e["name"])
             more.append(text + (f" To tell them apart, {motion}." if motion else ""))
     for s in content["suspected"]:
         what = f"{report.title(s['name'])} at {report.of(s['joints'])}"
@@ -137,7 +120,7 @@ def servo_gap_page(report: ServoGap) -> Page:
         Section("Where it shows", where_blocks(content["where"], report.labels, _WHERE)),
         Section("Error on held-out motions", _held_out(report)),
         Section("Measured and simulated positions", _positions(report)),
-        Section("Other explanations", _rivals(report)),
+        Section("Other explanations", rival_blocks(report)),
         Section("What could have been seen", _seen(report)),
         Section("The servo model", _servo(report)),
         provenance_section(content),
@@ -162,7 +145,7 @@ def _effects(report: ServoGap) -> list[Block]:
     blocks: list[Block] = []
     for e in report.content["effects"]:
         what = f"{report.title(e['name'])}, {report.of(e['joints'])}"
-        signature, facts = report.explained.get(e["name"], ("", ""))[0], e["evidence"]
+        signature, facts = report.signature(e["name"]), e["evidence"]
         blocks.append(Text(f"{what[0].upper()}{what[1:]}. In the simulation: `{e['equation']}`."))
         if signature:
             blocks.append(Text(f"How it shows in general: {signature}."))
@@ -189,72 +172,44 @@ def _held_out(report: ServoGap) -> list[Block]:
         words: (sign, [1e3 * held[k]["rms_by_joint"][j] for j in report.moving])
         for k, (words, sign) in sides.items()
     }
-    title, unit = "Rms position error of each joint", "rms error [mrad]"
-    chart = row_chart(title, unit, labels, values, wide=True)
-    columns = [Column("joint", "words"), *(Column(f"{w} [mrad]") for w in values)]
-    rows = [[label, *(number(v[i]) for _, v in values.values())] for i, label in enumerate(labels)]
     caption = (
         "Motions, or pieces of them, that the fit had not seen, simulated from their commands"
         " alone. The noise floor is the same of a simulated arm that misses nothing: encoder steps"
         " and white noise."
     )
-    return [Figure(title, caption, [chart], Table("Rms on held-out motions.", columns, rows))]
+    title, quantity = "Rms position error of each joint", "rms error [mrad]"
+    return [row_figure(title, caption, quantity, labels, values)]
 
 
 def _positions(report: ServoGap) -> list[Block]:
     joints = list(dict.fromkeys(w["joint"] - 1 for w in report.content["where"])) or report.moving
-    blocks: list[Block] = []
-    for old, new in list(zip(report.before, report.after, strict=True))[:_MOST_RECORDINGS]:
-        charts = [_chart(report, old, new, j) for j in joints]
-        rows = [
-            [
-                report.labels[j],
-                *(
-                    number(1e3 * float(np.sqrt(np.mean((x.measured - x.simulated)[:, j] ** 2))))
-                    for x in (old, new)
-                ),
-            ]
-            for j in joints
-        ]
-        columns = [Column("joint", "words"), Column("without [mrad]"), Column("with [mrad]")]
-        caption = (
-            "Below: measured less simulated position, without and with the effects, in a fit to"
-            " all recordings."
-        )
-        table = Table("Rms of measured less simulated.", columns, rows)
-        blocks.append(Figure(Path(old.name).name, caption, charts, table))
-    return blocks
+    caption = (
+        "Below: measured less simulated position, without and with the effects, in a fit to"
+        " all recordings."
+    )
+
+    def figure(pair: tuple[ServoTrace, ServoTrace]) -> Figure:
+        rms = [1e3 * np.sqrt(np.mean((x.measured - x.simulated) ** 2, axis=0)) for x in pair]
+        rows = [[report.labels[j], *(number(float(x[j])) for x in rms)] for j in joints]
+        heads = ("joint", "without [mrad]", "with [mrad]")
+        table = Table("Rms of measured less simulated.", heads, rows)
+        charts = [_chart(report, *pair, j) for j in joints]
+        return Figure(Path(pair[0].name).name, caption, charts, table)
+
+    return recording_figures(list(zip(report.before, report.after, strict=True)), figure)
 
 
 def _chart(report: ServoGap, old: ServoTrace, new: ServoTrace, j: int) -> Chart:
-    kept = kept_samples(old.measured[:, j], old.simulated[:, j], new.simulated[:, j])
-    measured = old.measured[kept, j]
-    left = [Curve("without effects", WITHOUT, 1e3 * (measured - old.simulated[kept, j]))]
+    models = {"without effects": (WITHOUT, old.simulated[:, j])}
     if report.content["effects"]:
-        left.append(Curve("with effects", WITH, 1e3 * (measured - new.simulated[kept, j])))
-    panels = [
-        Panel("position [rad]", [Curve("measured", MEASURED, measured)], height=110),
-        Panel("error [mrad]", left),
-    ]
-    label = report.labels[j]
-    return line_chart(label, ("time [s]", old.t[kept]), panels, joint=label)
-
-
-def _rivals(report: ServoGap) -> list[Block]:
-    rows = [
-        [report.title(r["name"]), report.of(r["joints"]), number(r["evidence"])]
-        for e in report.content["effects"]
-        for r in e["rivals"]
-    ]
-    heads = [Column("effect", "words"), Column("where", "words"), Column("evidence [nats/sample]")]
-    return [Table("Effects that explain as much.", heads, rows)] if rows else []
+        models["with effects"] = (WITH, new.simulated[:, j])
+    return beside_measured(report.labels[j], old.t, "position [rad]", old.measured[:, j], models)
 
 
 def _seen(report: ServoGap) -> list[Block]:
     content = report.content
     units = content["detectable_units"]
-    columns = [Column("effect", "words"), Column("unit", "words")]
-    columns += [Column(report.labels[j]) for j in report.moving]
+    heads = ["effect", "unit", *(report.labels[j] for j in report.moving)]
     rows = [
         [
             report.title(name),
@@ -267,7 +222,7 @@ def _seen(report: ServoGap) -> list[Block]:
         "The smallest size that would have been named; a dash: none would, or the effect is named."
     )
     reasons = [f"{report.title(k)}: {why}" for k, why in content["not_asked"].items()]
-    blocks: list[Block] = [Table(caption, columns, rows)]
+    blocks: list[Block] = [Table(caption, heads, rows)]
     if held := content["held_by_weight"]:
         blocks.append(
             Text(
@@ -286,9 +241,8 @@ def _servo(report: ServoGap) -> list[Block]:
             if side == "before" or report.content["effects"]:
                 cells = (number(q[side][j]) for j in report.moving)
                 rows.append([f"{q['name'].replace('_', ' ')}, {words}", q["unit"], *cells])
-    columns = [Column("what", "words"), Column("unit", "words")]
-    columns += [Column(report.labels[j]) for j in report.moving]
-    return [Table("Settings of the servo model.", columns, rows)]
+    heads = ["what", "unit", *(report.labels[j] for j in report.moving)]
+    return [Table("Settings of the servo model.", heads, rows)]
 
 
 def _steps(content: Content) -> list[Step]:

@@ -1,6 +1,6 @@
 """Pages of identification and validation by simulation: positions, not torques."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -8,23 +8,12 @@ from typing import Any
 import numpy as np
 
 from ident.output_error.fit import MotionSegment
-from ident.report.charts import Chart, Curve, Panel, kept_samples, line_chart
-from ident.report.page import (
-    Block,
-    Column,
-    Figure,
-    Page,
-    Section,
-    Status,
-    Step,
-    Table,
-    Text,
-    Verdict,
-)
+from ident.report.charts import Chart
+from ident.report.figures import beside_measured, recording_figures
+from ident.report.page import Block, Figure, Page, Section, Status, Step, Table, Verdict, table_of
 from ident.report.provenance_section import provenance_section
-from ident.report.style import MEASURED, PREDICTED, RESIDUAL, Sign
-from ident.report.torque import MOST_RECORDINGS
-from ident.report.words import number, plus_minus, whole
+from ident.report.style import PREDICTED, Sign
+from ident.report.words import number, plus_minus
 from ident.signals.arrays import Array
 from wamctl.arm.joint_labels import joint_labels
 
@@ -114,7 +103,7 @@ def _verdict(content: Content) -> Verdict:
 
 
 def _error_table(content: Content, labels: Sequence[str]) -> Table:
-    columns = [Column("recording", "words"), *(Column(f"{label} [mrad]") for label in labels)]
+    heads = ["recording", *(f"{label} [mrad]" for label in labels)]
     rows = [
         [Path(log["name"]).name, *(number(1e3 * x) for x in log["rms_q_by_joint"])]
         for log in content["logs"]
@@ -125,12 +114,11 @@ def _error_table(content: Content, labels: Sequence[str]) -> Table:
         rows.append(["pieces not fitted", *(number(1e3 * x) for x in held)])
     away = content["following_rms_by_joint"]
     rows.append(["command less position", *(number(1e3 * x) for x in away)])
-    return Table("Rms of measured less simulated position.", columns, rows)
+    return Table("Rms of measured less simulated position.", heads, rows)
 
 
 def _parameters(content: Content, labels: Sequence[str]) -> Table:
     names = list(dict.fromkeys(p["name"] for p in content["parameters"]))
-    columns = [Column("what", "words"), Column("unit", "words"), *map(Column, labels)]
     rows = []
     for name in names:
         mine = {p["joint"]: p for p in content["parameters"] if p["name"] == name}
@@ -146,16 +134,15 @@ def _parameters(content: Content, labels: Sequence[str]) -> Table:
         "Settings with standard errors; empty: not fitted, none of it. A torque limit or a planned"
         " speed or acceleration that is empty was not reached by this motion."
     )
-    return Table(caption, columns, rows)
+    return Table(caption, ("what", "unit", *labels), rows)
 
 
 def _tried(content: Content, labels: Sequence[str]) -> Table:
-    columns = [Column("part", "words"), *map(Column, labels)]
     rows = [
         [
             trial["name"].replace("_", " "),
             *(
-                number(gain) + (" kept" if kept else "")
+                number(gain) + ("\u202fkept" if kept else "")
                 for gain, kept in zip(trial["gain_by_joint"], trial["kept"], strict=True)
             ),
         ]
@@ -165,42 +152,31 @@ def _tried(content: Content, labels: Sequence[str]) -> Table:
         "Logarithm of the ratio of errors without and with each part, on pieces that were not"
         " fitted; 0.02 is 2 % smaller."
     )
-    return Table(caption, columns, rows)
+    return Table(caption, ("part", *labels), rows)
 
 
 def _positions(traces: Sequence[ServoTrace], labels: Sequence[str]) -> list[Block]:
-    blocks: list[Block] = []
-    for trace in traces[:MOST_RECORDINGS]:
-        left = trace.measured - trace.simulated
-        rows = [
-            [
-                label,
-                number(1e3 * float(np.sqrt(np.mean(e**2)))),
-                number(1e3 * float(np.abs(e).max())),
-            ]
-            for label, e in zip(labels, left.T, strict=True)
-        ]
-        columns = [Column("joint", "words"), Column("rms [mrad]"), Column("largest [mrad]")]
-        caption = "Command, measured position, and the simulation, which knows the command alone."
+    caption = "Command, measured position, and the simulation, which knows the command alone."
+    cells: dict[str, Callable[[tuple[str, Array]], str]] = {
+        "joint": lambda e: e[0],
+        "rms [mrad]": lambda e: number(1e3 * float(np.sqrt(np.mean(e[1] ** 2)))),
+        "largest [mrad]": lambda e: number(1e3 * float(np.abs(e[1]).max())),
+    }
+
+    def figure(trace: ServoTrace) -> Figure:
+        left = zip(labels, (trace.measured - trace.simulated).T, strict=True)
         charts = [_chart(trace, j, label) for j, label in enumerate(labels)]
-        table = Table("Measured less simulated.", columns, rows)
-        blocks.append(Figure(Path(trace.name).name, caption, charts, table))
-    if len(traces) > MOST_RECORDINGS:
-        rest = whole(len(traces) - MOST_RECORDINGS)
-        blocks.append(Text(f"{rest} more recordings are in the tables only."))
-    return blocks
+        table = table_of("Measured less simulated.", left, cells)
+        return Figure(Path(trace.name).name, caption, charts, table)
+
+    return recording_figures(traces, figure)
 
 
 def _chart(trace: ServoTrace, j: int, label: str) -> Chart:
-    curves = trace.commanded[:, j], trace.measured[:, j], trace.simulated[:, j]
-    kept = kept_samples(*curves)
-    names = (("commanded", _COMMANDED), ("measured", MEASURED), ("simulated", PREDICTED))
-    drawn = [Curve(n, s, y[kept]) for (n, s), y in zip(names, curves, strict=True)]
-    panels = [
-        Panel("position [rad]", drawn),
-        Panel("residual [rad]", [Curve("residual", RESIDUAL, minus=(1, 2))], height=90),
-    ]
-    return line_chart(label, ("time [s]", trace.t[kept]), panels, joint=label)
+    commanded = {"commanded": (_COMMANDED, trace.commanded[:, j])}
+    simulated = {"simulated": (PREDICTED, trace.simulated[:, j])}
+    measured = trace.measured[:, j]
+    return beside_measured(label, trace.t, "position [rad]", measured, simulated, beside=commanded)
 
 
 def _steps(content: Content) -> list[Step]:

@@ -8,8 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from ident.checks.remark import Remark, verdict_content
-from ident.effects.catalogue import catalogue
-from ident.effects.events import EVENTS
 from ident.model.arm import Arm
 from ident.output_error.fit import MotionSegment
 from ident.output_error.identify import Prepared, model_of, prepared
@@ -55,9 +53,7 @@ class GapOfServos:
             tuple(ServoTrace.of(s, q) for s, q in zip(setup.segments, made, strict=True))
             for made in (before, after)
         ]
-        titles = {name: e.title for name, e in (catalogue() | EVENTS).items()}
-        explained = {name: (e.signature, e.experiment) for name, e in catalogue().items()}
-        return ServoGap(self.content, titles, explained, pairs[0], pairs[1])
+        return ServoGap(self.content, *pairs)
 
     @property
     def sentences(self) -> list[str]:

@@ -8,7 +8,7 @@ import pytest
 from ident.report.charts import Curve, Panel, line_chart
 from ident.report.design_page import DesignReport
 from ident.report.gap.report import GapReport
-from ident.report.page import Column, Figure, Table
+from ident.report.page import Figure, Table
 from ident.report.run_curves import FrictionCurve
 from ident.report.run_page import RunReport
 from ident.report.style import WITH
@@ -163,6 +163,8 @@ def validate_content(run_content: dict[str, Any]) -> dict[str, Any]:
 @pytest.fixture(scope="session")
 def gap_content(run_content: dict[str, Any]) -> dict[str, Any]:
     return {
+        "arm": "bench",
+        "joints": run_content["joints"],
         "verdict": "ambiguous",
         "effects": [
             {
@@ -216,17 +218,13 @@ def gap_content(run_content: dict[str, Any]) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="session")
-def gap_report(gap_content: dict[str, Any], run_content: dict[str, Any]) -> GapReport:
+def gap_report(gap_content: dict[str, Any]) -> GapReport:
     x = np.linspace(-1.0, 1.0, 12)
     panel = Panel("torque [N·m]", [Curve("the effect", WITH, x**3)])
     chart = line_chart("2 lift", ("speed [rad/s]", x), [panel], joint="2 lift")
-    table = Table("Point by point.", [Column("joint", "words"), Column("x")], [["2 lift", "0.5"]])
+    table = Table("Point by point.", ["joint", "x"], [["2 lift", "0.5"]])
     return GapReport(
         gap_content,
-        "bench",
-        run_content["joints"],
-        {"coupled_friction": "friction on the motors of a shared drive"},
-        {"coupled_friction": ("turns with the motor", "move joints 1 and 2 together")},
         {"stribeck": ("extra_friction", "N m")},
         [Figure("The effect as a curve", "Over speed.", [chart], table)],
         np.array([[0.5, 0.4, np.nan], [0.25, 0.15, np.nan]]),
