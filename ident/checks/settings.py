@@ -218,8 +218,9 @@ class CheckSettings(BaseModel):
         description="part by which positions must be too large or small: less may be what the model"
         " lacks, such as an elastic transmission",
     )
-    drift_rad: float = Field(
-        default=0.1, description="[rad] of an encoder's drift over a recording; as above"
+    angle_off_rad: float = Field(
+        default=0.1,
+        description="[rad] of a wrong zero, or of an encoder's drift over a recording; as above",
     )
     positions_ratio: float = Field(
         default=0.5,

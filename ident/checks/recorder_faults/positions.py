@@ -1,11 +1,12 @@
-"""Positions in a scale of their own, and encoders that drift: the arm's weight tells both.
+"""Positions in a scale of their own, encoders that drift, wrong zeros: the arm's weight tells them.
 
 To first order a wrong position adds the model's derivative by position, times the error, to the
 torque: `dtau/dq . q + dtau/dqd . qd + dtau/dqdd . qdd` for positions that are too large by a
 factor, and `dtau/dq . t` for a drift. What such a column explains beside the links' own tells how
-large the fault is; the arm is then fitted anew without it. A zero that is off, which `ident gap`
-names, may look like a factor: the likelier of the two counts. A joint whose turning changes no
-weight (about a vertical axis, or a round last link) shows neither, nor has its model the fault.
+large the fault is; the arm is then fitted anew without it. A zero that is off may look like a
+factor: the likelier of the two counts, and small ones are left to `ident gap`. A joint whose
+turning changes no weight (about a vertical axis, or a last link) shows none of it, nor has its
+model the fault.
 """
 
 from collections.abc import Iterator
@@ -25,6 +26,9 @@ _STEP = 1e-4
 """Relative step [1] or angle [rad] of a derivative."""
 
 _INSTANTS = 150
+_STEPS = 6
+"""Steps to the size of a zero that is off: a large one is not linear in the torque."""
+
 _Kind = Literal["scale", "drift", "zero"]
 
 
@@ -55,8 +59,7 @@ class _Fault:
 
     def large(self, bounds: CheckSettings) -> bool:
         """Whether it matters."""
-        least = bounds.scale_off if self.kind == "scale" else bounds.drift_rad
-        return abs(self.size) > least and self.kind != "zero"
+        return abs(self.size) > (bounds.scale_off if self.kind == "scale" else bounds.angle_off_rad)
 
     def remark(self, case: Case, left: Array) -> Remark:
         """What is said of it, with the part of each joint's error that it leaves, shape (n,)."""
@@ -71,6 +74,12 @@ class _Fault:
                 "Check the encoder's counts per turn and the gear ratio by which positions are"
                 " computed."
             )
+        elif self.kind == "zero":
+            text = (
+                f"The zero position of {whose} appears to be wrong: the URDF fits the torque better"
+                f" if {self.size:.2g} rad are added to the recorded positions"
+            )
+            advice = "Find the zero again with the arm in its home pose, or correct it in the URDF."
         else:
             text = (
                 f"The recorded position of {whose} appears to drift by about {-self.size:.2g} rad"
@@ -86,17 +95,20 @@ class _Fault:
             f" falls to {100 * left[least]:.2g} % of what it is"
         )
         places = () if every else numbers(self.joints)
-        return Remark("positions", places, f"{text} ({share}).", Grade.DOUBTFUL, advice)
+        code = "zero_pose" if self.kind == "zero" else "positions"
+        return Remark(code, places, f"{text} ({share}).", Grade.DOUBTFUL, advice)
 
 
 def position_remarks(case: Case, bounds: CheckSettings) -> list[Remark]:
     """What is said of positions in another scale, or that drift."""
     weights = _weights(case)
-    faults = list(_faults(case, weights))
-    if not faults:
+    best, expected = _likeliest(case, weights)
+    if best is None or expected > np.sqrt(bounds.positions_ratio):
         return []
-    best, expected = min(faults, key=lambda one: one[1])
-    if expected > np.sqrt(bounds.positions_ratio) or not best.large(bounds):
+    for _ in range(_STEPS if best.kind == "zero" else 0):
+        further, _ = _likeliest(best.without(case), weights, best)
+        best = further or best
+    if not best.large(bounds):
         return []
     before, after = (_left(c, weights) for c in (case, best.without(case)))
     ratio = np.divide(after, before, out=np.ones_like(before), where=weights > 0)
@@ -119,6 +131,25 @@ def _weights(case: Case) -> Array:
     """Weights under which every joint's residual counts alike, shape (n,)."""
     left = np.sqrt(np.mean(held_out_residual(case.columns) ** 2, axis=0))
     return np.divide(1.0, left, out=np.zeros_like(left), where=case.probe.moving & (left > 0))
+
+
+def _likeliest(
+    case: Case, weights: Array, before: _Fault | None = None
+) -> tuple[_Fault | None, float]:
+    """The fault that explains most, and the part of all joints' errors that it leaves.
+
+    Args:
+        case: the case, without `before`.
+        weights: of the joints, shape (n,).
+        before: a fault whose size alone is looked for; it comes back with what is missing added.
+    """
+    found = list(_faults(case, weights))
+    if before is None:
+        return min(found, key=lambda one: one[1], default=(None, 1.0))
+    for fault, left in found:
+        if (fault.kind, fault.joints) == (before.kind, before.joints):
+            return replace(fault, size=fault.size + before.size), left
+    return None, 1.0
 
 
 def _faults(case: Case, weights: Array) -> Iterator[tuple[_Fault, float]]:

@@ -16,7 +16,8 @@ from ident.workflows.run import run_data
 from wamctl.arm.errors import UserError
 
 DO = (
-    "Check Choose Correct Fasten Give Identify If Let List Move Reverse Record Set Stamp Warm Write"
+    "Check Choose Correct Fasten Find Give Identify If Let List Move Reverse Record Set Stamp Warm"
+    " Write"
 ).split()
 """How a sentence begins that says what to do."""
 

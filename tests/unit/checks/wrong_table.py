@@ -146,6 +146,8 @@ WRONG: list[Wrong] = [
         {"zero_pose", "large_error", "gravity_direction"},
     ),
     ("zero of joint 3 off by -90 degrees", lambda: shifted(2, -np.pi / 2), {"zero_pose"}),
+    ("zero of joint 3 off by 0.3 rad", lambda: shifted(2, 0.3), {"zero_pose"}),
+    ("zero of joint 2 off by -0.8 rad", lambda: shifted(1, -0.8), {"zero_pose"}),
     (
         "zero of joint 2 off by 180 degrees",
         lambda: shifted(1, np.pi),
