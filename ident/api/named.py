@@ -1,20 +1,11 @@
 """What a search found, and the effects that it named, as Python sees them."""
 
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
-from ident.api.result import Result, Work
+from ident.api.result import Result
 from ident.api.tables import html_table
-
-
-class Search(Work, Protocol):
-    """The work of `ident gap`."""
-
-    @property
-    def sentences(self) -> list[str]:
-        """The verdict in sentences."""
-        ...
-
+from ident.workflows.work import Search
 
 SearchT = TypeVar("SearchT", bound=Search)
 

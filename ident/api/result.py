@@ -2,27 +2,10 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, TypeVar
 
+from ident.workflows.work import Work
 from wamctl.arm.errors import writing
-
-
-class Work(Protocol):
-    """What a command has found, and everything that is written about it."""
-
-    @property
-    def content(self) -> dict[str, Any]:
-        """The content of the command's JSON file."""
-        ...
-
-    def page(self) -> str:
-        """The report, one HTML page."""
-        ...
-
-    def write(self, out: Path) -> object:
-        """Write all files into a folder."""
-        ...
-
 
 WorkT = TypeVar("WorkT", bound=Work)
 

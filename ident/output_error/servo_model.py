@@ -67,6 +67,32 @@ class ServoModel:
         (made,) = self.setup((segment,)).replay(self.settings)
         return made
 
+    def save(self, path: Path) -> None:
+        """Write the model as readable YAML: quantities first, URDF last."""
+        rows = {
+            q.name: {
+                "unit": q.unit,
+                "values": [float(x) for x in self.settings[i]],
+                "sd": [None if np.isnan(x) else float(x) for x in self.sd[i]],
+            }
+            for i, q in enumerate(QUANTITIES)
+        }
+        content = {
+            "format": FORMAT,
+            "version": VERSION,
+            "arm": self.arm,
+            "joints": list(self.robot.joint_names),
+            "gravity_m_s2": [float(g) for g in self.robot.model.gravity.linear],
+            "encoder_at_link": [bool(x) for x in self.at_link],
+            "resolution_rad": [float(x) for x in self.resolution],
+            "quantities": rows,
+            "rms_rad": [float(x) for x in self.noise],
+            "logs": list(self.logs),
+            "urdf": self.robot.urdf,
+        }
+        text = yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=100)
+        path.write_text(text, encoding="utf-8")
+
 
 class _File(Section):
     format: str
@@ -86,33 +112,6 @@ def is_servo_model(path: Path) -> bool:
     """Whether a `model.yaml` is of this kind."""
     content = read_yaml(path) if path.is_file() else None
     return isinstance(content, dict) and content.get("format") == FORMAT
-
-
-def write_servo_model(path: Path, model: ServoModel) -> None:
-    """The model as readable YAML: quantities first, URDF last."""
-    rows = {
-        q.name: {
-            "unit": q.unit,
-            "values": [float(x) for x in model.settings[i]],
-            "sd": [None if np.isnan(x) else float(x) for x in model.sd[i]],
-        }
-        for i, q in enumerate(QUANTITIES)
-    }
-    content = {
-        "format": FORMAT,
-        "version": VERSION,
-        "arm": model.arm,
-        "joints": list(model.robot.joint_names),
-        "gravity_m_s2": [float(g) for g in model.robot.model.gravity.linear],
-        "encoder_at_link": [bool(x) for x in model.at_link],
-        "resolution_rad": [float(x) for x in model.resolution],
-        "quantities": rows,
-        "rms_rad": [float(x) for x in model.noise],
-        "logs": list(model.logs),
-        "urdf": model.robot.urdf,
-    }
-    text = yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=100)
-    path.write_text(text, encoding="utf-8")
 
 
 def read_servo_model(path: Path) -> ServoModel:

@@ -161,17 +161,13 @@ def torques_along(
     Returns:
         torque [N m] by answer, and velocity [rad/s], each of shape (S, n).
     """
-    motion = _motion(series)
+    motion = sample(series, np.arange(0.0, series.period_s - 0.5 / _RATE_HZ, 1 / _RATE_HZ))
     columns = found[0].model.regressor(*motion)
     torque = {}
     for h in found:
         effects = h.model.effects.torque(h.model, Samples(*motion), 1 / _RATE_HZ)
         torque[h.name] = columns @ h.model.delta + effects
     return torque, motion[1]
-
-
-def _motion(series: FourierSeries) -> tuple[Array, Array, Array]:
-    return sample(series, np.arange(0.0, series.period_s - 0.5 / _RATE_HZ, 1 / _RATE_HZ))
 
 
 def _expected(apart: Array) -> float:

@@ -63,7 +63,7 @@ from ident.workflows.model_errors import errors_on
 from ident.workflows.provenance import provenance
 from ident.workflows.refusal import write_refusal
 from ident.workflows.run import cutoff_chosen
-from ident.workflows.run_json import write_results
+from ident.workflows.work import Search
 from wamctl.arm.errors import DataError
 from wamctl.arm.joint_labels import joint_labels
 
@@ -95,18 +95,15 @@ class _Outcome:
 
 
 @dataclass(frozen=True)
-class Gap:
+class Gap(Search):
     """A search, and everything that is written about it.
 
     Attributes:
         report: the content of the page.
-        model: the model with the effects that were named.
-        content: the content of `gap.json`.
     """
 
-    report: GapReport
     model: Model
-    content: dict[str, Any]
+    report: GapReport
 
     @property
     def sentences(self) -> list[str]:
@@ -116,14 +113,6 @@ class Gap:
     def page(self) -> str:
         """The report, one HTML page."""
         return render(gap_page(self.report))
-
-    def write(self, out: Path) -> str:
-        """Write `gap.json`, `model.yaml` and `report.html`; gives the content of `gap.json`.
-
-        Raises:
-            DataError: the folder cannot be written.
-        """
-        return write_results(out, "gap", self.content, self.page(), self.model.save)
 
 
 def gap_logs(
@@ -201,7 +190,7 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
     content["seconds"] = time.perf_counter() - start
     model = model_with(source, outcome.whole, outcome.final.fit, outcome.final.effects)
     content["errors"] = errors_on(model, counted(source))
-    return Gap(report, model, content)
+    return Gap(model, content, report)
 
 
 def counted(source: Experiment) -> list[Dataset]:

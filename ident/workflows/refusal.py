@@ -8,7 +8,7 @@ from ident.checks.remark import RefusedError, gravest_first, verdict_content
 from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset
 from ident.report.page import Page, Verdict, render
-from ident.workflows.run_json import write_results
+from ident.workflows.work import write_results
 
 _MODEL = "model.yaml"
 

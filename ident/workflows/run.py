@@ -4,7 +4,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -36,7 +36,8 @@ from ident.workflows.currents import currents_content, with_uncertain_gains
 from ident.workflows.model_errors import errors_of_fit, errors_on
 from ident.workflows.provenance import provenance
 from ident.workflows.refusal import refused_run, write_refusal
-from ident.workflows.run_json import run_content, torque_units, write_results
+from ident.workflows.run_json import run_content, torque_units
+from ident.workflows.work import Work
 from wamctl.arm.configuration.known_change import KnownChangeError, known_change
 from wamctl.arm.errors import ConfigurationError, DataError
 
@@ -44,35 +45,21 @@ METHOD = "regression"
 
 
 @dataclass(frozen=True)
-class Run:
+class Run(Work):
     """An identification, and everything that is written about it.
 
     Attributes:
         found: the identification.
-        model: the content of `model.yaml`.
-        content: the content of `run.json`.
     """
 
-    found: Identification
+    command: ClassVar[str] = "run"
+
     model: Model
-    content: dict[str, Any]
+    found: Identification
 
     def page(self) -> str:
         """The report, one HTML page."""
         return render(run_page(run_report(self.content, self.found)))
-
-    def write(self, out: Path, page: str | None = None) -> str:
-        """Write `run.json`, `model.yaml` and `report.html`; gives the content of `run.json`.
-
-        Args:
-            out: folder for the results.
-            page: the report, where it has been made already.
-
-        Raises:
-            DataError: the folder cannot be written.
-        """
-        page = self.page() if page is None else page
-        return write_results(out, "run", self.content, page, self.model.save)
 
 
 def run_logs(
@@ -191,7 +178,7 @@ def run_data(
     else:
         model = replace(model, effects=known.effects)
         content["errors"] = errors_on(model, whole)
-    return Run(found, model, content)
+    return Run(model, content, found)
 
 
 def _poor(found: Identification, told: Sequence[Remark]) -> list[Remark]:

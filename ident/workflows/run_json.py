@@ -1,13 +1,8 @@
-"""`run.json`, as the contract fixes it, and writing a folder of results all at once."""
+"""`run.json`, as the contract fixes it."""
 
 import json
 import math
-import shutil
-import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 from ident.dynamics.parameters import is_revolute
@@ -19,52 +14,7 @@ from ident.identification.velocity_threshold import Sweep
 from ident.model.arm import TERM_NAMES
 from ident.regression.squared_errors import Errors
 from ident.signals.arrays import Array
-from wamctl.arm.errors import writing
 from wamctl.arm.robot import Robot
-
-
-@contextmanager
-def whole_folder(out: Path, names: tuple[str, ...]) -> Iterator[Path]:
-    """A temporary folder whose files move to `out` when all of them are there, and not before.
-
-    Raises:
-        DataError: the folder cannot be written.
-    """
-    with writing(out):
-        out.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".unfinished-", dir=out) as folder:
-            yield Path(folder)
-            for name in names:
-                shutil.move(Path(folder) / name, out / name)
-
-
-def write_results(
-    out: Path,
-    command: str,
-    content: dict[str, Any],
-    page: str,
-    write_model: Callable[[Path], None] | None = None,
-) -> str:
-    """Write a command's JSON file, its report, and its model; gives the content of the JSON file.
-
-    Args:
-        out: folder for the results.
-        command: `run`, `validate`, or `gap`; also the name of the JSON file.
-        content: of the JSON file.
-        page: the report.
-        write_model: writes `model.yaml`; None where there is no model.
-
-    Raises:
-        DataError: the folder cannot be written.
-    """
-    text, result = as_json(content), f"{command}.json"
-    names = (result, *(("model.yaml",) if write_model else ()), "report.html")
-    with whole_folder(out, names) as folder:
-        if write_model is not None:
-            write_model(folder / "model.yaml")
-        (folder / "report.html").write_text(page, encoding="utf-8")
-        (folder / result).write_text(text, encoding="utf-8")
-    return text
 
 
 def run_content(found: Identification) -> dict[str, Any]:

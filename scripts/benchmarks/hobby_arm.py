@@ -29,7 +29,7 @@ import ident
 from ident.importers.recording import import_recording
 from ident.output_error.fit import MotionSegment
 from ident.output_error.recordings import pieces, segments_of
-from ident.output_error.servo_model import read_servo_model, write_servo_model
+from ident.output_error.servo_model import read_servo_model
 
 Array = NDArray[np.floating]
 
@@ -175,7 +175,7 @@ def main() -> None:
         model = ident.identify(arm, [recordings[k] for k in FITTED], method="simulation").model
     spent = time.process_time() - start
     if asked.model:
-        write_servo_model(asked.model, model)
+        model.save(asked.model)
     left = np.concatenate([s.q - model.replay(s) for s in judged])
     print("rms [mrad] by joint, and of all, on recordings that were not fitted")
     row(f"ident, {spent:.0f} s", np.sqrt(np.mean(left**2, axis=0)))

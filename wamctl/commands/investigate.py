@@ -1,7 +1,7 @@
 """`wamctl investigate`: what is to be investigated, and what it may cost."""
 
 import sys
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from pathlib import Path
 
 import typer
@@ -52,14 +52,9 @@ def investigated(
         known_change(answer)
         if not resume:
             raise UsageError("--answer goes with --resume: it answers what an investigation asked.")
-    with _bus_of(request.bus) as lock:
+    with nullcontext() if request.bus == EMBEDDED else locked(parse_channel(request.bus)) as lock:
         site = Site(out, arm, tuple(options), say, asked_in_terminal, lock)
         return investigate(site, full, bounds, resume, answer)
-
-
-def _bus_of(bus: str) -> AbstractContextManager[int | None]:
-    """The lock of the bus for as long as the investigation takes; the embedded arm needs none."""
-    return nullcontext() if bus == EMBEDDED else locked(parse_channel(bus))
 
 
 def asked_in_terminal(question: str) -> str:

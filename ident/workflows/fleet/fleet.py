@@ -29,7 +29,8 @@ from ident.report.fleet.index_page import index_page
 from ident.report.page import render
 from ident.signals.arrays import Array
 from ident.workflows.fleet.changed_gap import Asking
-from ident.workflows.run_json import as_json, whole_folder
+from ident.workflows.run_json import as_json
+from ident.workflows.work import whole_folder
 from wamctl.arm.config import find_file
 from wamctl.arm.errors import ConfigurationError
 

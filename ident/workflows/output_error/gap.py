@@ -3,9 +3,7 @@
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
-from typing import Any
 
 from ident.checks.remark import Remark, verdict_content
 from ident.model.arm import Arm
@@ -15,7 +13,7 @@ from ident.output_error.missing.search import search
 from ident.output_error.missing.settings import GapBySimulation
 from ident.output_error.missing.verdict import Outcome, outcome
 from ident.output_error.recordings import settled
-from ident.output_error.servo_model import ServoModel, write_servo_model
+from ident.output_error.servo_model import ServoModel
 from ident.recordings.loading import Reading
 from ident.regression.progress import Tell, silent
 from ident.report.page import render
@@ -24,24 +22,21 @@ from ident.report.servos.run_page import ServoTrace
 from ident.workflows.output_error.gap_json import gap_content
 from ident.workflows.output_error.logs import glitch_remarks, read_commanded
 from ident.workflows.provenance import provenance
-from ident.workflows.run_json import write_results
+from ident.workflows.work import Search
 
 
 @dataclass(frozen=True)
-class GapOfServos:
+class GapOfServos(Search):
     """A search by simulation, and everything that is written about it.
 
     Attributes:
         begun: arm and recordings.
         outcome: the search with its verdict.
-        model: the arm with the effects that were named.
-        content: the content of `gap.json`.
     """
 
+    model: ServoModel
     begun: Prepared
     outcome: Outcome
-    model: ServoModel
-    content: dict[str, Any]
 
     @property
     def report(self) -> ServoGap:
@@ -63,15 +58,6 @@ class GapOfServos:
     def page(self) -> str:
         """The report, one HTML page."""
         return render(servo_gap_page(self.report))
-
-    def write(self, out: Path) -> str:
-        """Write `gap.json`, `model.yaml` and `report.html`; gives the content of `gap.json`.
-
-        Raises:
-            DataError: the folder cannot be written.
-        """
-        model = partial(write_servo_model, model=self.model)
-        return write_results(out, "gap", self.content, self.page(), model)
 
 
 def gap_simulation(
@@ -125,4 +111,4 @@ def gap_of_servos(
     content |= {"trust": trust["verdict"], "remarks": trust["remarks"]}
     content["provenance"] = provenance(arm, paths)
     content["seconds"] = time.perf_counter() - start
-    return GapOfServos(begun, done, model_of(begun, done.after, done.known), content)
+    return GapOfServos(model_of(begun, done.after, done.known), content, begun, done)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ident.output_error.fit import Setup
 from ident.output_error.identify import Prepared
 from ident.output_error.missing.kinds import NOT_ASKED
-from ident.output_error.missing.search import Accepted, Rival
+from ident.output_error.missing.search import Accepted
 from ident.output_error.missing.settings import GapBySimulation
 from ident.output_error.missing.verdict import Outcome
 from ident.output_error.missing.visibility import held_by_weight, smallest
@@ -90,7 +90,7 @@ def _effect(a: Accepted, done: Outcome, gains: Sequence[float], deviations: floa
         "parameters": _parameters(a, done),
         "equation": a.kind.equation,
         "evidence": evidence,
-        "rivals": [_rival(r, a.joint) for r in a.rivals],
+        "rivals": [{"name": r.name, "joints": [a.joint + 1], "evidence": r.gain} for r in a.rivals],
         "separating_experiment": f"{a.kind.name}:{a.joint + 1}" if a.rivals else None,
     }
 
@@ -106,10 +106,6 @@ def _parameters(a: Accepted, done: Outcome) -> Content:
             "unit": QUANTITIES[row].unit,
         }
     return found
-
-
-def _rival(rival: Rival, joint: int) -> Content:
-    return {"name": rival.name, "joints": [joint + 1], "evidence": rival.gain}
 
 
 def _where(setup: Setup, done: Outcome) -> list[Content]:

@@ -3,9 +3,8 @@
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from ident.model.arm import Arm
 from ident.output_error.fit import MotionSegment
 from ident.output_error.identify import Found, identify_by_simulation
 from ident.output_error.parameters import QUANTITIES
-from ident.output_error.servo_model import ServoModel, write_servo_model
+from ident.output_error.servo_model import ServoModel
 from ident.output_error.uncertainty import unknown_factor
 from ident.recordings.loading import Reading
 from ident.regression.progress import Tell, silent
@@ -23,7 +22,8 @@ from ident.report.servos.run_page import ServoTrace, servo_page
 from ident.signals.arrays import Array
 from ident.workflows.output_error.logs import glitch_remarks, read_commanded
 from ident.workflows.provenance import provenance
-from ident.workflows.run_json import numbers, write_results
+from ident.workflows.run_json import numbers
+from ident.workflows.work import Work
 
 _BAD = 0.5  # of the error that following the command at once would have, or standing still
 _STILL_S = 0.5  # that a joint stands still while the simulated one moves by
@@ -32,34 +32,21 @@ _COUNTS = 3  # errors of so many steps of the encoder are none
 
 
 @dataclass(frozen=True)
-class ServoRun:
+class ServoRun(Work):
     """An identification by simulation, and everything that is written about it.
 
     Attributes:
         found: the identification.
-        content: the content of `run.json`.
     """
 
-    found: Found
-    content: dict[str, Any]
+    command: ClassVar[str] = "run"
 
-    @property
-    def model(self) -> ServoModel:
-        """The identified arm."""
-        return self.found.model
+    model: ServoModel
+    found: Found
 
     def page(self) -> str:
         """The report, one HTML page."""
         return render(servo_page("ident run", self.content, traces(self.found)))
-
-    def write(self, out: Path) -> str:
-        """Write `run.json`, `model.yaml` and `report.html`; gives the content of `run.json`.
-
-        Raises:
-            DataError: the folder cannot be written.
-        """
-        model = partial(write_servo_model, model=self.model)
-        return write_results(out, "run", self.content, self.page(), model)
 
 
 def run_simulation(
@@ -111,7 +98,7 @@ def simulated_run(
     content["provenance"] = provenance(arm, paths)
     content["seconds"] = {"solve": time.perf_counter() - start}
     content["solver"]["seconds"] = content["seconds"]["solve"]
-    return ServoRun(found, content)
+    return ServoRun(found.model, content, found)
 
 
 def traces(found: Found) -> tuple[ServoTrace, ...]:
