@@ -1,19 +1,19 @@
 """Effects of what is fixed to the arm, of its base, and of what it touches."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
 from sim_bus.hidden_effects.effect import (
+    Acts,
     Array,
-    AtJoints,
     HiddenEffect,
     NotNegative,
     Number,
     Positive,
     Sizes,
-    on_joints,
 )
 from sim_bus.plant.physics import Physics, StepState
 
@@ -62,25 +62,19 @@ def _rotation(angle: float, first: int, second: int) -> Array:
     return turn
 
 
-class JointSpring(AtJoints):
+class JointSpring(Acts):
     """A cable harness or return spring, which pulls towards a rest angle."""
 
     effect: Literal["joint_spring"]
     nm_rad: Sizes
     rest_rad: Sizes = 0.0
 
-    def hide(self, physics: Physics, seed: int) -> Physics:
+    def act(self, state: StepState, sizes: Mapping[str, Array]) -> None:
         """Torque -stiffness (q - rest)."""
-        stiffness = self.spread(self.nm_rad, physics)
-        rest = self.spread(self.rest_rad, physics)
-
-        def act(state: StepState) -> None:
-            state.torque -= stiffness * (state.q - rest)
-
-        return on_joints(physics, act)
+        state.torque -= sizes["nm_rad"] * (state.q - sizes["rest_rad"])
 
 
-class Contact(AtJoints):
+class Contact(Acts):
     """A push during a stretch of time, that comes and goes smoothly."""
 
     effect: Literal["contact"]
@@ -88,13 +82,11 @@ class Contact(AtJoints):
     from_s: NotNegative
     to_s: Positive
 
-    def hide(self, physics: Physics, seed: int) -> Physics:
+    def act(self, state: StepState, sizes: Mapping[str, Array]) -> None:
         """Torque nm sin^2 over the stretch; time counts from when the stand lets go."""
-        size = self.spread(self.nm, physics)
+        share = (state.time_s - self.from_s) / (self.to_s - self.from_s)
+        if 0.0 < share < 1.0:
+            state.torque += sizes["nm"] * np.sin(np.pi * share) ** 2
 
-        def act(state: StepState) -> None:
-            share = (state.time_s - self.from_s) / (self.to_s - self.from_s)
-            if 0.0 < share < 1.0:
-                state.torque += size * np.sin(np.pi * share) ** 2
 
-        return on_joints(physics, act)
+Effects = Payload | GravityTilt | JointSpring | Contact

@@ -5,88 +5,15 @@ from typing import Annotated
 
 from pydantic import Field
 
-from sim_bus.hidden_effects.body import Contact, GravityTilt, JointSpring, Payload
-from sim_bus.hidden_effects.drive_train import (
-    Backlash,
-    CoupledInertia,
-    JointElasticity,
-    RotorInertia,
-    TorqueDelay,
-    TorqueGain,
-    TorqueRipple,
-    TorqueSaturation,
-)
-from sim_bus.hidden_effects.friction import (
-    AsymmetricViscous,
-    CoupledFriction,
-    LoadDependentFriction,
-    NonlinearViscous,
-    Presliding,
-    Stribeck,
-    ThermalDrift,
-    TorqueOffset,
-)
-from sim_bus.hidden_effects.outside_catalogue import (
-    AngleDependentDrag,
-    AngleDependentFriction,
-    CrossDrag,
-    DamagedTooth,
-    Hose,
-    HysteresisLoop,
-    MassChange,
-    OneSidedStop,
-    Slosh,
-    SpeedLimitedTorque,
-    SupplySag,
-    TorqueDeadZone,
-    Vibration,
-)
-from sim_bus.hidden_effects.sensing import DroppedSamples, EncoderOffset
+from sim_bus.hidden_effects import body, drive_train, friction, outside_catalogue, sensing
 from sim_bus.plant.physics import Physics
 from wamctl.arm.config import Section, read_yaml, validate
 from wamctl.arm.errors import ConfigurationError
 
-Known = (
-    TorqueOffset
-    | Stribeck
-    | Presliding
-    | NonlinearViscous
-    | AsymmetricViscous
-    | LoadDependentFriction
-    | CoupledFriction
-    | ThermalDrift
-    | RotorInertia
-    | CoupledInertia
-    | Payload
-    | GravityTilt
-    | EncoderOffset
-    | JointSpring
-    | TorqueGain
-    | TorqueDelay
-    | TorqueRipple
-    | TorqueSaturation
-    | JointElasticity
-    | Backlash
-    | Contact
-    | DroppedSamples
-)
+Known = friction.Effects | drive_train.Effects | body.Effects | sensing.Effects
 """Effects that the gap finder knows by name."""
 
-OutsideCatalogue = (
-    AngleDependentDrag
-    | AngleDependentFriction
-    | CrossDrag
-    | DamagedTooth
-    | Hose
-    | HysteresisLoop
-    | MassChange
-    | OneSidedStop
-    | Slosh
-    | SpeedLimitedTorque
-    | SupplySag
-    | TorqueDeadZone
-    | Vibration
-)
+OutsideCatalogue = outside_catalogue.Effects
 """Effects that nobody looks for, and that should be found without a name."""
 
 

@@ -4,14 +4,17 @@
 """
 
 from collections import deque
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
 from sim_bus.hidden_effects.effect import (
+    Acts,
     Array,
     AtJoints,
+    Elsewhere,
     NotNegativeSizes,
     Number,
     Positive,
@@ -50,20 +53,17 @@ class CoupledInertia(AtJoints):
         return replace(physics, armature=physics.armature + more)
 
 
-class TorqueGain(AtJoints):
+class TorqueGain(Acts):
     """Motors that make another torque than their drives believe."""
 
     effect: Literal["torque_gain"]
-    factor: Sizes
+    factor: Annotated[Sizes, Elsewhere(1.0)]
 
-    def hide(self, physics: Physics, seed: int) -> Physics:
+    at_motors: ClassVar[bool] = True
+
+    def act(self, state: StepState, sizes: Mapping[str, Array]) -> None:
         """The torque times the factor."""
-        factor = self.spread(self.factor, physics, elsewhere=1.0)
-
-        def act(state: StepState) -> None:
-            state.motor *= factor
-
-        return on_motors(physics, act)
+        state.motor *= sizes["factor"]
 
 
 class TorqueDelay(AtJoints):
@@ -113,20 +113,17 @@ class TorqueRipple(AtJoints):
         return on_motors(physics, act)
 
 
-class TorqueSaturation(AtJoints):
+class TorqueSaturation(Acts):
     """Torque that stays below what was commanded, and that the drive shows as made."""
 
     effect: Literal["torque_saturation"]
-    nm: PositiveSizes
+    nm: Annotated[PositiveSizes, Elsewhere(np.inf)]
 
-    def hide(self, physics: Physics, seed: int) -> Physics:
+    at_motors: ClassVar[bool] = True
+
+    def act(self, state: StepState, sizes: Mapping[str, Array]) -> None:
         """Motor side."""
-        most = self.spread(self.nm, physics, elsewhere=np.inf)
-
-        def act(state: StepState) -> None:
-            np.clip(state.motor, -most, most, out=state.motor)
-
-        return on_motors(physics, act)
+        np.clip(state.motor, -sizes["nm"], sizes["nm"], out=state.motor)
 
 
 class JointElasticity(AtJoints):
@@ -170,3 +167,15 @@ class Backlash(AtJoints):
             return q + half * side
 
         return at_encoders(physics, reading)
+
+
+Effects = (
+    RotorInertia
+    | CoupledInertia
+    | TorqueGain
+    | TorqueDelay
+    | TorqueRipple
+    | TorqueSaturation
+    | JointElasticity
+    | Backlash
+)

@@ -1,37 +1,42 @@
 """Friction beyond Coulomb and viscous."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
-from sim_bus.hidden_effects.effect import AtJoints, NotNegative, NotNegativeSizes, Sizes, on_joints
+from sim_bus.hidden_effects.effect import (
+    Acts,
+    Array,
+    AtJoints,
+    NotNegative,
+    NotNegativeSizes,
+    Sizes,
+    on_joints,
+)
 from sim_bus.plant.physics import Physics, StepState
 
 
-class TorqueOffset(AtJoints):
+class TorqueOffset(Acts):
     """A constant torque, or dry friction that is stronger in one direction by as much."""
 
     effect: Literal["torque_offset"]
     form: Literal["constant", "asymmetric_coulomb"] = "constant"
     nm: Sizes
 
-    def hide(self, physics: Physics, seed: int) -> Physics:
+    def act(self, state: StepState, sizes: Mapping[str, Array]) -> None:
         """The offset resists positive motion where it is positive."""
-        offset = self.spread(self.nm, physics)
-
-        def constant(state: StepState) -> None:
+        offset = sizes["nm"]
+        if self.form == "constant":
             state.torque -= offset
-
-        def asymmetric(state: StepState) -> None:
-            lower, upper = state.bounds[:, : physics.dof]
+        else:
+            lower, upper = state.bounds[:, : len(offset)]
             np.minimum(lower + offset, 0.0, out=lower)
             np.maximum(upper + offset, 0.0, out=upper)
 
-        return on_joints(physics, constant if self.form == "constant" else asymmetric)
 
-
-class Stribeck(AtJoints):
+class Stribeck(Acts):
     """More dry friction at low speed."""
 
     effect: Literal["stribeck"]
@@ -39,17 +44,12 @@ class Stribeck(AtJoints):
     extra_nm: NotNegativeSizes
     speed_rad_s: NotNegativeSizes
 
-    def hide(self, physics: Physics, seed: int) -> Physics:
+    def act(self, state: StepState, sizes: Mapping[str, Array]) -> None:
         """The extra falls off with |qd| / speed, or with its square."""
-        extra = self.spread(self.extra_nm, physics)
-        speed = self.spread(self.speed_rad_s, physics) + (extra == 0.0)
+        extra = sizes["extra_nm"]
         power = 1 if self.form == "exponential" else 2
-
-        def act(state: StepState) -> None:
-            more = extra * np.exp(-((np.abs(state.qd) / speed) ** power))
-            state.bounds[:, : physics.dof] += [-more, more]
-
-        return on_joints(physics, act)
+        speed = sizes["speed_rad_s"] + (extra == 0.0)
+        state.widen(extra * np.exp(-((np.abs(state.qd) / speed) ** power)))
 
 
 class Presliding(AtJoints):
@@ -90,7 +90,7 @@ class Presliding(AtJoints):
         return on_joints(replace(physics, truth=truth), act)
 
 
-class NonlinearViscous(AtJoints):
+class NonlinearViscous(Acts):
     """Drag that does not grow in proportion to speed: linear, quadratic, cubic, or by a power."""
 
     effect: Literal["nonlinear_viscous"]
@@ -99,51 +99,33 @@ class NonlinearViscous(AtJoints):
     power_nm: Sizes = 0.0
     power: NotNegative = 0.5
 
-    def hide(self, physics: Physics, seed: int) -> Physics:
+    def act(self, state: StepState, sizes: Mapping[str, Array]) -> None:
         """The power law is that of speed over 1 rad/s."""
-        quadratic = self.spread(self.quadratic_nm_s2_rad2, physics)
-        cubic = self.spread(self.cubic_nm_s3_rad3, physics)
-        by_power = self.spread(self.power_nm, physics)
-
-        def act(state: StepState) -> None:
-            speed = np.abs(state.qd)
-            state.drag += quadratic * speed + cubic * speed**2
-            state.torque -= by_power * np.sign(state.qd) * speed**self.power
-
-        return on_joints(physics, act)
+        speed = np.abs(state.qd)
+        state.drag += sizes["quadratic_nm_s2_rad2"] * speed + sizes["cubic_nm_s3_rad3"] * speed**2
+        state.torque -= sizes["power_nm"] * np.sign(state.qd) * speed**self.power
 
 
-class AsymmetricViscous(AtJoints):
+class AsymmetricViscous(Acts):
     """Viscous friction that is stronger in the positive direction, and weaker in the negative."""
 
     effect: Literal["asymmetric_viscous"]
     nm_s_rad: Sizes
 
-    def hide(self, physics: Physics, seed: int) -> Physics:
+    def act(self, state: StepState, sizes: Mapping[str, Array]) -> None:
         """The coefficient differs from its mean by the given size, either way."""
-        size = self.spread(self.nm_s_rad, physics)
-
-        def act(state: StepState) -> None:
-            state.drag += size * np.sign(state.qd)
-
-        return on_joints(physics, act)
+        state.drag += sizes["nm_s_rad"] * np.sign(state.qd)
 
 
-class LoadDependentFriction(AtJoints):
+class LoadDependentFriction(Acts):
     """Dry friction that grows with the torque that the transmission carries."""
 
     effect: Literal["load_dependent_friction"]
     share: NotNegativeSizes
 
-    def hide(self, physics: Physics, seed: int) -> Physics:
+    def act(self, state: StepState, sizes: Mapping[str, Array]) -> None:
         """A share of the motors' torque at the joint."""
-        share = self.spread(self.share, physics)
-
-        def act(state: StepState) -> None:
-            more = share * np.abs(state.load)
-            state.bounds[:, : physics.dof] += [-more, more]
-
-        return on_joints(physics, act)
+        state.widen(sizes["share"] * np.abs(state.load))
 
 
 class CoupledFriction(AtJoints):
@@ -186,3 +168,15 @@ class ThermalDrift(AtJoints):
             state.drag += own * more
 
         return on_joints(physics, act)
+
+
+Effects = (
+    TorqueOffset
+    | Stribeck
+    | Presliding
+    | NonlinearViscous
+    | AsymmetricViscous
+    | LoadDependentFriction
+    | CoupledFriction
+    | ThermalDrift
+)

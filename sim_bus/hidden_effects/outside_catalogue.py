@@ -1,12 +1,16 @@
 """Effects that are in nobody's catalogue, so that a search for a name should find none."""
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from sim_bus.hidden_effects.effect import (
+    Acts,
+    Array,
     AtJoints,
+    Elsewhere,
     HiddenEffect,
     NotNegative,
     NotNegativeSizes,
@@ -39,77 +43,56 @@ class MassChange(HiddenEffect):
         return on_joints(physics, act)
 
 
-class OneSidedStop(AtJoints):
+class OneSidedStop(Acts):
     """A soft bumper beyond an angle."""
 
     effect: Literal["one_sided_stop"]
     nm_rad: Sizes
-    beyond_rad: Sizes
+    beyond_rad: Annotated[Sizes, Elsewhere(np.inf)]
 
-    def hide(self, physics: Physics, seed: int) -> Physics:
+    def act(self, state: StepState, sizes: Mapping[str, Array]) -> None:
         """It pushes back in proportion to the square root of the depth, from the angle upwards."""
-        stiffness = self.spread(self.nm_rad, physics)
-        beyond = self.spread(self.beyond_rad, physics, elsewhere=np.inf)
-
-        def act(state: StepState) -> None:
-            state.torque -= stiffness * np.sqrt(np.maximum(state.q - beyond, 0.0))
-
-        return on_joints(physics, act)
+        depth = np.maximum(state.q - sizes["beyond_rad"], 0.0)
+        state.torque -= sizes["nm_rad"] * np.sqrt(depth)
 
 
-class Hose(AtJoints):
+class Hose(Acts):
     """A hose that curls, with a torque that is no spring's."""
 
     effect: Literal["hose"]
     nm: Sizes
     phase_rad: Number = 0.3
 
-    def hide(self, physics: Physics, seed: int) -> Physics:
+    def act(self, state: StepState, sizes: Mapping[str, Array]) -> None:
         """Torque -nm sin(2 q - phase)."""
-        size = self.spread(self.nm, physics)
-
-        def act(state: StepState) -> None:
-            state.torque -= size * np.sin(2.0 * state.q - self.phase_rad)
-
-        return on_joints(physics, act)
+        state.torque -= sizes["nm"] * np.sin(2.0 * state.q - self.phase_rad)
 
 
-class AngleDependentDrag(AtJoints):
+class AngleDependentDrag(Acts):
     """Viscous friction that differs from angle to angle."""
 
     effect: Literal["angle_dependent_drag"]
     nm_s_rad: Sizes
     phase_rad: Number = 0.0
 
-    def hide(self, physics: Physics, seed: int) -> Physics:
+    def act(self, state: StepState, sizes: Mapping[str, Array]) -> None:
         """The coefficient grows by size (1 + cos(q - phase)) / 2."""
-        size = self.spread(self.nm_s_rad, physics)
-
-        def act(state: StepState) -> None:
-            state.drag += size * 0.5 * (1.0 + np.cos(state.q - self.phase_rad))
-
-        return on_joints(physics, act)
+        state.drag += sizes["nm_s_rad"] * 0.5 * (1.0 + np.cos(state.q - self.phase_rad))
 
 
-class AngleDependentFriction(AtJoints):
+class AngleDependentFriction(Acts):
     """Dry friction that differs from angle to angle."""
 
     effect: Literal["angle_dependent_friction"]
     nm: Sizes
     periods_per_turn: Positive = 2.0
 
-    def hide(self, physics: Physics, seed: int) -> Physics:
+    def act(self, state: StepState, sizes: Mapping[str, Array]) -> None:
         """The bound grows by size (1 + cos(periods q)) / 2."""
-        size = self.spread(self.nm, physics)
-
-        def act(state: StepState) -> None:
-            more = size * 0.5 * (1.0 + np.cos(self.periods_per_turn * state.q))
-            state.bounds[:, : physics.dof] += [-more, more]
-
-        return on_joints(physics, act)
+        state.widen(sizes["nm"] * 0.5 * (1.0 + np.cos(self.periods_per_turn * state.q)))
 
 
-class DamagedTooth(AtJoints):
+class DamagedTooth(Acts):
     """Dry friction at one angle."""
 
     effect: Literal["damaged_tooth"]
@@ -117,15 +100,10 @@ class DamagedTooth(AtJoints):
     at_rad: Number
     width_rad: Positive = 0.05
 
-    def hide(self, physics: Physics, seed: int) -> Physics:
+    def act(self, state: StepState, sizes: Mapping[str, Array]) -> None:
         """The bound grows by a bell curve around the angle."""
-        size = self.spread(self.nm, physics)
-
-        def act(state: StepState) -> None:
-            more = size * np.exp(-(((state.q - self.at_rad) / self.width_rad) ** 2))
-            state.bounds[:, : physics.dof] += [-more, more]
-
-        return on_joints(physics, act)
+        away = (state.q - self.at_rad) / self.width_rad
+        state.widen(sizes["nm"] * np.exp(-(away**2)))
 
 
 class CrossDrag(HiddenEffect):
@@ -145,21 +123,16 @@ class CrossDrag(HiddenEffect):
         return on_joints(physics, act)
 
 
-class Vibration(AtJoints):
+class Vibration(Acts):
     """Something shakes the arm, whatever it does."""
 
     effect: Literal["vibration"]
     nm: Sizes
     hz: Positive
 
-    def hide(self, physics: Physics, seed: int) -> Physics:
+    def act(self, state: StepState, sizes: Mapping[str, Array]) -> None:
         """Torque nm sin(2 pi hz t)."""
-        size = self.spread(self.nm, physics)
-
-        def act(state: StepState) -> None:
-            state.torque += size * np.sin(2.0 * np.pi * self.hz * state.time_s)
-
-        return on_joints(physics, act)
+        state.torque += sizes["nm"] * np.sin(2.0 * np.pi * self.hz * state.time_s)
 
 
 class Slosh(AtJoints):
@@ -232,20 +205,17 @@ class SpeedLimitedTorque(AtJoints):
         return on_motors(physics, act)
 
 
-class TorqueDeadZone(AtJoints):
+class TorqueDeadZone(Acts):
     """A drive that makes no torque near zero."""
 
     effect: Literal["torque_dead_zone"]
     nm: NotNegativeSizes
 
-    def hide(self, physics: Physics, seed: int) -> Physics:
+    at_motors: ClassVar[bool] = True
+
+    def act(self, state: StepState, sizes: Mapping[str, Array]) -> None:
         """Motor side: the torque is smaller by the zone, and zero within it."""
-        zone = self.spread(self.nm, physics)
-
-        def act(state: StepState) -> None:
-            state.motor -= np.clip(state.motor, -zone, zone)
-
-        return on_motors(physics, act)
+        state.motor -= np.clip(state.motor, -sizes["nm"], sizes["nm"])
 
 
 class SupplySag(AtJoints):
@@ -264,3 +234,20 @@ class SupplySag(AtJoints):
             state.motor *= 1.0 - here * min(0.9, self.share_per_watt * watts)
 
         return on_motors(physics, act)
+
+
+Effects = (
+    MassChange
+    | OneSidedStop
+    | Hose
+    | AngleDependentDrag
+    | AngleDependentFriction
+    | DamagedTooth
+    | CrossDrag
+    | Vibration
+    | Slosh
+    | HysteresisLoop
+    | SpeedLimitedTorque
+    | TorqueDeadZone
+    | SupplySag
+)

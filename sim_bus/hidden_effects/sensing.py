@@ -44,3 +44,6 @@ class DroppedSamples(HiddenEffect):
             return q
 
         return at_encoders(physics, reading)
+
+
+Effects = EncoderOffset | DroppedSamples

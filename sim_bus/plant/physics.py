@@ -36,6 +36,10 @@ class StepState:
     drag: Array
     bounds: Array
 
+    def widen(self, torque: Array) -> None:
+        """More dry friction at the joints [N m], shape (n,)."""
+        self.bounds[:, : len(torque)] += [-torque, torque]
+
 
 Act = Callable[[StepState], None]
 """A hidden effect's action in every inner step."""
