@@ -75,7 +75,7 @@ class Effect(ABC, Generic[P]):
         scales_torque: it is what a wrong sign or unit of the recorded torque looks like.
         linear_in_coefficients: else its columns are formed about some, see `linearised_at`.
         has_memory: its torque depends on the motion before, so that one sample does not tell it.
-        usual_term: a term that models of arms usually hold, or hold on demand.
+        usual_term: the term of an arm's settings that holds it for all joints; empty: none does.
         same_number: a coefficient and a nonlinear parameter that are one number.
         taken_for_granted: what its size rests on that these data cannot test, in a sentence.
     """
@@ -104,7 +104,7 @@ class Effect(ABC, Generic[P]):
     scales_torque: ClassVar[bool] = False
     linear_in_coefficients: ClassVar[bool] = True
     has_memory: ClassVar[bool] = False
-    usual_term: ClassVar[bool] = False
+    usual_term: ClassVar[str] = ""
     same_number: ClassVar[tuple[str, str] | None] = None
     taken_for_granted: ClassVar[str] = ""
 

@@ -21,7 +21,7 @@ class RotorInertia(Effect):
     motion = ExperimentMotion.FAST_REVERSALS
     form_uncertainty = FormUncertainty.NONE
     band_limited = True
-    usual_term = True
+    usual_term = "rotor_inertia"
     linear = (Coefficient("inertia", "kg m^2", lower=0.0),)
 
     def columns(self, seen: Observed, candidate: Candidate) -> Array:

@@ -21,7 +21,7 @@ class TorqueOffset(Effect):
     motion = ExperimentMotion.WIDE_SWEEP
     form_uncertainty = FormUncertainty.NONE
     band_limited = True
-    usual_term = True
+    usual_term = "offset"
     linear = (Coefficient("offset", "N m"),)
 
     def columns(self, seen: Observed, candidate: Candidate) -> Array:

@@ -57,7 +57,7 @@ class Arm:
             ConfigurationError: a value out of its bounds.
         """
         given = {name: value for name, value in changes.items() if value is not None}
-        content = self.settings.model_dump() | given
+        content = self.settings.model_dump(exclude_unset=True) | given
         settings = validate(IdentificationSection, content, "settings")
         terms = replace(self.terms, **{name: name in settings.terms for name in TERM_NAMES})
         return replace(self, settings=settings, terms=terms)

@@ -19,7 +19,7 @@ from ident.gap.options import Options
 from ident.gap.regression.feasible_fit import FeasibleModel, feasible_fit
 from ident.gap.results.error_by_term import error_by_term
 from ident.gap.results.forward_simulation import ForwardSimulation, forward_simulations, rms
-from ident.gap.results.full_model import model_with
+from ident.gap.results.full_model import fitted_beside, model_with
 from ident.gap.results.held_out_error import (
     BeforeAfter,
     before_and_after,
@@ -183,14 +183,34 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
     if "terms" in asked.model_fields_set and ON_DEMAND not in asked.terms:
         options = replace(options, terms_on_demand=False)
     outcome = searched(source, options, remarks, tell)
-    content = _content(outcome) | trust_content((*remarks, *outcome.remarks))
+    tell("fitting the arm beside the effects")
+    model, stopped = written_model(outcome)
+    content = _content(outcome) | trust_content((*remarks, *outcome.remarks, *stopped))
     content["provenance"] = provenance(source.arm, paths)
     tell("preparing the report")
     report = _report(outcome, content)
     content["seconds"] = time.perf_counter() - start
-    model = model_with(source, outcome.whole, outcome.final.fit, outcome.final.effects)
     content["errors"] = errors_on(model, counted(source))
     return Gap(model, content, report)
+
+
+def written_model(outcome: _Outcome) -> tuple[Model, tuple[Remark, ...]]:
+    """The arm as `ident run` fits it beside the effects, and a remark where that cannot be done.
+
+    The search's own fit is the model then, and so it is beside a reference model, which stays.
+    """
+    found, final = outcome.found, outcome.final
+    source, arm = found.source, found.source.arm
+    model = model_with(source, outcome.whole, final.fit, final.effects)
+    if source.reference_model is not None:
+        return model, ()
+    if found.options.terms_on_demand:
+        arm = arm.with_settings(terms=(*arm.settings.terms, ON_DEMAND))
+    named = {e.place for e in found.verdict.effects}
+    try:
+        return fitted_beside(model, named, counted(source), arm), ()
+    except (DataError, np.linalg.LinAlgError) as error:
+        return model, (no_fit(f"The fit beside the effects failed: {error}", Grade.DOUBTFUL),)
 
 
 def counted(source: Experiment) -> list[Dataset]:

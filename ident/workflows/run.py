@@ -23,7 +23,7 @@ from ident.checks.settings import DEFAULT
 from ident.checks.torque import poorly_predicted
 from ident.identification.cutoff_selection import with_best_cutoff
 from ident.identification.identify import Identification, identify, model_of
-from ident.model.arm import Arm
+from ident.model.arm import TERM_NAMES, Arm
 from ident.model.identified_model import Model
 from ident.recordings.dataset import Dataset
 from ident.recordings.errors import TooShortError
@@ -80,7 +80,8 @@ def run_logs(
         out: folder for the results.
         reading: topics and torque to read.
         tell: hears what is being done.
-        effects: a `model.yaml` whose effects are taken off the torque first, and kept.
+        effects: a `model.yaml` whose effects are taken off the torque first, and kept; its terms
+            are taken where the arm's settings name none.
         load: a log of the arm with a known load, and the load: LOG=KG,X,Y,Z.
         settings: fields of the identification section that differ from the arm's.
 
@@ -93,6 +94,8 @@ def run_logs(
     arm, data = read_logs(paths, robot, reading)
     arm = arm.with_settings(**settings)
     known = None if effects is None else _known(effects, arm)
+    if known is not None and "terms" not in arm.settings.model_fields_set:
+        arm = arm.with_settings(terms=[n for n in TERM_NAMES if getattr(known.terms, n)])
     read = time.perf_counter() - start
     try:
         loaded = None if load is None else _loaded(arm, load, reading)
@@ -158,10 +161,10 @@ def run_data(
     data, gains = examined.data, examined.gains
     if gains is not None:
         arm = arm.with_settings(gains_nm_per_a=gains.value.tolist())
+    arm, notes = cutoff_chosen(data, arm, tell)
     whole = data
     if known is not None:
         data = [_without(known, d) for d in data]
-    arm, notes = cutoff_chosen(data, arm, tell)
     remarks = (*examined.remarks, *notes)
     found = identified(data, arm, remarks, tell)
     fit_sd = found.sd

@@ -10,6 +10,7 @@ from ident.effects.bound_effects import bound
 from ident.effects.compensation import without_effects
 from ident.effects.reversal_friction import BASIS, USUAL, shapes_of
 from ident.estimation.reversal_shapes import KnownShapes
+from ident.gap.results.full_model import fitted_beside
 from ident.identification.validation import arm_of, predict
 from ident.model.records import EffectRecord
 from ident.recordings.dataset import in_memory
@@ -27,6 +28,9 @@ STRIBECK = EffectRecord(
     settings={"speed": 0.2, "exponent": 2.0, "slow_decay": 0.0},
     rows=(2,),
 )
+
+OFFSETS = np.array([3.0, -2.0, 1.0])
+"""Of the joints [N m]."""
 
 
 @pytest.fixture(scope="module")
@@ -68,6 +72,49 @@ def test_a_recording_too_short_for_effects_does_not_cost_the_result(fitted):
     with pytest.raises(DataError, match="short: too short to say what the model's effects do"):
         validated(model, short)
     assert [e["name"] for e in errors_on(model, [short, data])] == ["log"]
+
+
+@pytest.fixture(scope="module")
+def shifted(fitted):
+    """The same log with offsets."""
+    _, data, _ = fitted
+    whole = data.segments[0]
+    return in_memory(data, data.rate_hz, [replace(whole, tau=whole.tau + OFFSETS)])
+
+
+def test_the_gaps_model_is_what_a_run_fits_beside_its_effects(fitted):
+    arm, data, first = fitted
+    known = replace(first.model, effects=bound([STRIBECK]))
+    model = fitted_beside(known, (), [data], arm)
+    assert np.array_equal(model.delta, run_data(arm, [data], known=known).model.delta)
+    assert model.effects.records == known.effects.records
+
+
+@pytest.mark.parametrize(("term", "kept"), [("auto", [2]), ("coulomb", [2, 1])])
+def test_offsets_without_a_name_are_effects_where_the_settings_hold_none(
+    fitted, shifted, term, kept
+):
+    arm, _, first = fitted
+    known = replace(first.model, effects=bound([offset_of(1, 2.0), offset_of(2, -2.0)]))
+    arm = arm.with_settings(terms=("viscous", "coulomb", term))
+    model = fitted_beside(known, {("torque_offset", (1,))}, [shifted], arm)
+    assert [e.joints[0] for e in model.effects.records] == kept
+    if term == "auto":
+        fo = model.parameter("fo") - [0.0, 2.0, 0.0]
+        assert fo == pytest.approx(OFFSETS, abs=0.1)
+
+
+def offset_of(joint: int, value: float) -> EffectRecord:
+    return EffectRecord(
+        name="torque_offset",
+        joints=(joint,),
+        equation="",
+        variant="",
+        parameters={"offset": value},
+        units={"offset": "N m"},
+        settings={},
+        rows=(joint,),
+    )
 
 
 def test_effects_turn_round_as_the_model_says(fitted):

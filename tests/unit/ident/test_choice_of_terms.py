@@ -48,3 +48,12 @@ def test_rotors_of_an_arm_whose_links_cannot_have_them_are_found(wam):
 def test_terms_that_are_given_are_kept(wam):
     data = measured(wam, offset=OFFSETS)
     assert with_needed_terms([data], wam.arm) == (wam.arm, ())
+
+
+def test_settings_that_nobody_set_stay_so(wam):
+    """A search reads from it whether the arm's file asks for terms."""
+    changed = wam.arm.with_settings(cutoff_hz=7.0).with_settings(terms=("viscous", "coulomb"))
+    assert changed.settings.model_fields_set - wam.arm.settings.model_fields_set == {
+        "cutoff_hz",
+        "terms",
+    }
