@@ -1,6 +1,6 @@
 """The page of `ident report compare`: two runs beside each other."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot
 from typing import Any
@@ -10,6 +10,7 @@ from ident.report.figures import ALL_JOINTS, all_and_each, row_figure
 from ident.report.page import Block, Figure, Page, Section, Step, Table, Text, Verdict, table_of
 from ident.report.style import AFTER, BEFORE, BLUE, Sign
 from ident.report.words import (
+    Content,
     estimator_text,
     input_words,
     known,
@@ -22,8 +23,6 @@ from ident.report.words import (
     whole,
 )
 from wamctl.arm.joint_labels import joint_labels, listed
-
-Content = Mapping[str, Any]
 
 _CLEAR = 3.0  # combined standard errors
 _MOST_NAMES = 8

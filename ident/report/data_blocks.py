@@ -1,17 +1,13 @@
 """Blocks of the run page on the data: slow samples, motion, conditioning."""
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ident.report.charts import Curve, Panel, line_chart
 from ident.report.page import Block, Figure, Points, Table, Text, table_of
 from ident.report.style import BLUE, GREY, ORANGE, Sign
-from ident.report.words import DASH, number, plus_minus, setting, whole
-
-Content = Mapping[str, Any]
+from ident.report.words import DASH, Content, number, plus_minus, setting, whole
 
 
 def culling_blocks(content: Content) -> list[Block]:

@@ -12,6 +12,7 @@ from ident.report.page import Block, Figure, Item, Table, Text
 from ident.report.style import ESTIMATOR_SIGNS, MEASURED, PREDICTED, RESIDUAL, Sign
 from ident.report.traces import Trace
 from ident.report.words import (
+    Content,
     estimator_text,
     known,
     number,
@@ -63,14 +64,14 @@ def row_figure(
     return Figure(title, caption, [chart], table)
 
 
-def all_and_each(errors: Mapping[str, Any]) -> list[float | None]:
+def all_and_each(errors: Content) -> list[float | None]:
     """Relative error over all joints, and of each [%]."""
     return [errors["relative_error_percent"], *errors["relative_error_percent_by_joint"]]
 
 
 def error_figure(
     labels: Sequence[str],
-    errors: Mapping[str, Any],
+    errors: Content,
     chosen: str,
     units: Sequence[str],
     title: str,
@@ -161,7 +162,7 @@ def torque_blocks(
     traces: Sequence[Trace],
     labels: Sequence[str],
     units: Sequence[str],
-    errors: Sequence[Mapping[str, Any]],
+    errors: Sequence[Content],
     what: str,
 ) -> list[Block]:
     """Measured, predicted, and residual torque of each recording's joints.
@@ -202,9 +203,7 @@ def torque_blocks(
     return recording_figures(list(zip(traces, own, strict=True)), figure)
 
 
-def _row(
-    trace: Trace, errors: Mapping[str, Any] | None, joint: int, label: str, unit: str
-) -> list[str]:
+def _row(trace: Trace, errors: Content | None, joint: int, label: str, unit: str) -> list[str]:
     left = trace.measured[:, joint] - trace.predicted[:, joint]
     rms = float(np.sqrt(np.mean(left[trace.counted[:, joint]] ** 2)))
     percentage = None

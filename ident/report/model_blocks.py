@@ -1,7 +1,6 @@
 """Blocks of the run page on the model: friction, Table I, feasibility, and what is not known."""
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +11,7 @@ from ident.report.run_curves import FrictionCurve
 from ident.report.style import BLUE, ORANGE, Sign
 from ident.report.words import (
     DASH,
+    Content,
     decimals_of,
     estimator_text,
     fixed,
@@ -22,8 +22,6 @@ from ident.report.words import (
     unit_text,
 )
 from wamctl.arm.joint_labels import joint_labels, listed
-
-Content = Mapping[str, Any]
 
 _SEVERAL = 12
 _EVERY = 4  # so many points of a friction curve make one row of its table

@@ -4,9 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ident.report.page import Beside, Block, Section, Table, Text
-from ident.report.words import number, setting
-
-Content = Mapping[str, Any]
+from ident.report.words import Content, number, setting
 
 
 def provenance_section(content: Content) -> Section:

@@ -1,6 +1,6 @@
 """The page of `ident run`: whether to trust the model, its errors, friction, and parameters."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,6 +25,7 @@ from ident.report.run_curves import FrictionCurve, correlation, friction_curves
 from ident.report.traces import Trace, held_out_traces
 from ident.report.words import (
     DASH,
+    Content,
     estimator_text,
     input_words,
     known,
@@ -36,8 +37,6 @@ from ident.report.words import (
     whole,
 )
 from wamctl.arm.joint_labels import joint_labels, joints_text, listed
-
-Content = Mapping[str, Any]
 
 _LARGE_PERCENT = 25.0  # of a joint's torque: an effect may be missing
 

@@ -1,9 +1,8 @@
 """The page of `ident validate`: how well a model predicts recordings that it was not fitted on."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from ident.report.figures import error_figure, torque_blocks
 from ident.report.page import Block, Page, Section, Step, Table, Text, Verdict, table_of, with_trust
@@ -11,6 +10,7 @@ from ident.report.provenance_section import provenance_section
 from ident.report.traces import Trace
 from ident.report.words import (
     DASH,
+    Content,
     input_words,
     known,
     number,
@@ -20,8 +20,6 @@ from ident.report.words import (
     whole,
 )
 from wamctl.arm.joint_labels import joint_labels, listed
-
-Content = Mapping[str, Any]
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,9 @@ from typing import Any
 from ident.effects.events import CONTACT
 from wamctl.arm.joint_labels import listed
 
+Content = Mapping[str, Any]
+"""Of a result file, or of a part of one."""
+
 DASH = "–"
 """What stands where there is no number."""
 
@@ -121,7 +124,7 @@ def quantity_text(name: str) -> str:
     return {"half_play": "half the backlash"}.get(name, name.replace("_", " "))
 
 
-def input_words(content: Mapping[str, Any]) -> list[str]:
+def input_words(content: Content) -> list[str]:
     """The recordings behind a result file, and the arm where they do not carry it, as typed."""
     provenance = content.get("provenance", {})
     source = provenance.get("arm", {}).get("described in", ":")
@@ -148,7 +151,7 @@ def effect_text(effect: str, joints: Sequence[int]) -> str:
 
 
 def kinds_text(
-    effects: Sequence[Mapping[str, Any]],
+    effects: Sequence[Content],
     title: Callable[[str], str],
     of: Callable[[Sequence[int]], str],
 ) -> list[str]:
@@ -178,9 +181,7 @@ def _numbers(joints: Sequence[int]) -> str:
     return listed([str(j) for j in joints])
 
 
-def closed_text(
-    held_out: Mapping[str, Any], of: Callable[[Sequence[int]], str], count: int = 1
-) -> str:
+def closed_text(held_out: Content, of: Callable[[Sequence[int]], str], count: int = 1) -> str:
     """What effects do to the error on held-out data; nothing where it is not known.
 
     Args:
@@ -216,7 +217,7 @@ def closed_text(
     )
 
 
-def _other_motion(held_out: Mapping[str, Any]) -> str:
+def _other_motion(held_out: Content) -> str:
     """What may be expected of another motion."""
     others = held_out.get("other_recordings", {})
     sides = [others.get(k, {}).get("relative_error_percent") for k in ("before", "after")]

@@ -1,8 +1,7 @@
 """An arm's own page: each parameter over time, with its band, changes and events."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import Any
 from urllib.parse import quote
 
 import numpy as np
@@ -13,11 +12,9 @@ from ident.report.charts import Chart, Curve, Panel, line_chart
 from ident.report.fleet.words import change_text, day, rivals_text
 from ident.report.page import Block, Figure, Page, Points, Section, Table, Text, Verdict, table_of
 from ident.report.style import BLUE, GREY, VERMILION, Sign
-from ident.report.words import number, plus_minus, setting, unit_text
+from ident.report.words import Content, number, plus_minus, setting, unit_text
 from ident.signals.arrays import Array
 from wamctl.arm.joint_labels import joint_labels
-
-Content = Mapping[str, Any]
 
 _DAY_NS = 86_400e9
 _LN_10 = 2.302585

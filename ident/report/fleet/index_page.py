@@ -2,17 +2,14 @@
 
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 from urllib.parse import quote
 
 from markupsafe import Markup
 
 from ident.report.fleet.words import change_text, day, rivals_text, what_text
 from ident.report.page import Block, Page, Points, Section, Step, Table, Text, Verdict, table_of
-from ident.report.words import DASH, number, plus_minus, setting, unit_text, whole
+from ident.report.words import DASH, Content, number, plus_minus, setting, unit_text, whole
 from wamctl.arm.joint_labels import joint_labels, listed
-
-Content = Mapping[str, Any]
 
 _LN_10 = 2.302585
 

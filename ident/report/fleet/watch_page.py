@@ -1,12 +1,9 @@
 """The page of `ident watch`: whether the trusted model explains the arm, and what does not fit."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from ident.report.page import Page, Section, Text, Verdict, table_of
-from ident.report.words import number, plus_minus, whole
-
-Content = Mapping[str, Any]
+from ident.report.words import Content, number, plus_minus, whole
 
 _LN_10 = 2.302585
 _SURE = 2.0  # standard errors: smaller numbers are not shown

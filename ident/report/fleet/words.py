@@ -1,13 +1,10 @@
 """Changes of arms in words."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from ident.effects.catalogue import catalogue
-from ident.report.words import effect_text, plus_minus, share
+from ident.report.words import Content, effect_text, plus_minus, share
 from wamctl.arm.joint_labels import joints_text, listed
-
-Content = Mapping[str, Any]
 
 
 def change_text(change: Content, joints: Sequence[str]) -> str:

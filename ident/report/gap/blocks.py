@@ -1,13 +1,12 @@
 """What the pages of a search share, by torque and by simulation alike."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from ident.report.figures import row_figure
 from ident.report.gap.report import SearchReport
 from ident.report.page import Block, Status, Table, table_of
 from ident.report.style import BLUE, Sign
-from ident.report.words import known, number, plus_minus, quantity_text, unit_text
+from ident.report.words import Content, known, number, plus_minus, quantity_text, unit_text
 
 VERDICT_WORDS: dict[str, tuple[Status, str]] = {
     "no_gap": ("good", "nothing missing"),
@@ -18,7 +17,7 @@ VERDICT_WORDS: dict[str, tuple[Status, str]] = {
 }
 
 
-def parameter_table(effect: Mapping[str, Any]) -> Table:
+def parameter_table(effect: Content) -> Table:
     """The parameters of an effect of `gap.json`."""
     return table_of(
         "Its parameters, ± standard deviation.",
@@ -46,9 +45,7 @@ def rival_blocks(report: SearchReport) -> list[Block]:
     return [table] if rivals else []
 
 
-def where_blocks(
-    where: Sequence[Mapping[str, Any]], labels: Sequence[str], caption: str
-) -> list[Block]:
+def where_blocks(where: Sequence[Content], labels: Sequence[str], caption: str) -> list[Block]:
     """Shares of the gap by joint and speed, as `where` of `gap.json` holds them."""
     if not where:
         return []

@@ -1,7 +1,6 @@
 """The page of `ident gap`: what is missing, where it shows, and what is left after it was added."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 from ident.report.figures import row_figure
 from ident.report.gap.blocks import VERDICT_WORDS, parameter_table, rival_blocks, where_blocks
@@ -22,6 +21,7 @@ from ident.report.provenance_section import provenance_section
 from ident.report.style import AFTER, BEFORE, BLUE, FLOOR, Sign
 from ident.report.words import (
     DASH,
+    Content,
     closed_share,
     effect_text,
     known,
@@ -32,8 +32,6 @@ from ident.report.words import (
     unit_text,
 )
 from wamctl.arm.joint_labels import listed
-
-Content = Mapping[str, Any]
 
 _STEPS = {
     "rigid_body": "rigid body",

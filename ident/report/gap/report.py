@@ -7,11 +7,9 @@ from typing import Any, ClassVar
 from ident.effects.catalogue import catalogue
 from ident.effects.events import EVENTS
 from ident.report.page import Block, Figure
-from ident.report.words import known
+from ident.report.words import Content, known
 from ident.signals.arrays import Array
 from wamctl.arm.joint_labels import joint_labels, joints_text
-
-Content = Mapping[str, Any]
 
 
 @dataclass(frozen=True)

@@ -1,14 +1,14 @@
 """The sentences of a gap: the verdict, the evidence, and what to do next."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import ExperimentMotion
 from ident.report.gap.report import GapReport
 from ident.report.page import Step
 from ident.report.words import (
+    Content,
     closed_text,
     input_words,
     kinds_text,
@@ -20,8 +20,6 @@ from ident.report.words import (
     with_unit,
 )
 from wamctl.arm.joint_labels import listed
-
-Content = Mapping[str, Any]
 
 _MOST_IN_A_SENTENCE = 3
 
@@ -61,7 +59,7 @@ def _why_unknown(content: Content) -> str:
     return "that no effect of the catalogue explains"
 
 
-def _as_validated(errors: Sequence[Mapping[str, Any]]) -> str:
+def _as_validated(errors: Sequence[Content]) -> str:
     """The error that the other commands tell, reversals included."""
     if not errors:
         return ""

@@ -1,9 +1,9 @@
 """The page of `ident gap --method simulation`: positions, not torques."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -26,10 +26,8 @@ from ident.report.page import (
 from ident.report.provenance_section import provenance_section
 from ident.report.servos.run_page import ServoTrace
 from ident.report.style import AFTER, BEFORE, FLOOR, WITH, WITHOUT
-from ident.report.words import kinds_text, number, share
+from ident.report.words import Content, kinds_text, number, share
 from wamctl.arm.joint_labels import listed
-
-Content = Mapping[str, Any]
 
 _WHERE = "Squared error of the simulation without effects, in units of the noise."
 

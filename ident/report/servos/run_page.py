@@ -1,9 +1,8 @@
 """Pages of identification and validation by simulation: positions, not torques."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -13,11 +12,9 @@ from ident.report.figures import beside_measured, recording_figures
 from ident.report.page import Block, Figure, Page, Section, Status, Step, Table, Verdict, table_of
 from ident.report.provenance_section import provenance_section
 from ident.report.style import PREDICTED, Sign
-from ident.report.words import number, plus_minus
+from ident.report.words import Content, number, plus_minus
 from ident.signals.arrays import Array
 from wamctl.arm.joint_labels import joint_labels
-
-Content = Mapping[str, Any]
 
 _COMMANDED = Sign("#b0b0b0", "line")
 _TRUST: dict[str, tuple[Status, str]] = {
