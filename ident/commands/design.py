@@ -8,13 +8,12 @@ from typing import Annotated
 
 import typer
 
-from ident.commands.options import Force, Json, effect_names, listing
+from ident.commands.options import Force, Json, assigned, effect_names, listing
 from ident.excitation.optimisation.workers import workers
 from ident.excitation.settings import (
     TRYING_S,
     DesignSettings,
     design_settings,
-    settings_from,
     settled,
 )
 from wamctl.arm.command_line import next_step, shipped_names
@@ -93,7 +92,7 @@ def design(
     wanted = {"time_s": seconds, "seed": seed, "objective": objective and objective.value}
     given = {name: value for name, value in wanted.items() if value is not None}
     tried_out = {} if model is None else {"time_s": TRYING_S}
-    chosen = settled(design_settings(tried_out | settings_from(settings) | given))
+    chosen = settled(design_settings(tried_out | assigned(settings, DesignSettings) | given))
     if purpose is not None and model is not None:
         raise ConfigurationError("--model", ["has no say in the fixed motions of --for"])
     if purpose is None:

@@ -214,28 +214,29 @@ def hold(word: str, strict: bool) -> None:
 
 
 def settings_of(cutoff: float | None, assignments: list[str] | None) -> dict[str, Any]:
-    """The settings that the command line changes.
+    """The identification settings that the command line changes; errors as of `assigned`."""
+    changes = {} if cutoff is None else {"cutoff_hz": cutoff}
+    return changes | assigned(assignments, IdentificationSection)
+
+
+def assigned(assignments: list[str] | None, model: type[BaseModel]) -> dict[str, Any]:
+    """Settings written as NAME=VALUE, with YAML values; words between commas are a list.
 
     Raises:
         ConfigurationError: not NAME=VALUE, or no such setting; the sentence lists the valid names.
     """
-    changes: dict[str, Any] = {} if cutoff is None else {"cutoff_hz": cutoff}
-    known = IdentificationSection.model_fields
+    changes: dict[str, Any] = {}
+    known = model.model_fields
     for text in assignments or []:
         name, equals, value = text.partition("=")
         if not equals or name not in known:
             valid = ", ".join(sorted(known))
             wrong = f"{text!r} is not NAME=VALUE with a NAME of {valid}"
             raise ConfigurationError("--set", [wrong + did_you_mean(name, known)])
-        changes[name] = _value(value, isinstance(known[name].default, tuple))
+        try:
+            parsed = yaml.safe_load(value)
+        except yaml.YAMLError as error:
+            raise ConfigurationError("--set", [f"{value!r} is not a value ({error})"]) from error
+        listed = isinstance(parsed, str) and "tuple" in str(known[name].annotation)
+        changes[name] = [part.strip() for part in parsed.split(",")] if listed else parsed
     return changes
-
-
-def _value(text: str, several: bool) -> Any:
-    try:
-        value = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise ConfigurationError("--set", [f"{text!r} is not a value ({error})"]) from error
-    return (
-        [part.strip() for part in value.split(",")] if several and isinstance(value, str) else value
-    )

@@ -73,17 +73,28 @@ def wide_sweep(frame: Frame) -> Sketch:
     return _alone(frame, 40.0, {1: half * omega, 3: half * omega / 4}, 3)
 
 
-def load_changes(frame: Frame) -> Sketch:
-    """One joint keeps reversing while the others carry it through light and heavy poses."""
-    bounds, omega = frame.bounds, 2 * np.pi / 40.0
-    speed = bounds.kinematic[1, frame.joint]
-    coefficients = np.zeros((21, len(frame.pose)))
+def load_changes(
+    frame: Frame,
+    period_s: float = 40.0,
+    reversals: tuple[int, int] = (8, 9),
+    periods: int = 3,
+) -> Sketch:
+    """One joint keeps reversing while the others carry it through light and heavy poses.
+
+    Args:
+        frame: what it is built in.
+        period_s: of the series [s].
+        reversals: harmonics of the joint's own motion.
+        periods: how many count.
+    """
+    bounds, omega = frame.bounds, 2 * np.pi / period_s
+    coefficients = np.zeros((2 * max(reversals) + 3, len(frame.pose)))
     coefficients[-1] = bounds.middle
     for k in range(len(frame.pose)):
         coefficients[k % 2, k] = bounds.kinematic[0, k] * omega * (1 + k % 2)
     coefficients[:-1, frame.joint] = 0.0
-    coefficients[7:9, frame.joint] = speed / 4
-    return Sketch(40.0, coefficients, 3)
+    coefficients[np.array(reversals) - 1, frame.joint] = bounds.kinematic[1, frame.joint] / 4
+    return Sketch(period_s, coefficients, periods)
 
 
 def stretched_sweep(frame: Frame) -> Sketch:

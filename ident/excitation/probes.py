@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ident.excitation.effect_motions import Frame, Sketch
+from ident.excitation.effect_motions import Frame, Sketch, load_changes
 
 PERIOD_S = 12.0
 
@@ -40,13 +40,7 @@ def swept(frame: Frame) -> Sketch:
 
 def loaded(frame: Frame) -> Sketch:
     """One joint keeps turning back while the others carry it through light and heavy poses."""
-    coefficients = np.zeros((2 * _HARMONICS + 1, len(frame.pose)))
-    coefficients[-1] = frame.bounds.middle
-    for k in range(len(frame.pose)):
-        coefficients[k % 2, k] = frame.bounds.kinematic[0, k] * _OMEGA * (1 + k % 2)
-    coefficients[:-1, frame.joint] = 0.0
-    coefficients[[2, 3], frame.joint] = frame.bounds.kinematic[1, frame.joint] / 4
-    return Sketch(PERIOD_S, coefficients, 1)
+    return load_changes(frame, PERIOD_S, (3, 4), 1)
 
 
 def paired(frame: Frame) -> Sketch:

@@ -3,7 +3,6 @@
 import os
 from typing import Any, Literal
 
-import yaml
 from pydantic import Field
 
 from wamctl.arm.config import NonNegative, Positive, Section, validate
@@ -83,23 +82,3 @@ def design_settings(changes: dict[str, Any]) -> DesignSettings:
             "--set", [f"no setting {name!r}; valid are {valid}" for name in unknown]
         )
     return validate(DesignSettings, changes, "settings")
-
-
-def settings_from(assignments: list[str] | None) -> dict[str, Any]:
-    """Settings written as NAME=VALUE, with YAML values; words between commas are a list.
-
-    Raises:
-        ConfigurationError: a text that is not NAME=VALUE.
-    """
-    changes: dict[str, Any] = {}
-    for text in assignments or []:
-        name, equals, value = text.partition("=")
-        if not equals:
-            raise ConfigurationError("--set", [f"{text!r} is not NAME=VALUE"])
-        try:
-            parsed = yaml.safe_load(value)
-        except yaml.YAMLError as error:
-            raise ConfigurationError("--set", [f"{value!r} is not a value ({error})"]) from error
-        listed = isinstance(parsed, str) and name == "terms"
-        changes[name] = [part.strip() for part in parsed.split(",")] if listed else parsed
-    return changes

@@ -3,6 +3,7 @@
 import json
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -61,19 +62,30 @@ def purpose_of(text: str) -> Purpose:
     return Purpose(effect, int(number) if colon else None)
 
 
-def _purpose_of_gap(path: Path) -> Purpose:
+def read_gap(path: Path, *needed: str) -> dict[str, Any]:
+    """The content of a gap.json.
+
+    Raises:
+        DataError: it cannot be read, or lacks something that is needed.
+    """
     try:
-        effects = json.loads(path.read_text(encoding="utf-8"))["effects"]
-        wanted = [e for e in effects if e["separating_experiment"]]
-        found = [Purpose(e["name"], int(e["joints"][0]) if e["joints"] else None) for e in wanted]
+        content = json.loads(path.read_text(encoding="utf-8"))
+        if missing := set(needed) - set(content):
+            raise KeyError(*missing)
     except (OSError, ValueError, LookupError, TypeError) as error:
         raise DataError(
             f"{path} is not a gap.json that can be read ({reason_of(error)}): give what `ident gap`"
             " wrote."
         ) from error
-    if not found:
+    return content
+
+
+def _purpose_of_gap(path: Path) -> Purpose:
+    wanted = [e for e in read_gap(path, "effects")["effects"] if e["separating_experiment"]]
+    if not wanted:
         raise DataError(f"{path} asks for no separating experiment: nothing in it is ambiguous.")
-    return purpose_of(f"{found[0].effect}:{found[0].joint}" if found[0].joint else found[0].effect)
+    joints = wanted[0]["joints"][:1]
+    return purpose_of(":".join([wanted[0]["name"], *map(str, joints)]))
 
 
 def design_motion(place: DesignTask, purpose: Purpose) -> Design:

@@ -1,6 +1,5 @@
 """The rival answers to a gap, each fitted to all logs and kept as a model."""
 
-import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,6 +11,7 @@ from ident.checks.examine import examine
 from ident.effects.bound_effects import load_model, members_of
 from ident.effects.candidate import Candidate, Value
 from ident.effects.measured_effect import VARIANTS, curve_over
+from ident.excitation.target_effect import read_gap
 from ident.gap.data.experiment import Experiment, facts_of
 from ident.gap.options import Options
 from ident.gap.regression.current_model import CurrentFit, extend, nominal_fit
@@ -26,7 +26,6 @@ from ident.gap.selection.refinement import refine_nonlinear_parameters
 from ident.gap.selection.scoring import Score
 from ident.model.identified_model import Model
 from ident.planning.noise import Noise, noise_of
-from wamctl.arm.errors import DataError, reason_of
 
 Tell = Callable[[str], None]
 
@@ -86,17 +85,7 @@ def read_answer(folder: Path) -> Answer:
     Raises:
         DataError: there is none.
     """
-    path = folder / "gap.json"
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        missing = {"effects", "verdict"} - set(content)
-        if missing:
-            raise KeyError(*missing)
-    except (OSError, ValueError, LookupError, TypeError) as error:
-        raise DataError(
-            f"{path} is not a gap.json that can be read ({reason_of(error)}): give what `ident gap`"
-            " wrote."
-        ) from error
+    content = read_gap(folder / "gap.json", "effects", "verdict")
     named = {(e["name"], tuple(j - 1 for j in e["joints"])) for e in content["effects"]}
     members = members_of(load_model(folder / "model.yaml"))
     return Answer(content, tuple(c for c, _ in members if _place(c) in named))

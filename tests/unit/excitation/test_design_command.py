@@ -78,8 +78,8 @@ def test_limits_of_the_joints_alone_are_said_to_be_so(
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (("--set", "speed=3"), "--set: no setting 'speed'; valid are "),
-        (("--set", "speed"), "--set: 'speed' is not NAME=VALUE."),
+        (("--set", "speed=3"), "--set: 'speed=3' is not NAME=VALUE with a NAME of constraints, "),
+        (("--set", "speed"), "--set: 'speed' is not NAME=VALUE with a NAME of constraints, "),
         (("--set", "time_s=-1"), "settings: time_s: "),
         (("--set", "weights={fx4: 2}"), "--weight: no parameter or kind 'fx4'; valid are "),
         (("--for", "gremlins"), "--for: no effect 'gremlins'; valid are asymmetric_viscous, "),
