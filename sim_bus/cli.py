@@ -19,7 +19,7 @@ from sim_bus.can_bus.frame_length import warm_up
 from sim_bus.can_bus.hub import Hub
 from sim_bus.can_bus.hubs import open_hub
 from sim_bus.faults.assembly import load_faulty_simulation
-from sim_bus.hidden_effects.shipped import hidden_file, shipped_summaries
+from sim_bus.hidden_effects.catalogue import hidden_file, shipped_summaries
 from sim_bus.plant.truth import write_truth
 from sim_bus.server import Arm, Lockstep, RealTime, Service, serve
 from wamctl.arm.command_line import (

@@ -16,7 +16,7 @@ from ident.workflows.gap import gap_of
 from wamctl.arm.errors import ConfigurationError
 
 if TYPE_CHECKING:
-    from ident.api.servo_gap import ServoGap
+    from ident.api.servos import ServoGap
 
 
 class Gap(NamedEffects[GapRun]):
@@ -94,7 +94,7 @@ def find_gap(
     if null_runs < 0:
         raise ConfigurationError("null_runs", [f"{null_runs} is less than none"])
     if by_simulation(method):
-        from ident.api.servo_gap import servo_gap  # only now: half a second
+        from ident.api.servos import servo_gap  # only now: half a second
 
         return servo_gap(arm, chosen, null_runs, told(progress))
     described = arm.of_recording(chosen[0].joints, **settings)

@@ -19,7 +19,7 @@ from wamctl.arm.configuration.known_change import known_change
 from wamctl.arm.errors import DataError
 
 if TYPE_CHECKING:
-    from ident.api.identified_servos import IdentifiedServos
+    from ident.api.servos import IdentifiedServos
 
 
 class Identified(Result[Run]):
@@ -137,7 +137,7 @@ def identify(
     """
     given = checked(arm, recordings)
     if by_simulation(method):
-        from ident.api.identified_servos import identified_servos  # only now: half a second
+        from ident.api.servos import identified_servos  # only now: half a second
 
         return identified_servos(arm, given, told(progress))
     logs = [summarise_log(r.log, r.name) for r in given]

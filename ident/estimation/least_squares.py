@@ -6,9 +6,8 @@ import numpy as np
 
 from ident.estimation.entropic import entropic_path
 from ident.estimation.feasible_sdp import feasible, holds
-from ident.estimation.huber import irls
 from ident.estimation.instrumental_variables import bias_test, instrumental_solution, joined
-from ident.estimation.problem import Estimate, Problem, ordinary
+from ident.estimation.problem import Estimate, Problem, ordinary, solved
 from ident.estimation.regression_data import FOLDS, RegressionData, held_out, noise_weights
 from ident.regression.squared_errors import sums
 from ident.signals.arrays import Array
@@ -17,6 +16,14 @@ from wamctl.arm.errors import ConfigurationError, DataError
 Estimator = Callable[[RegressionData], Estimate]
 
 _CAD_WEIGHTS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
+
+ALWAYS = ("cad", "ols", "wls", "feasible")
+"""Estimators that every run compares."""
+
+_HUBER = 1.345
+_SIGMA_OF_MEDIAN = 1.4826
+_ROUNDS = 30
+_CHANGE = 1e-4
 
 
 def cad(evidence: RegressionData) -> Estimate:
@@ -99,6 +106,30 @@ def _squared_error(evidence: RegressionData, beta: Array) -> float:
     return float(sums(evidence.triangles, evidence.counts, beta).residual.sum())
 
 
+def irls(evidence: RegressionData) -> Estimate:
+    """Least squares that outliers cannot pull: full weight up to 1.345 sigma of each log and joint.
+
+    Huber's weights, found anew until the estimate settles. Works on the excerpts, since single
+    rows need single weights.
+    """
+    groups = [rows for log in evidence.logs for rows in log.reduction.excerpt.rows() if len(rows)]
+    beta = ordinary(evidence.problem())
+    for _ in range(_ROUNDS):
+        new = solved(np.sum([_weighted_gram(rows, beta) for rows in groups], axis=0))
+        change = np.linalg.norm(new - beta) / np.linalg.norm(new)
+        beta = new
+        if change < _CHANGE:
+            break
+    return Estimate(beta)
+
+
+def _weighted_gram(rows: Array, beta: Array) -> Array:
+    size = np.abs(rows @ np.append(-beta, 1.0))
+    sigma = max(_SIGMA_OF_MEDIAN * float(np.median(size)), 1e-12)
+    weight = np.minimum(1.0, _HUBER * sigma / np.maximum(size, sigma)) / sigma**2
+    return rows.T @ (weight[:, None] * rows)
+
+
 ESTIMATORS: dict[str, Estimator] = {
     "cad": cad,
     "ols": ols,
@@ -110,9 +141,6 @@ ESTIMATORS: dict[str, Estimator] = {
     "feasible_cad": feasible_cad,
     "feasible_entropic": feasible_entropic,
 }
-
-ALWAYS = ("cad", "ols", "wls", "feasible")
-"""Estimators that every run compares."""
 
 
 def wanted_estimators(evidence: RegressionData) -> list[str]:

@@ -14,8 +14,7 @@ import scipy.io
 from scipy.io.matlab import MatReadError
 
 from ident.importers.parquet import read_parquet
-from ident.importers.text_form import TextForm
-from ident.importers.vector_cells import is_vector, vectors
+from ident.importers.text_form import TextForm, is_vector, vectors
 from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.ros2.bounds import Allowance

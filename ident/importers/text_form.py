@@ -6,6 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
+from ident.signals.arrays import Array
+from wamctl.arm.errors import DataError
+
 
 @dataclass(frozen=True)
 class TextForm:
@@ -44,3 +49,29 @@ class TextForm:
                 reader = csv.reader(stream, delimiter=self.delimiter)
                 lines = ((reader.line_num, cells) for cells in reader)
             yield from (line for line in itertools.islice(lines, first, None) if line[1])
+
+
+def is_vector(cell: str) -> bool:
+    """Whether a cell is written as a vector."""
+    return cell.strip().startswith("[")
+
+
+def vectors(path: Path, name: str | int, place: int, form: TextForm) -> Array:
+    """A column of vectors, shape (S, n).
+
+    Raises:
+        DataError: a cell that is no vector of numbers, or another number of them.
+    """
+    rows: list[list[float]] = []
+    for number, line in form.lines(path, form.before):
+        try:
+            row = [float(x) for x in line[place].strip(" []").replace(",", " ").split()]
+        except (ValueError, IndexError):
+            row = []
+        if not row or (rows and len(row) != len(rows[0])):
+            raise DataError(
+                f"{path}, line {number}, column {name!r}: not a vector of"
+                f" {len(rows[0]) if rows else 'some'} numbers."
+            )
+        rows.append(row)
+    return np.array(rows)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.dynamics.regressor import Motion as Samples
+from ident.effects.simulated_model import simulation_of
 from ident.excitation.design import Design, DesignTask, problem_of
 from ident.excitation.effect_motions import Sketch
 from ident.excitation.optimisation.scale_into_limits import fit
@@ -19,7 +20,9 @@ from ident.gap.data.windows import windows_for
 from ident.planning.hypotheses import Hypothesis
 from ident.planning.noise import in_blocks
 from ident.signals.arrays import Array
-from wamctl.arm.trajectory import FourierSeries, sample
+from ident.simulation.configuration import controller_for, wire_for
+from ident.simulation.loop import run
+from wamctl.arm.trajectory import FourierSeries, reference, sample
 
 SLOWER = 4
 """A motion runs at a quarter of its speed first."""
@@ -32,6 +35,9 @@ _JOULES_PER_SECOND = 20.0  # so much energy is worth one second of motion
 _OVERHEAD_S = 40.0  # of both runs: test of the motors, approach, ramps and return
 _RANDOM = 4
 _SAMPLES = 400
+
+MOST_TRACKING = 0.8
+"""Share of the guard's tracking error that a trial may reach."""
 
 
 @dataclass(frozen=True)
@@ -119,8 +125,8 @@ def _judged(place: DesignTask, found: Sequence[Hypothesis], name: str, sketch: S
     gains = {h.name: 0.0 for h in rivals}
     energy = 0.0
     windows = windows_for(_RATE_HZ, leader.noise.cutoff_hz)
-    for run in (slowed(series), series):
-        torque, qd = torques_along(found, run)
+    for each in (slowed(series), series):
+        torque, qd = torques_along(found, each)
         noise = leader.noise.of_rows(qd, windows)
         for h in rivals:
             apart = windows.mean(torque[leader.name] - torque[h.name]) / noise
@@ -177,3 +183,25 @@ def _expected(apart: Array) -> float:
         apart: sum of squared differences of two answers in units of the noise, shape (B,).
     """
     return float(np.log(2.0 / (1.0 + np.exp(-apart / (4.0 * _NOISIER)))).sum())
+
+
+def tracking(
+    place: DesignTask, found: Sequence[Hypothesis], series: FourierSeries
+) -> dict[str, float]:
+    """The largest tracking error along a motion in units of what the guard allows, by answer.
+
+    Args:
+        place: the arm, its controller, drives and guard.
+        found: the answers.
+        series: the motion; one period and its ramps are run.
+    """
+    arm = place.arm
+    motion = reference(series, 1, arm.excitation.ramp_s, arm.bus.period_s)
+    most = np.array(arm.safety.tracking_error_rad)
+    controller, wire = controller_for(arm, place.robot), wire_for(arm)
+    shares = {}
+    for h in found:
+        made = run(simulation_of(h.model), controller, wire, (motion.q, motion.qd, motion.qdd))
+        share = float((np.abs(made.q - motion.q).max(axis=0) / most).max())
+        shares[h.name] = share if np.isfinite(share) else np.inf
+    return shares

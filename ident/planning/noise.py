@@ -1,14 +1,20 @@
 """What an answer leaves of the torque, written down before a motion: its predictions' noise."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from ident.effects.compensation import torque_along
+from ident.effects.smoothed_segment import SmoothedSegment, smoothed
 from ident.gap.data.noise_regions import Region, regions
-from ident.gap.data.windows import Windows
+from ident.gap.data.windows import Windows, windows_for
 from ident.gap.regression.current_model import CurrentFit
+from ident.model.identified_model import Model
+from ident.recordings.dataset import Dataset
 from ident.signals.arrays import Array
+from wamctl.arm.errors import DataError
 
 BLOCK_S = 1.5
 """Residuals this far apart count as independent: longer than they correlate, as in `ident gap`."""
@@ -81,3 +87,41 @@ def in_blocks(values: Array, windows: Windows) -> Array:
     size = round(BLOCK_S * windows.rate_hz / windows.hop)
     whole = values[: len(values) // size * size]
     return whole.reshape(-1, size, values.shape[1]).sum(axis=1)
+
+
+def stretches(data: Dataset) -> list[SmoothedSegment]:
+    """The recording's unbroken stretches, smoothed.
+
+    Raises:
+        DataError: none is long enough.
+    """
+    found = [smoothed(s, data.rate_hz, 0) for s in data.segments]
+    long = [s for s in found if s is not None]
+    if not long:
+        raise DataError(f"{data.name}: too short to say how well an answer predicted it.")
+    return long
+
+
+def log_likelihood(
+    model: Model, noise: Noise, data: Dataset, motion: Sequence[SmoothedSegment]
+) -> Array:
+    """Logarithm of the likelihood of each block and joint [nats], shape (B, n).
+
+    What all answers share is left out.
+
+    Args:
+        model: the answer.
+        noise: of the prediction, the same for all answers.
+        data: the recording.
+        motion: its stretches.
+
+    Raises:
+        DataError: an effect that is not known.
+    """
+    windows = windows_for(data.rate_hz, noise.cutoff_hz)
+    found = []
+    for s in motion:
+        left = windows.mean(s.tau - torque_along(model, data, s))
+        squares = (left / noise.of_rows(s.speeds[1], windows)) ** 2
+        found.append(in_blocks(-squares / 2.0, windows))
+    return np.concatenate(found)

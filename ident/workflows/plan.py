@@ -19,11 +19,17 @@ from ident.gap.options import Options
 from ident.identification.validation import arm_of
 from ident.model.identified_model import Model
 from ident.planning.changed_arm import changed
-from ident.planning.choice import Motion, designed, distinct, motions, slowed
-from ident.planning.closed_loop_trial import MOST_TRACKING, tracking
+from ident.planning.choice import (
+    MOST_TRACKING,
+    Motion,
+    designed,
+    distinct,
+    motions,
+    slowed,
+    tracking,
+)
 from ident.planning.hypotheses import UNKNOWN, Answer, Hypothesis, hypotheses, read_answer
-from ident.planning.noise import read_noise
-from ident.planning.weighing import log_likelihood, stretches
+from ident.planning.noise import log_likelihood, read_noise, stretches
 from ident.recordings.loading import Reading, read_for
 from ident.workflows.design import place_of
 from ident.workflows.run_json import as_json

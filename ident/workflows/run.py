@@ -32,12 +32,15 @@ from ident.regression.progress import Tell, silent
 from ident.report.page import render
 from ident.report.run_page import run_page, run_report
 from ident.workflows.agreement import contradictions
-from ident.workflows.currents import currents_content, with_uncertain_gains
 from ident.workflows.model_errors import errors_of_fit, errors_on
 from ident.workflows.provenance import provenance
-from ident.workflows.refusal import refused_run, write_refusal
-from ident.workflows.run_json import run_content, torque_units
-from ident.workflows.work import Work
+from ident.workflows.run_json import (
+    currents_content,
+    run_content,
+    torque_units,
+    with_uncertain_gains,
+)
+from ident.workflows.work import Work, refused_run, write_refusal
 from wamctl.arm.configuration.known_change import KnownChangeError, known_change
 from wamctl.arm.errors import ConfigurationError, DataError
 

@@ -29,9 +29,8 @@ from ident.report.page import render
 from ident.report.traces import validation_trace
 from ident.report.validate_page import ValidationReport, validate_page
 from ident.workflows.provenance import provenance
-from ident.workflows.refusal import write_refusal
 from ident.workflows.run_json import errors_content, log_content, torque_units
-from ident.workflows.work import write_results
+from ident.workflows.work import write_refusal, write_results
 
 _WORSE_THAN_NONE = 100.0
 """Error of a joint [%] from which a model without torque predicts better."""

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import ident
-from ident.api.servo_gap import ServoGap
+from ident.api.servos import ServoGap
 from ident.output_error.parameters import ROW
 
 Array = NDArray[np.floating]

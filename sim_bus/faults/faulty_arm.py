@@ -7,19 +7,22 @@ import numpy as np
 from sim_bus.can_bus.frame import ERROR, Frame
 from sim_bus.faults.drives import AffectedDrive, begin, disguise, end
 from sim_bus.faults.frames import FrameFaults
-from sim_bus.faults.safety_module import apply_fault
 from sim_bus.faults.script import (
     BusOff,
     Fault,
     Happens,
     Lasts,
+    LostZero,
     OnFrames,
     OnSafetyModule,
+    PendantPressed,
+    SafetyFault,
     WrongIdentity,
     WrongNode,
 )
 from sim_bus.faults.timeline import Timeline
 from sim_bus.node import SyncSchedule
+from sim_bus.puck.safety_module import Lamp, Press
 from sim_bus.puck.safety_node import SafetyNode
 from sim_bus.simulated_arm import SimulatedArm
 
@@ -144,3 +147,15 @@ class FaultyArm:
             self._host_is_off = False
             return []
         return end(fault, self._affected_drives[int(fault.node)], time_ns)
+
+
+def apply_fault(fault: OnSafetyModule, node: SafetyNode, time_ns: int) -> list[Frame]:
+    """Apply a fault: the frames that the module sends for it."""
+    match fault:
+        case PendantPressed():
+            return node.press(Press[fault.button.upper()], time_ns)
+        case SafetyFault():
+            return node.fail(Lamp[fault.light.upper()], time_ns)
+        case LostZero():
+            node.module.lose_zero()
+    return []

@@ -12,7 +12,7 @@ from ident.gap.data.noise_regions import Region, regions
 from ident.gap.data.windows import windows_for
 from ident.model.records import EffectRecord
 from ident.planning.noise import Noise, read_noise
-from ident.planning.weighing import log_likelihood, stretches
+from ident.planning.noise import log_likelihood, stretches
 from ident.recordings.dataset import in_memory
 from ident.workflows.run import run_data
 from wamctl.investigation.evidence import signed_evidence

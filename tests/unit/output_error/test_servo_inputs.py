@@ -8,7 +8,7 @@ import pytest
 from servo_arm import STEP_RAD, URDF, recording
 
 import ident
-from ident.api.identified_servos import IdentifiedServos
+from ident.api.servos import IdentifiedServos
 from ident.output_error.first_guess import neutral
 from ident.output_error.glitches import unreachable
 from ident.output_error.identify import prepared

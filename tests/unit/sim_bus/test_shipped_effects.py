@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from sim_bus.assembly import load_simulation
 from sim_bus.cli import app
 from sim_bus.errors import UnknownEffectError
-from sim_bus.hidden_effects.shipped import hidden_file, shipped_summaries
+from sim_bus.hidden_effects.catalogue import hidden_file, shipped_summaries
 
 NAMES = list(shipped_summaries())
 

@@ -15,7 +15,7 @@ from published_robots import arms, published
 from ident.cli import main
 from ident.urdf_check.examine import examine_urdf
 from ident.urdf_check.finding import Finding, Grade
-from ident.urdf_check.tensor import density, nearest_possible, spreads
+from ident.urdf_check.inertials import density, nearest_possible, spreads
 from wamctl.arm.errors import ConfigurationError
 from wamctl.arm.robot import load_robot
 

@@ -1,4 +1,4 @@
-"""Identification of servos by simulation, on recordings in memory."""
+"""Work by simulation of commanded positions: servos identified, and what their model misses."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -6,15 +6,30 @@ from typing import Any
 import numpy as np
 
 from ident.api.arm import Arm
-from ident.api.commanded import commanded
 from ident.api.inputs import recorded
+from ident.api.named import NamedEffects
 from ident.api.recording import Recording
 from ident.api.result import Result
 from ident.api.tables import table
+from ident.model.arm import Arm as ArmModel
+from ident.output_error.fit import MotionSegment
+from ident.output_error.missing.settings import GapBySimulation
 from ident.output_error.recordings import segments_of
 from ident.output_error.servo_model import ServoModel
 from ident.regression.progress import Tell
+from ident.workflows.output_error.gap import GapOfServos, gap_of_servos
 from ident.workflows.output_error.run import ServoRun, simulated_run
+
+
+def commanded(arm: Arm, recordings: Sequence[Recording]) -> tuple[ArmModel, list[MotionSegment]]:
+    """The arm in the order of the recordings' joints, and their segments with commands.
+
+    Raises:
+        DataError: a recording without commanded positions.
+    """
+    known = arm.of_recording(recordings[0].log.joint_names)
+    names = known.robot.joint_names
+    return known, [s for r in recordings for s in segments_of(r.log, names, r.name)]
 
 
 class IdentifiedServos(Result[ServoRun]):
@@ -51,3 +66,33 @@ def identified_servos(arm: Arm, recordings: Sequence[Recording], tell: Tell) -> 
     """
     known, found = commanded(arm, recordings)
     return IdentifiedServos(simulated_run(known, found, tell))
+
+
+class ServoGap(NamedEffects[GapOfServos]):
+    """Where the simulated positions of an arm with servos differ from the measured ones, and why.
+
+    Attributes:
+        run: the search with all its figures.
+    """
+
+    @property
+    def model(self) -> ServoModel:
+        """The arm with the effects added."""
+        return self.run.model
+
+
+def servo_gap(arm: Arm, recordings: Sequence[Recording], null_runs: int, tell: Tell) -> ServoGap:
+    """What a model of the arm with its servos misses, by name.
+
+    Args:
+        arm: the arm.
+        recordings: of commands and positions.
+        null_runs: effect-free simulations behind the thresholds.
+        tell: hears what is being done.
+
+    Raises:
+        DataError: recordings from which nothing can be learned.
+    """
+    known, segments = commanded(arm, recordings)
+    options = GapBySimulation(null_runs=null_runs)
+    return ServoGap(gap_of_servos(known, segments, options, tell))
