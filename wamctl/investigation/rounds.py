@@ -104,12 +104,10 @@ def next_round(site: Site, state: State) -> Round:
         cost=cost,
         leader=leader,
         asked=asked_of(state.rounds, leader) if leader else 0.0,
-        evidence={},
         bets=bets,
         closed=closed,
         verdict=verdict,
         answer=answer,
-        odds={},
         changed=state.pending,
         suspected=suspected,
     )
@@ -247,22 +245,13 @@ def _run(log: Path, options: Sequence[str], lock: int | None) -> Path:
 def _stopped(state: State, folder: Path, plan: Mapping[str, Any], reason: str, said: str) -> Round:
     """A round whose motion a limit has ended: evidence, but none that is weighed."""
     motion = plan.get("motion", {})
-    cost = Cost(motion_s=float(motion.get("seconds", 0.0)), stops=1)
-    believed = state.rounds[-1].odds if state.rounds else {}
-    path = f"rounds/{folder.name}"
     return Round(
         reason=reason,
         motion=motion.get("name", ""),
-        folder=path,
-        cost=cost,
+        folder=f"rounds/{folder.name}",
+        cost=Cost(motion_s=float(motion.get("seconds", 0.0)), stops=1),
         leader=plan.get("leader", ""),
-        asked=0.0,
-        evidence={},
-        bets={},
-        closed={},
-        verdict="",
-        answer="",
-        odds=believed,
+        odds=state.rounds[-1].odds if state.rounds else {},
         stopped=said,
         changed=state.pending,
     )

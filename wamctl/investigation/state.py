@@ -5,7 +5,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -69,13 +69,13 @@ class Round:
     folder: str
     cost: Cost
     leader: str
-    asked: float
-    evidence: dict[str, float]
-    bets: dict[str, list[float]]
-    closed: dict[str, float]
-    verdict: str
-    answer: str
-    odds: dict[str, float]
+    asked: float = 0.0
+    evidence: dict[str, float] = field(default_factory=dict)
+    bets: dict[str, list[float]] = field(default_factory=dict)
+    closed: dict[str, float] = field(default_factory=dict)
+    verdict: str = ""
+    answer: str = ""
+    odds: dict[str, float] = field(default_factory=dict)
     stopped: str | None = None
     changed: str = ""
     suspected: Sequence[str] = ()
