@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 from ident.api.arm import Arm
 from ident.api.inputs import Progress, by_simulation, checked, recorded, told
 from ident.api.recording import Recording
-from ident.api.result import Result
+from ident.api.result import Result, html_table, table
 from ident.api.score import Score, score
-from ident.api.tables import html_table, table
 from ident.checks.known_load import KnownLoad
 from ident.model.arm import Arm as ArmModel
 from ident.model.identified_model import Model

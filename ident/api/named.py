@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from ident.api.result import Result
-from ident.api.tables import html_table
+from ident.api.result import Result, html_table
 from ident.workflows.work import Search
 
 SearchT = TypeVar("SearchT", bound=Search)

@@ -9,8 +9,7 @@ from ident.api.arm import Arm
 from ident.api.inputs import recorded
 from ident.api.named import NamedEffects
 from ident.api.recording import Recording
-from ident.api.result import Result
-from ident.api.tables import table
+from ident.api.result import Result, table
 from ident.model.arm import Arm as ArmModel
 from ident.output_error.fit import MotionSegment
 from ident.output_error.missing.settings import GapBySimulation

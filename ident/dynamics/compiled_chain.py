@@ -244,3 +244,23 @@ def torques(chain, delta, q, qd, qdd):
     for s in range(q.shape[0]):
         inverse_dynamics(chain, delta, q[s], qd[s], qdd[s], w, tau[s])
     return tau
+
+
+@njit(cache=True)
+def invert(matrix, out):
+    """Inverse of a positive definite matrix by Gauss-Jordan steps; the matrix is used up."""
+    n = matrix.shape[0]
+    for i in range(n):
+        for j in range(n):
+            out[i, j] = 1.0 if i == j else 0.0
+    for i in range(n):
+        pivot = 1.0 / matrix[i, i]
+        for c in range(n):
+            matrix[i, c] *= pivot
+            out[i, c] *= pivot
+        for r in range(n):
+            factor = matrix[r, i]
+            if r != i and factor != 0.0:
+                for c in range(n):
+                    matrix[r, c] -= factor * matrix[i, c]
+                    out[r, c] -= factor * out[i, c]

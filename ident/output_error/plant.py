@@ -14,8 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from ident.dynamics.compiled_chain import inverse_dynamics, mass_matrix, workspace
-from ident.dynamics.compiled_inverse import invert
+from ident.dynamics.compiled_chain import inverse_dynamics, invert, mass_matrix, workspace
 from ident.signals.arrays import Array
 
 _SWEEPS = 40

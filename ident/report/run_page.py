@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ident.checks.remark import speaks_against_input
 from ident.identification.identify import Identification
 from ident.report.data_blocks import culling_blocks, motion_blocks
-from ident.report.figures import error_figure, torque_blocks
+from ident.report.figures import Trace, error_figure, held_out_traces, torque_blocks
 from ident.report.model_blocks import (
     correlation_blocks,
     feasibility_blocks,
@@ -22,7 +22,6 @@ from ident.report.model_blocks import (
 from ident.report.page import Block, Page, Section, Status, Step, Table, Text, Verdict, table_of
 from ident.report.provenance_section import provenance_section
 from ident.report.run_curves import FrictionCurve, correlation, friction_curves
-from ident.report.traces import Trace, held_out_traces
 from ident.report.words import (
     DASH,
     Content,

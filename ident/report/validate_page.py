@@ -4,10 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ident.report.figures import error_figure, torque_blocks
+from ident.report.figures import Trace, error_figure, torque_blocks
 from ident.report.page import Block, Page, Section, Step, Table, Text, Verdict, table_of, with_trust
 from ident.report.provenance_section import provenance_section
-from ident.report.traces import Trace
 from ident.report.words import (
     DASH,
     Content,

@@ -11,6 +11,9 @@ from ident.dynamics.compiled_chain import Chain, inverse_dynamics, workspace
 from ident.signals.arrays import Array
 from ident.simulation.arm import SETTINGS, SimulatedArm, no_term
 from ident.simulation.step import Plant, State, advance, copy, scratch
+from wamctl.arm.recording import Command, Recording
+from wamctl.arm.ros2.joint_series import ReferenceSeries
+from wamctl.arm.trajectory import Reference
 
 _STEPS_PER_CYCLE = 4
 
@@ -221,3 +224,33 @@ def _drive(arm, law, tau_log, k, t, applied_torque):
         clipped = min(max(command, -arm.limit[j]), arm.limit[j])
         for i in range(applied_torque.size):
             applied_torque[i] += arm.gain[i, j] * clipped
+
+
+def recorded(
+    joint_names: tuple[str, ...],
+    motion: Reference,
+    made: Run,
+    attachments: dict[str, bytes],
+    metadata: dict[str, str],
+) -> Recording:
+    """Positions beside the commanded torque and the wanted motion.
+
+    Args:
+        joint_names: n names.
+        motion: what was wanted, S samples of n joints.
+        made: what came of it.
+        attachments: files inside the log.
+        metadata: facts about the run.
+    """
+    stamps = np.round(motion.t * 1e9).astype(np.int64)
+    return Recording(
+        joint_names=joint_names,
+        stamp_ns=stamps,
+        q=made.q,
+        qd=None,
+        effort=None,
+        command=Command(stamps, motion.q, motion.qd, made.tau_cmd),
+        reference=ReferenceSeries(stamps, motion.q, motion.qd, motion.qdd),
+        metadata=metadata,
+        attachments=attachments,
+    )

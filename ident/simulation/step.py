@@ -6,8 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ident.dynamics.compiled_chain import Chain, inverse_dynamics, mass_matrix
-from ident.dynamics.compiled_inverse import invert
+from ident.dynamics.compiled_chain import Chain, inverse_dynamics, invert, mass_matrix
 from ident.signals.arrays import Array
 
 _SWEEPS = 12  # of Gauss-Seidel, from the last step's solution

@@ -15,7 +15,7 @@ from ident.report.design_page import DesignReport, design_page
 from ident.report.motion_view import view_page
 from ident.report.page import render
 from ident.simulation.arm import SimulatedArm
-from ident.workflows.provenance import provenance
+from ident.workflows.work import provenance
 from wamctl.arm.config import find_file, load_arm_file
 from wamctl.arm.errors import ConfigurationError, writing
 from wamctl.arm.trajectory import read_trajectory, write_trajectory

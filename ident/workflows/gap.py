@@ -60,9 +60,8 @@ from ident.workflows.gap_json import (
     where_content,
 )
 from ident.workflows.model_errors import errors_on
-from ident.workflows.provenance import provenance
 from ident.workflows.run import cutoff_chosen
-from ident.workflows.work import Search, write_refusal
+from ident.workflows.work import Search, provenance, write_refusal
 from wamctl.arm.errors import DataError
 from wamctl.arm.joint_labels import joint_labels
 

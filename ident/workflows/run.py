@@ -33,14 +33,13 @@ from ident.report.page import render
 from ident.report.run_page import run_page, run_report
 from ident.workflows.agreement import contradictions
 from ident.workflows.model_errors import errors_of_fit, errors_on
-from ident.workflows.provenance import provenance
 from ident.workflows.run_json import (
     currents_content,
     run_content,
     torque_units,
     with_uncertain_gains,
 )
-from ident.workflows.work import Work, refused_run, write_refusal
+from ident.workflows.work import Work, provenance, refused_run, write_refusal
 from wamctl.arm.configuration.known_change import KnownChangeError, known_change
 from wamctl.arm.errors import ConfigurationError, DataError
 

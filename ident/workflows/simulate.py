@@ -11,8 +11,7 @@ from ident.effects.simulated_model import simulation_of
 from ident.model.attachments import attached_config, attached_trajectory
 from ident.model.identified_model import Model
 from ident.simulation.configuration import controller_for, wire_for
-from ident.simulation.loop import Run, run
-from ident.simulation.recording import recorded
+from ident.simulation.loop import Run, recorded, run
 from wamctl.arm.config import ArmFile, beside, find_file, load_arm_file
 from wamctl.arm.errors import ConfigurationError, DataError
 from wamctl.arm.recorder import write_recording

@@ -25,12 +25,11 @@ from ident.model.identified_model import Model
 from ident.recordings.dataset import Dataset
 from ident.recordings.loading import Reading, read_for
 from ident.regression.progress import Tell, silent
+from ident.report.figures import validation_trace
 from ident.report.page import render
-from ident.report.traces import validation_trace
 from ident.report.validate_page import ValidationReport, validate_page
-from ident.workflows.provenance import provenance
 from ident.workflows.run_json import errors_content, log_content, torque_units
-from ident.workflows.work import write_refusal, write_results
+from ident.workflows.work import provenance, write_refusal, write_results
 
 _WORSE_THAN_NONE = 100.0
 """Error of a joint [%] from which a model without torque predicts better."""

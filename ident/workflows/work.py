@@ -1,5 +1,7 @@
 """What a command has found, and writing a folder of results all at once."""
 
+import importlib.metadata
+import platform
 import shutil
 import tempfile
 from abc import ABC, abstractmethod
@@ -12,11 +14,35 @@ from typing import Any, ClassVar
 from ident.checks.remark import RefusedError, gravest_first, verdict_content
 from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset
+from ident.recordings.loading import fingerprint
 from ident.report.page import Page, Verdict, render
 from ident.workflows.run_json import as_json
+from wamctl.arm.command_line import git_commit
 from wamctl.arm.errors import writing
 
+_LIBRARIES = ("numpy", "scipy", "pin", "clarabel")
+
 _MODEL = "model.yaml"
+
+
+def provenance(arm: Arm, paths: Sequence[Path]) -> dict[str, Any]:
+    """Facts for a result file.
+
+    Args:
+        arm: robot and settings.
+        paths: the logs.
+    """
+    return {
+        "program": {
+            "wam-ident": importlib.metadata.version("wam-ident"),
+            "commit": git_commit(),
+            "python": platform.python_version(),
+        }
+        | {name: importlib.metadata.version(name) for name in _LIBRARIES},
+        "arm": {"name": arm.name, "described in": arm.source},
+        "logs": {str(path): fingerprint(path) for path in paths},
+        "settings": arm.settings.model_dump(mode="json"),
+    }
 
 
 @contextmanager

@@ -50,7 +50,7 @@ from wamctl.arm.config import find_file
 from wamctl.arm.errors import UserError
 from wamctl.arm.trajectory import FourierSeries, Reference, Trajectory, write_trajectory
 from wamctl.experiment.preflight import Prepared, prepare
-from wamctl.telemetry.phase import Phase
+from wamctl.telemetry.status import Phase
 
 PHASES = ("enable", "test", "move", "excite", "return")
 WORDS = {

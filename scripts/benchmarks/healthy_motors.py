@@ -23,7 +23,7 @@ from one_process import set_up
 from sim_bus.assembly import load_simulation
 from wamctl.arm.errors import UserError
 from wamctl.experiment.preflight import Prepared, prepare
-from wamctl.telemetry.phase import Phase
+from wamctl.telemetry.status import Phase
 
 SHIPPED = ("wam7.yaml", "wam7-classic.yaml")
 

@@ -30,7 +30,7 @@ from sim_bus.assembly import load_simulation
 from wamctl.arm.errors import UserError
 from wamctl.experiment.loop import Loop
 from wamctl.experiment.preflight import Prepared, prepare
-from wamctl.telemetry.phase import Phase
+from wamctl.telemetry.status import Phase
 
 ROOT = str(Path(__file__).parents[2] / "wamctl")
 PHASES = {  # the cycle in which the bug is, counted from the phase's first

@@ -37,7 +37,7 @@ from wamctl.arm.errors import UserError
 from wamctl.errors import StopError
 from wamctl.experiment.operator_stop import StopRequest
 from wamctl.experiment.preflight import Prepared, prepare
-from wamctl.telemetry.phase import Phase
+from wamctl.telemetry.status import Phase
 
 MOMENTS = {  # the cycles, counted from the phase's first, from which the moment is drawn
     Phase.ENABLE: (1, 3),

@@ -21,7 +21,7 @@ from wamctl.realtime.latency import Percentiles, percentiles
 from wamctl.realtime.scheduling import PRIORITY, Privileges, real_time_scheduling
 from wamctl.safety.state_estimator import ArmState
 from wamctl.telemetry.logger import Logger, LogHead, recorded
-from wamctl.telemetry.phase import Phase
+from wamctl.telemetry.status import Phase
 
 _MONOTONIC, _ABSOLUTE = 1, 1
 _CYCLICTEST_MOST_US = 20_000

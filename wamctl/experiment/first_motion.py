@@ -29,7 +29,7 @@ from wamctl.safety.motor_response import (
     shown_scale,
 )
 from wamctl.safety.state_estimator import ArmState
-from wamctl.telemetry.phase import Phase
+from wamctl.telemetry.status import Phase
 
 Envelope = Callable[[float], float]
 """Share of the amplitude, by the share of a period that has passed."""

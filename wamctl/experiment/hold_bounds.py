@@ -9,7 +9,7 @@ import pinocchio as pin
 from wamctl.errors import SafetyStopError
 from wamctl.experiment.loop import Arm, Array
 from wamctl.safety.state_estimator import ArmState
-from wamctl.telemetry.phase import Phase
+from wamctl.telemetry.status import Phase
 
 UNKNOWN_LOAD = 0.1
 """Share of the moving mass that a tool may have of which the model does not know: it lets the held

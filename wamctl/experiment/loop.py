@@ -22,8 +22,7 @@ from wamctl.safety.state_limits import StateLimits
 from wamctl.safety.torque_gate import TorqueGate
 from wamctl.safety.watchdog import NOBODY_WATCHES, Heart
 from wamctl.telemetry.logger import Logger
-from wamctl.telemetry.phase import Phase
-from wamctl.telemetry.status import LoopStatus
+from wamctl.telemetry.status import LoopStatus, Phase
 
 Law = Callable[[ArmState], tuple[Setpoint, Array]]
 """From the arm's state to the reference and the joint torque [N m], shape (n,)."""

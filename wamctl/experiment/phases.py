@@ -17,7 +17,7 @@ from wamctl.experiment.first_motion import first_motion, second_motion
 from wamctl.experiment.loop import Arm, Array, CheckLevel, Law, Loop
 from wamctl.safety.braking import BrakingMonitor
 from wamctl.safety.state_estimator import ArmState
-from wamctl.telemetry.phase import Phase
+from wamctl.telemetry.status import Phase
 
 AT_REST_RAD = 0.03
 """By so much may a joint sag or be touched between two looks at the resting arm; more means that

@@ -16,7 +16,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 from wamctl.arm.command_line import is_quiet
 from wamctl.telemetry import ring as shared
 from wamctl.telemetry.child_process import ChildProcess
-from wamctl.telemetry.phase import Phase
+from wamctl.telemetry.status import Phase
 
 _INTERVAL_S = 0.1
 _END_S = 2.0

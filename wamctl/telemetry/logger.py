@@ -15,9 +15,8 @@ from wamctl.errors import OutsideStopError
 from wamctl.telemetry import ring as shared
 from wamctl.telemetry.child_process import ChildProcess
 from wamctl.telemetry.display import display
-from wamctl.telemetry.phase import Phase
 from wamctl.telemetry.ring import Ring
-from wamctl.telemetry.status import LoopStatus, store
+from wamctl.telemetry.status import LoopStatus, Phase, store
 from wamctl.telemetry.writer import CLOSED, DONE, READY
 
 _START_S = 60.0

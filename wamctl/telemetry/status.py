@@ -2,12 +2,35 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass
+from enum import IntEnum
 
 from wamctl.arm.arrays import Array
 from wamctl.arm.ros2.log_messages import Status
-from wamctl.telemetry.phase import Phase
 
 _OK, _WARN = 0, 1
+
+
+class Phase(IntEnum):
+    """Phases of the experiment; `BRAKE` and `CUT_OFF` end it early, `TEST` comes behind `ENABLE`.
+
+    `IDLE` comes before the first phase, and is the only one of `wamctl bench`.
+    """
+
+    IDLE = 0
+    ENABLE = 1
+    APPROACH = 2
+    EXCITE = 3
+    RETURN = 4
+    RELEASE = 5
+    DISABLE = 6
+    BRAKE = 7
+    CUT_OFF = 8
+    TEST = 9
+
+    @property
+    def word(self) -> str:
+        """The phase in lower case, for sentences."""
+        return self.name.lower().replace("_", " ")
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,7 @@ from ident.recordings.dataset import Dataset, dataset
 from ident.recordings.steady_state import only_steady_state
 from ident.signals.arrays import Array
 from ident.simulation.arm import SimulatedArm
-from ident.simulation.loop import Controller, Wire, run
-from ident.simulation.recording import recorded
+from ident.simulation.loop import Controller, Wire, recorded, run
 from wamctl.arm.errors import DataError
 from wamctl.arm.trajectory import Trajectory, reference, trajectory_yaml
 

@@ -21,8 +21,7 @@ from ident.report.servos.gap_page import ServoGap, servo_gap_page, verdict_sente
 from ident.report.servos.run_page import ServoTrace
 from ident.workflows.output_error.gap_json import gap_content
 from ident.workflows.output_error.logs import glitch_remarks, read_commanded
-from ident.workflows.provenance import provenance
-from ident.workflows.work import Search
+from ident.workflows.work import Search, provenance
 
 
 @dataclass(frozen=True)

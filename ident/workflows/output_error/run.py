@@ -21,9 +21,8 @@ from ident.report.page import render
 from ident.report.servos.run_page import ServoTrace, servo_page
 from ident.signals.arrays import Array
 from ident.workflows.output_error.logs import glitch_remarks, read_commanded
-from ident.workflows.provenance import provenance
 from ident.workflows.run_json import numbers
-from ident.workflows.work import Work
+from ident.workflows.work import Work, provenance
 
 _BAD = 0.5  # of the error that following the command at once would have, or standing still
 _STILL_S = 0.5  # that a joint stands still while the simulated one moves by

@@ -15,8 +15,7 @@ from ident.regression.progress import Tell, silent
 from ident.report.page import render
 from ident.report.servos.run_page import ServoTrace, servo_page
 from ident.workflows.output_error.logs import glitch_remarks, read_commanded_for
-from ident.workflows.provenance import provenance
-from ident.workflows.work import write_results
+from ident.workflows.work import provenance, write_results
 
 
 def validate_simulation(

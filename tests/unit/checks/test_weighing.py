@@ -11,8 +11,7 @@ from ident.effects.compensation import torque_along, without_effects
 from ident.gap.data.noise_regions import Region, regions
 from ident.gap.data.windows import windows_for
 from ident.model.records import EffectRecord
-from ident.planning.noise import Noise, read_noise
-from ident.planning.noise import log_likelihood, stretches
+from ident.planning.noise import Noise, log_likelihood, read_noise, stretches
 from ident.recordings.dataset import in_memory
 from ident.workflows.run import run_data
 from wamctl.investigation.evidence import signed_evidence

@@ -17,8 +17,7 @@ from ident.model.fit_filter import Filter
 from ident.model.identified_model import Model, NoEffects
 from ident.model.records import EffectRecord
 from ident.simulation.configuration import controller_for, wire_for
-from ident.simulation.loop import run
-from ident.simulation.recording import recorded
+from ident.simulation.loop import recorded, run
 from wamctl.arm.config import load_arm_file
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import Recording

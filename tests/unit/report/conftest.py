@@ -7,12 +7,12 @@ import pytest
 
 from ident.report.charts import Curve, Panel, line_chart
 from ident.report.design_page import DesignReport
+from ident.report.figures import Trace
 from ident.report.gap.report import GapReport
 from ident.report.page import Figure, Table
 from ident.report.run_curves import FrictionCurve
 from ident.report.run_page import RunReport
 from ident.report.style import WITH
-from ident.report.traces import Trace
 from wamctl.arm.trajectory import FourierSeries, Trajectory, sample
 from wamctl.arm.trajectory_check import Quantity
 

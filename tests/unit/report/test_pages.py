@@ -16,6 +16,7 @@ from ident.effects.catalogue import catalogue
 from ident.report.charts import row_chart
 from ident.report.compare_page import Comparison, compare_page
 from ident.report.design_page import DesignReport, design_page, used_share
+from ident.report.figures import Trace
 from ident.report.gap.page import gap_page
 from ident.report.gap.report import GapReport
 from ident.report.gap.words import verdict_sentences
@@ -30,7 +31,6 @@ from ident.report.page import (
 )
 from ident.report.run_page import RunReport, run_page
 from ident.report.style import AFTER
-from ident.report.traces import Trace
 from ident.report.validate_page import ValidationReport, validate_page
 from ident.report.words import DASH, closed_text, number, percent, plus_minus
 

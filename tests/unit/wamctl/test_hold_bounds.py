@@ -7,7 +7,7 @@ from wamctl.errors import SafetyStopError
 from wamctl.experiment.hold_bounds import HoldBounds
 from wamctl.experiment.preflight import load_arm
 from wamctl.safety.state_estimator import ArmState
-from wamctl.telemetry.phase import Phase
+from wamctl.telemetry.status import Phase
 
 THERE = np.array([0.2, 0.07, 0.3, 1.02, -1.7, 0.0, 0.0])
 STILL = np.zeros(7)
