@@ -18,7 +18,8 @@ from ident.gap.settings import Significance
 from ident.model.arm import arm_from_file
 from ident.simulation.arm import SimulatedArm, Term, simulated_arm, term
 from ident.simulation.configuration import controller_for, wire_for
-from ident.simulation.loop import recorded, run
+from ident.simulation.loop import recorded as recording_of
+from ident.simulation.loop import run
 from wamctl.arm.config import load_arm_file, shipped_file
 from wamctl.arm.recording import Recording
 from wamctl.arm.robot import cad_parameters
@@ -88,7 +89,7 @@ def recorded(arm: SimulatedArm, periods: int = PERIODS, alone: int | None = None
     noise = 2e-3 * np.array(file.simulation.coulomb_nm) * rng.normal(size=motion.q.shape)
     result = run(arm, controller_for(file, robot), wire_for(file), wanted, noise)
     attached = {**ATTACHED, "trajectory.yaml": trajectory_yaml(trajectory).encode()}
-    return recorded(tuple(robot.joint_names), motion, result, attached, {})
+    return recording_of(tuple(robot.joint_names), motion, result, attached, {})
 
 
 def moved(arm: SimulatedArm) -> np.ndarray:
