@@ -10,6 +10,7 @@ from ident.fleet.arm_type import ArmType
 from ident.fleet.candidates import Candidate, candidates
 from ident.fleet.changes import Change, Detector, beside, changes, evidence
 from ident.fleet.hierarchy import DAILY, TypeStatistics, log_information, louder, warmth
+from ident.fleet.metadata import Said
 from ident.fleet.normal import Information, LogData, nothing, posterior
 from ident.fleet.settings import FleetSettings
 from ident.fleet.store import Stored
@@ -18,23 +19,14 @@ from ident.signals.arrays import Array
 
 
 @dataclass(frozen=True)
-class Entry:
-    """One log of an arm.
+class Entry(Said):
+    """One log of an arm, with what is known of it.
 
     Attributes:
         stored: its reduction.
-        arm: whose it is.
-        time_ns: when it began, since 1970 in UTC [ns].
-        firmware, tool: words, perhaps empty.
-        temperature_c: [deg C]; None where nobody says so.
     """
 
     stored: Stored
-    arm: str
-    time_ns: int
-    firmware: str
-    tool: str
-    temperature_c: float | None
 
     def data(self, reference_c: float) -> LogData:
         """Its triangles, read from disk."""

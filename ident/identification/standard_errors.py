@@ -27,16 +27,9 @@ _MOST_LEVERAGE = 0.999
 _RIDGE = 1e-12
 
 
-def standard_errors(evidence: RegressionData, weights: Array | None = None) -> Array:
-    """Standard error of each base parameter of the least-squares solution, shape (b,).
-
-    Args:
-        evidence: the reduced recordings.
-        weights: of each log's and joint's rows, shape (logs, n); None: all alike.
-    """
+def standard_errors(evidence: RegressionData) -> Array:
+    """Standard error of each base parameter of the least-squares solution, shape (b,)."""
     triangles = evidence.fitted_triangles
-    if weights is not None:
-        triangles = triangles * weights[:, None, :, None, None]
     rows = triangles.reshape(-1, *triangles.shape[-3:])
     grams = np.einsum("snij,snik->sjk", rows, rows)
     motion = repeated_stretches([log.reduction for log in evidence.logs])

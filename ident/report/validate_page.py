@@ -1,7 +1,6 @@
 """The page of `ident validate`: how well a model predicts recordings that it was not fitted on."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from ident.report.figures import Trace, error_figure, torque_blocks
@@ -21,22 +20,13 @@ from ident.report.words import (
 from wamctl.arm.joint_labels import joint_labels, listed
 
 
-@dataclass(frozen=True)
-class ValidationReport:
-    """What the page is made of.
+def validate_page(content: Content, traces: Sequence[Trace]) -> Page:
+    """The page of a validation.
 
-    Attributes:
+    Args:
         content: of `validate.json`.
         traces: the recordings, predicted by the model.
     """
-
-    content: Content
-    traces: tuple[Trace, ...]
-
-
-def validate_page(report: ValidationReport) -> Page:
-    """The page of a validation."""
-    content = report.content
     return Page(
         command="ident validate",
         title=f"{content['arm']}: the model on other recordings",
@@ -48,7 +38,7 @@ def validate_page(report: ValidationReport) -> Page:
         sections=[
             Section("Recording by recording", [_summary(content)]),
             Section("Joint by joint", _by_joint(content)),
-            Section("Measured and predicted torque", _torque(report)),
+            Section("Measured and predicted torque", _torque(content, traces)),
             provenance_section(content),
         ],
         steps=_steps(content),
@@ -140,10 +130,9 @@ def _by_joint(content: Content) -> list[Block]:
     return blocks or [Text("No recording.")]
 
 
-def _torque(report: ValidationReport) -> list[Block]:
-    content = report.content
+def _torque(content: Content, traces: Sequence[Trace]) -> list[Block]:
     return torque_blocks(
-        report.traces,
+        traces,
         joint_labels(content["joints"]),
         content["torque_units"],
         [log["estimators"][content["estimator"]] for log in content["logs"]],

@@ -27,7 +27,7 @@ from ident.recordings.loading import Reading, read_for
 from ident.regression.progress import Tell, silent
 from ident.report.figures import validation_trace
 from ident.report.page import render
-from ident.report.validate_page import ValidationReport, validate_page
+from ident.report.validate_page import validate_page
 from ident.workflows.run_json import errors_content, log_content, torque_units
 from ident.workflows.work import provenance, write_refusal, write_results
 
@@ -95,7 +95,7 @@ def validate_logs(
         "seconds": {"total": time.perf_counter() - start},
     }
     traces = tuple(validation_trace(p, model.estimator) for p in predictions)
-    page = render(validate_page(ValidationReport(content, traces)))
+    page = render(validate_page(content, traces))
     return write_results(out, "validate", content, page)
 
 

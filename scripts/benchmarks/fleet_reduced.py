@@ -33,7 +33,7 @@ def entries_of(
         if stored is None or not stored.reduced.rows or source.folder in left_out:
             continue
         said = Rules().said(source, stored.reduced.metadata, stored.reduced.first_ns or 0)
-        arms[said.arm].append(Entry(stored, **vars(said)))
+        arms[said.arm].append(Entry(**vars(said), stored=stored))
     return store, {a: sorted(e, key=lambda e: e.time_ns) for a, e in arms.items()}
 
 

@@ -102,7 +102,7 @@ def _entry(stored: Stored, rules: Rules) -> Entry:
     except ConfigurationError as error:
         said = Rules().said(stored.source, {}, reduced.first_ns or 0)
         stored = stored.refused("metadata", str(error))
-    return Entry(stored, **asdict(said))
+    return Entry(**asdict(said), stored=stored)
 
 
 def _once_each(entries: Sequence[Entry]) -> list[Entry]:

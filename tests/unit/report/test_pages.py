@@ -31,7 +31,7 @@ from ident.report.page import (
 )
 from ident.report.run_page import RunReport, run_page
 from ident.report.style import AFTER
-from ident.report.validate_page import ValidationReport, validate_page
+from ident.report.validate_page import validate_page
 from ident.report.words import DASH, closed_text, number, percent, plus_minus
 
 VOID = ("meta",)
@@ -48,7 +48,7 @@ def pages(
 ) -> dict[str, str]:
     return {
         "run": render(run_page(run_report)),
-        "validate": render(validate_page(ValidationReport(validate_content, (trace,)))),
+        "validate": render(validate_page(validate_content, (trace,))),
         "gap": render(gap_page(gap_report)),
         "design": render(design_page(design_report)),
         "compare": render(compare_page(Comparison(("old", "new"), (run_content, run_content)))),
@@ -280,7 +280,7 @@ def test_validate_page_has_the_numbers_of_validate_json(
 
 def test_a_recording_of_the_fit_is_no_proof(validate_content: dict[str, Any], trace: Trace) -> None:
     content = validate_content | {"fitted_on": ["/data/one.mcap"]}
-    verdict = validate_page(ValidationReport(content, (trace,))).verdict
+    verdict = validate_page(content, (trace,)).verdict
     assert verdict.status == "warning"
     assert verdict.more[0] == "The model was fitted on one.mcap: its error there says little."
 
