@@ -8,29 +8,12 @@ from pydantic import Field
 
 from ident.dynamics.parameters import Terms, standard_parameters
 from ident.model.arm import TERM_NAMES
-from ident.model.fit_filter import Filter, ReversalPart
+from ident.model.fit_filter import Filter
 from ident.model.identified_model import FORMAT, VERSION, Model, ModelEffects
 from ident.model.records import BaseParameter, EffectRecord
 from wamctl.arm.config import Section, Vector, read_yaml, validate
 from wamctl.arm.errors import ConfigurationError, DataError
 from wamctl.arm.robot import load_robot
-
-
-class _ReversalPart(Section):
-    part: float
-    scale: float
-    cutoff_hz: float | None
-    tailed: bool
-
-
-class _FilterSection(Section):
-    cutoff_hz: float
-    order: int
-    differentiation_cutoff_hz: float
-    sign_cutoff_hz: float
-    parallel: bool
-    velocity_threshold_rad_s: float
-    reversals: tuple[tuple[_ReversalPart, ...], ...] = Field(default=())
 
 
 class _Link(Section):
@@ -39,13 +22,6 @@ class _Link(Section):
     first_moment_kg_m: dict[str, float]
     mass_kg: float
     friction: dict[str, float] = Field(default={})
-
-
-class _BaseParameterEntry(Section):
-    name: str
-    unit: str
-    values: dict[str, float]
-    sd: float
 
 
 class _ModelFile(Section):
@@ -62,8 +38,8 @@ class _ModelFile(Section):
     drive_matrix: tuple[Vector, ...]
     motor_friction: bool
     links: tuple[_Link, ...]
-    base_parameters: tuple[_BaseParameterEntry, ...]
-    filter: _FilterSection
+    base_parameters: tuple[BaseParameter, ...]
+    filter: Filter
     logs: tuple[str, ...]
     gains_nm_per_a: tuple[float, ...] = Field(default=())
     effects: tuple[EffectRecord, ...] = Field(default=())
@@ -127,18 +103,10 @@ def _model(file: _ModelFile, source: str, bind: Bind) -> Model:
         terms=terms,
         delta=np.array([values[n] for n in names]),
         moving=np.array(file.moving),
-        base_parameters=tuple(BaseParameter(**b.model_dump()) for b in file.base_parameters),
-        filter=_filter(file.filter),
+        base_parameters=file.base_parameters,
+        filter=file.filter,
         noise=np.array([np.nan if x is None else x for x in file.noise_nm]),
         logs=file.logs,
         gains_nm_per_a=file.gains_nm_per_a,
         effects=bind(file.effects),
     )
-
-
-def _filter(section: _FilterSection) -> Filter:
-    values = section.model_dump(exclude={"reversals"})
-    reversals = tuple(
-        tuple(ReversalPart(**part.model_dump()) for part in joint) for joint in section.reversals
-    )
-    return Filter(**values, reversals=reversals)

@@ -68,15 +68,11 @@ class Piece:
 
 
 @dataclass(frozen=True)
-class Recording:
-    """What an experiment left behind: S samples of n joints.
+class Recording(JointSeries):
+    """What an experiment left behind: S samples of n joints, as they stand in the log.
 
     Attributes:
-        joint_names: the n joints, in the order of the columns.
-        stamp_ns: sampling instants [ns], shape (S,), as they stand in the log.
         q: measured position [rad], shape (S, n).
-        qd: estimated velocity [rad/s], shape (S, n), or None.
-        effort: measured joint torque [N m], shape (S, n), or None where the drives report none.
         command: what the controller asked for, or None.
         reference: the motion that was wanted, or None.
         metadata: facts about the run.
@@ -84,11 +80,7 @@ class Recording:
         complete: false when the file is cut off; all whole chunks before the cut are here.
     """
 
-    joint_names: tuple[str, ...]
-    stamp_ns: Stamps
     q: Array
-    qd: Array | None
-    effort: Array | None
     command: Command | None = None
     reference: ReferenceSeries | None = None
     metadata: dict[str, str] = field(default_factory=dict)

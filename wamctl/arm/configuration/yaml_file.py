@@ -113,7 +113,11 @@ def _sentences(kind: type[BaseModel], place: Sequence[int | str], message: str) 
     if place[0] == "drives" and len(place) > 1:  # pydantic puts the protocol's name in between
         place = (place[0], *place[2:])
     meant = did_you_mean(str(place[-1]), _fields_beside(kind, place))
-    known = {"Extra inputs are not permitted": f"unknown key{meant}", "Field required": "missing"}
+    known = {
+        "Extra inputs are not permitted": f"unknown key{meant}",
+        "Unexpected keyword argument": f"unknown key{meant}",  # of a dataclass
+        "Field required": "missing",
+    }
     where = ".".join(str(p) for p in place)
     return [f"{where}: {known.get(s, s[:1].lower() + s[1:])}" for s in text.split("; ")]
 
