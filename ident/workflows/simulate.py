@@ -4,8 +4,6 @@ import contextlib
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from ident.effects.bound_effects import checked_model, load_model
 from ident.effects.simulated_model import simulation_of
 from ident.model.attachments import attached_config, attached_trajectory
@@ -94,14 +92,7 @@ def _setting(model: Model, trajectory: Path | None, config: str | None) -> _Sett
     if trajectory is not None:
         found = read_trajectory(trajectory)
     elif log is not None and (inside := attached_trajectory(log, model.logs[0])) is not None:
-        series = FourierSeries(
-            inside.joints,
-            inside.fundamental_rad_s,
-            np.array(inside.a),
-            np.array(inside.b),
-            np.array(inside.q0),
-        )
-        found = Trajectory(series, inside.periods, inside.promise, inside.limits)
+        found = inside.trajectory
     elif file.excitation.trajectory is not None:
         source = find_file(config or f"{model.arm}.yaml")
         found = read_trajectory(beside(source, file.excitation.trajectory))

@@ -159,6 +159,13 @@ class TrajectoryFile(Section):
             raise ValueError("; ".join(faults))
         return self
 
+    @property
+    def trajectory(self) -> Trajectory:
+        """What it describes."""
+        a, b, q0 = (np.array(x) for x in (self.a, self.b, self.q0))
+        series = FourierSeries(self.joints, self.fundamental_rad_s, a, b, q0)
+        return Trajectory(series, self.periods, self.promise, self.limits)
+
 
 def read_trajectory(path: str | Path) -> Trajectory:
     """The trajectory of a file, or of the shipped file of that bare name.
@@ -167,15 +174,7 @@ def read_trajectory(path: str | Path) -> Trajectory:
         ConfigurationError: missing or broken file, or all faults of its content at once.
     """
     found = find_file(path)
-    content = validate(TrajectoryFile, read_yaml(found), found)
-    series = FourierSeries(
-        content.joints,
-        content.fundamental_rad_s,
-        np.array(content.a),
-        np.array(content.b),
-        np.array(content.q0),
-    )
-    return Trajectory(series, content.periods, content.promise, content.limits)
+    return validate(TrajectoryFile, read_yaml(found), found).trajectory
 
 
 def trajectory_yaml(trajectory: Trajectory) -> str:
