@@ -313,10 +313,7 @@ def _content(model: Model) -> dict[str, Any]:
         "drive_matrix": [[float(x) for x in row] for row in terms.drive_matrix],
         "motor_friction": terms.motor_friction,
         "links": [_link(model, k) for k in range(1, robot.dof + 1)],
-        "base_parameters": [
-            {"name": b.name, "unit": b.unit, "values": b.values, "sd": b.sd}
-            for b in model.base_parameters
-        ],
+        "base_parameters": [vars(b) for b in model.base_parameters],
         "filter": vars(model.filter)
         | {"reversals": [[vars(part) for part in joint] for joint in model.filter.reversals]},
         "logs": list(model.logs),

@@ -8,7 +8,7 @@ counts as scatter, so that it lowers the significance of all of them (Birge 1932
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -55,14 +55,7 @@ class Contradiction:
 
     def content(self) -> dict[str, Any]:
         """As it stands in JSON."""
-        return {
-            "joint": self.joint,
-            "name": self.name,
-            "urdf_kg": self.urdf_kg,
-            "found_kg": self.found_kg,
-            "sd_kg": self.sd_kg,
-            "sentence": self.sentence,
-        }
+        return asdict(self) | {"sentence": self.sentence}
 
 
 @dataclass(frozen=True)

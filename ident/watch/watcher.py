@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import logsumexp
 
+from ident.effects.candidate import Value
 from ident.fleet.candidates import Candidate
 from ident.fleet.changes import Detector, Odds
 from ident.fleet.normal import Information, nothing, posterior
@@ -23,8 +24,7 @@ class Alarm:
         kind: `payload`, `friction`, `contact` or `other`.
         joints: from 1; empty for load and push.
         evidence: logarithm of the odds against no change.
-        sizes, sds: by name.
-        units: by name.
+        parameters: sizes by name.
         rival: the next likely kind with its joints, where it has more than 5 % of the odds.
     """
 
@@ -33,9 +33,7 @@ class Alarm:
     kind: str
     joints: tuple[int, ...]
     evidence: float
-    sizes: dict[str, float]
-    sds: dict[str, float]
-    units: dict[str, str]
+    parameters: dict[str, Value]
     rival: str
 
 
@@ -92,8 +90,9 @@ class Watcher:
         best = self._candidates[order[0]]
         onset = odds.first + int(np.argmax(odds.single[:, order[0]]))
         sizes, V = self._sizes(best, onset)
-        named = dict(zip(best.parameters, sizes.tolist(), strict=True))
-        deviations = dict(zip(best.parameters, np.sqrt(np.diag(V)).tolist(), strict=True))
+        parts = zip(
+            best.parameters, sizes.tolist(), np.sqrt(np.diag(V)).tolist(), best.units, strict=True
+        )
         second = self._candidates[order[1]]
         rival = " ".join([second.name, *map(str, second.joints)])
         alarm = Alarm(
@@ -102,9 +101,7 @@ class Watcher:
             kind=best.name,
             joints=best.joints,
             evidence=odds.whole,
-            sizes=named,
-            sds=deviations,
-            units=dict(zip(best.parameters, best.units, strict=True)),
+            parameters={name: Value(*of_one) for name, *of_one in parts},
             rival=rival if shares[order[1]] > 0.05 else "",
         )
         return alarm, best, onset

@@ -109,7 +109,7 @@ def told(alarms: list[Alarm], since_ns: int) -> tuple[float, float] | None:
     """Delay [s] and mass [kg] of the first alarm, where it names a load."""
     if not alarms or alarms[0].kind != "payload":
         return None
-    return (alarms[0].told_ns - since_ns) * 1e-9, alarms[0].sizes["mass"]
+    return (alarms[0].told_ns - since_ns) * 1e-9, alarms[0].parameters["mass"].value
 
 
 def summary(what: str, cases: list[tuple[float, float] | None]) -> None:

@@ -81,13 +81,11 @@ def alarm_content(alarm: Alarm) -> dict[str, Any]:
         "told_ns": alarm.told_ns,
         "joints": list(alarm.joints),
         "evidence": alarm.evidence,
-        "parameters": {
-            name: {"value": value, "sd": alarm.sds[name], "unit": alarm.units[name]}
-            for name, value in alarm.sizes.items()
-        },
+        "parameters": {name: vars(size) for name, size in alarm.parameters.items()},
         "rival": alarm.rival,
     }
-    mass = alarm.sizes.get("mass", 0.0)
-    if alarm.kind == "payload" and mass > alarm.sds["mass"]:
-        content["centre_m"] = [alarm.sizes[f"first_moment_{a}"] / mass for a in "xyz"]
+    known = alarm.parameters
+    if alarm.kind == "payload" and known["mass"].value > known["mass"].sd:
+        moments = (known[f"first_moment_{a}"].value for a in "xyz")
+        content["centre_m"] = [moment / known["mass"].value for moment in moments]
     return content
