@@ -5,10 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ident.effects.candidate import Candidate, Coefficient, NonlinearParameter
-from ident.effects.effect import Array, Effect, ExperimentMotion
-from ident.effects.motor_link import MIN_INERTIA, Transmission, mass_in
-from ident.effects.observation import ArmFacts, Observed
-from ident.simulation.arm import SimulatedArm
+from ident.effects.effect import ExperimentMotion
+from ident.effects.motor_link import MIN_INERTIA, MotorLink, Transmission, mass_in
+from ident.effects.observation import ArmFacts
 
 _MOTOR = 0.1  # of the joint's inertia: a motor's, at first
 
@@ -21,7 +20,7 @@ class _Play(NamedTuple):
     motor_inertia: float
 
 
-class Backlash(Effect[_Play]):
+class Backlash(MotorLink[_Play]):
     """q_link = q_motor + y, |y| <= b, free in between."""
 
     id = "backlash"
@@ -41,10 +40,8 @@ class Backlash(Effect[_Play]):
     )
     experiment = "torque that changes sign without a change of speed, as through a gravity crossing"
     motion = ExperimentMotion.SLOW_REVERSALS
-    band_limited = True
     depends_on = ("model", "friction", "torque")
     same_number = ("half_play", "play")
-    has_memory = True
     linear = (Coefficient("half_play", "rad", lower=0.0),)
     Parameters = _Play
     nonlinear = (
@@ -83,27 +80,9 @@ class Backlash(Effect[_Play]):
             for b in play.grid
         ]
 
-    def columns(self, seen: Observed, candidate: Candidate[_Play]) -> Array:
-        """Change of the torque with the link's motion in the play, per half play."""
-        play = candidate.parameters.play
-        return _tie(candidate, play).torque_change(seen, candidate.joints[0])[:, :, None] / play
-
-    def static_columns(self, seen: Observed, candidate: Candidate[_Play]) -> Array:
-        """The same where the link rests beside its motor."""
-        play = candidate.parameters.play
-        tie = _tie(candidate, play)
-        return tie.static_change(seen, candidate.joints[0])[:, :, None] / play
-
-    def simulated(
-        self, arm: SimulatedArm, candidate: Candidate[_Play], values: Array
-    ) -> SimulatedArm:
-        """A motor of its own, with the encoder, that carries the joint within the play."""
-        return _tie(candidate, float(values[0])).insert_motor(arm, candidate.joints[0])
-
-
-def _tie(candidate: Candidate[_Play], half_play: float) -> Transmission:
-    shape = candidate.parameters
-    return Transmission(half_play, 0.0, 0.0, shape.rubbing, shape.motor_inertia)
+    def tie(self, parameters: _Play, size: float) -> Transmission:
+        """Two stops, and nothing between them."""
+        return Transmission(size, 0.0, 0.0, parameters.rubbing, parameters.motor_inertia)
 
 
 EFFECT = Backlash()

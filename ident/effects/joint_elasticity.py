@@ -5,10 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ident.effects.candidate import Candidate, Coefficient, NonlinearParameter
-from ident.effects.effect import Array, Effect, ExperimentMotion
-from ident.effects.motor_link import MIN_INERTIA, Transmission, mass_in
-from ident.effects.observation import ArmFacts, Observed
-from ident.simulation.arm import SimulatedArm
+from ident.effects.effect import ExperimentMotion
+from ident.effects.motor_link import MIN_INERTIA, MotorLink, Transmission, mass_in
+from ident.effects.observation import ArmFacts
 
 _SWINGS_HZ = (6.0, 12.0, 40.0)  # of a link whose motor is held; softer is a lag by another name
 _MOTOR = 0.1  # of the joint's inertia: a motor's; it hardly matters
@@ -23,7 +22,7 @@ class _Spring(NamedTuple):
     motor_inertia: float
 
 
-class JointElasticity(Effect[_Spring]):
+class JointElasticity(MotorLink[_Spring]):
     """tau_link = K (q_motor - q_link)."""
 
     id = "joint_elasticity"
@@ -35,10 +34,8 @@ class JointElasticity(Effect[_Spring]):
     intervention = "clamp the link, and let the motor push against it with a known torque"
     experiment = "a chirp up to 50 Hz; an encoder on the joint's side"
     motion = ExperimentMotion.FAST_REVERSALS
-    band_limited = True
     depends_on = ("model", "friction")
     same_number = ("compliance", "give")
-    has_memory = True
     linear = (Coefficient("compliance", "rad/(N m)", lower=0.0),)
     Parameters = _Spring
     nonlinear = (
@@ -73,27 +70,11 @@ class JointElasticity(Effect[_Spring]):
                 found.append(self.at((j,), shape, rows=range(arm.dof)))
         return found
 
-    def columns(self, seen: Observed, candidate: Candidate[_Spring]) -> Array:
-        """Change of the torque with the link's swing, per compliance."""
-        give = candidate.parameters.give
-        return _tie(candidate, give).torque_change(seen, candidate.joints[0])[:, :, None] / give
-
-    def static_columns(self, seen: Observed, candidate: Candidate[_Spring]) -> Array:
-        """The same where the link rests beside its motor."""
-        give = candidate.parameters.give
-        tie = _tie(candidate, give)
-        return tie.static_change(seen, candidate.joints[0])[:, :, None] / give
-
-    def simulated(
-        self, arm: SimulatedArm, candidate: Candidate[_Spring], values: Array
-    ) -> SimulatedArm:
-        """A motor of its own, with the encoder, on a spring."""
-        return _tie(candidate, float(values[0])).insert_motor(arm, candidate.joints[0])
-
-
-def _tie(candidate: Candidate[_Spring], give: float) -> Transmission:
-    shape = candidate.parameters
-    return Transmission(np.inf, give, shape.damped, shape.rubbing, shape.motor_inertia)
+    def tie(self, parameters: _Spring, size: float) -> Transmission:
+        """A spring without stops."""
+        return Transmission(
+            np.inf, size, parameters.damped, parameters.rubbing, parameters.motor_inertia
+        )
 
 
 EFFECT = JointElasticity()

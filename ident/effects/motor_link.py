@@ -1,13 +1,16 @@
 """A link beside its motor: how it moves where the transmission between them is loose or gives."""
 
+from abc import abstractmethod
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numba import njit
 
 from ident.dynamics.compiled_chain import Chain, inverse_dynamics, mass_matrix, workspace
 from ident.dynamics.derivatives import rates
-from ident.effects.effect import Array
+from ident.effects.candidate import Candidate, P
+from ident.effects.effect import Array, Effect
 from ident.effects.observation import Observed
 from ident.simulation.arm import SimulatedArm
 
@@ -79,6 +82,39 @@ class Transmission:
             damping=damping,
             link_friction_share=link_share,
         )
+
+
+class MotorLink(Effect[P]):
+    """An effect whose link moves beside its motor; its size is its only coefficient.
+
+    The first of its parameters is the size about which its columns are formed.
+    """
+
+    band_limited = True
+    has_memory = True
+
+    @abstractmethod
+    def tie(self, parameters: P, size: float) -> Transmission:
+        """What ties the link to its motor, for a size."""
+
+    def columns(self, seen: Observed, candidate: Candidate[P]) -> Array:
+        """Change of the torque with the link's motion beside its motor, per unit of the size."""
+        tie, size = self._formed(candidate)
+        return tie.torque_change(seen, candidate.joints[0])[:, :, None] / size
+
+    def static_columns(self, seen: Observed, candidate: Candidate[P]) -> Array:
+        """The same where the link rests beside its motor."""
+        tie, size = self._formed(candidate)
+        return tie.static_change(seen, candidate.joints[0])[:, :, None] / size
+
+    def _formed(self, candidate: Candidate[P]) -> tuple[Transmission, float]:
+        shape: Any = candidate.parameters
+        return self.tie(shape, shape[0]), shape[0]
+
+    def simulated(self, arm: SimulatedArm, candidate: Candidate[P], values: Array) -> SimulatedArm:
+        """A motor of its own, with the encoder, tied to the joint."""
+        tie = self.tie(candidate.parameters, float(values[0]))
+        return tie.insert_motor(arm, candidate.joints[0])
 
 
 @njit(cache=True)
