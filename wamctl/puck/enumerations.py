@@ -1,26 +1,19 @@
 """The values of Puck properties that have names, and the groups of the bus."""
 
-from enum import IntEnum, IntFlag
+from enum import IntEnum
 
 HOST = 0
 
 
 class Group(IntEnum):
-    """Receivers of group frames (libbarrett `puck_group.h`)."""
+    """Receivers of group frames that this program uses (libbarrett `puck_group.h`)."""
 
     ALL_ACTUATORS = 0
     LOWER_TORQUES = 1
     UPPER_TORQUES = 2
     POSITION_FEEDBACK = 3
     WHOLE_ARM = 4
-    HAND = 5
     PROPERTY_FEEDBACK = 6
-    JOINT_ENCODER_FEEDBACK = 7
-    TACTILE_TOP10 = 8
-    TACTILE_FULL = 9
-    FORCE = 10
-    TORQUE = 11
-    ACCELERATION = 12
 
 
 class Status(IntEnum):
@@ -62,13 +55,5 @@ class Role(IntEnum):
     FORCE = 6
 
 
-class RoleOption(IntFlag):
-    """Upper bits of ROLE."""
-
-    MAGNETIC_ENCODER_ON_SERIAL = 0x0100
-    MAGNETIC_ENCODER_ON_HALL = 0x0200
-    MAGNETIC_ENCODER_ON_ENC = 0x0400
-    STRAIN = 0x0800
-    TACTILE = 0x1000
-    IMU = 0x2000
-    JOINT_ENCODER = 0x4000
+JOINT_ENCODER = 0x4000
+"""Of the upper bits of ROLE: the Puck reads an encoder at its joint."""

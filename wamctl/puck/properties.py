@@ -10,7 +10,6 @@ from wamctl.puck.property_tables import COMMON, MOTOR, SAFETY
 
 OLDEST_VERSION = 32
 PARTED_FROM = 61  # up to version 60 the safety Puck shares the motor Pucks' list
-SYNONYMS = {"AP": "P", "TORQ": "T", "B": "FET0", "TENSION": "FET1"}
 SAFE_ON_EVERY_VERSION = {
     "VERS": 0,
     "ROLE": 1,
@@ -75,7 +74,7 @@ class Properties:
         Raises:
             PropertyError: the firmware has no such property.
         """
-        spans = self.table.get(SYNONYMS.get(name, name), ())
+        spans = self.table.get(name, ())
         for span in spans:
             if self.version in span:
                 return span.id

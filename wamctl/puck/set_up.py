@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from wamctl.arm.config import ArmFile, PuckDrivesSection
 from wamctl.errors import BusError
-from wamctl.puck.enumerations import MotorMode, Role, RoleOption, Status
+from wamctl.puck.enumerations import JOINT_ENCODER, MotorMode, Role, Status
 from wamctl.puck.exchange import Exchange
 from wamctl.puck.properties import SAFE_ON_EVERY_VERSION, Properties, motor_properties
 from wamctl.puck.wiring import memberships, torque_place
@@ -133,7 +133,7 @@ def _differences(exchange: Exchange, wanted: Expected, properties: Properties) -
             f"has firmware {properties.version}; drives.firmware in the configuration "
             f"says {wanted.version}"
         )
-    if bool(role & RoleOption.JOINT_ENCODER) != wanted.has_joint_encoder:
+    if bool(role & JOINT_ENCODER) != wanted.has_joint_encoder:
         has, says = ("a", "none") if not wanted.has_joint_encoder else ("no", "one")
         yield f"has {has} joint encoder (ROLE {role:#06x}); the configuration says {says}"
     for name, value, effect in (

@@ -11,42 +11,26 @@ from wamctl.puck.properties import (
 )
 from wamctl.puck.property_tables import COMMON, MOTOR, SAFETY
 
-MOTOR_BREAKS = [32, 33, 36, 44, 45, 47, 50, 51, 61, 63, 64, 65, 68]
-MOTOR_BREAKS += [114, 119, 125, 132, 142, 145, 168, 175]
-
 # Name, and its id before and from the break on; None where the firmware lacks the property.
 AT_BREAK = {
-    33: [("ZERO", 55, 56), ("IPNM", None, 57), ("KP", 65, 67), ("VNOM", 104, 106)],
-    36: [("ZERO", 56, 55), ("IPNM", 57, 108), ("JIDX", 55, 107), ("TENST", 107, 105)],
-    44: [("HALLS", None, 109), ("HALLH", None, 110), ("POLES", None, 112), ("ECMIN", None, 114)],
-    45: [("FIND", None, 117), ("ISQ", None, 115), ("TETAE", None, 116)],
-    47: [("FET0", 14, 13), ("E", 13, 14), ("MD", 15, None)],
-    50: [("T", 10, 9), ("V", 12, 10), ("FET0", 13, 11), ("D", 9, None), ("VALUE32", None, 124)],
-    51: [("VALUE32", 124, 125), ("LFS", 120, 121), ("LCVC", None, 119), ("LFT", 123, 124)],
+    33: [("ZERO", 55, 56), ("IPNM", None, 57)],
+    36: [("ZERO", 56, 55), ("IPNM", 57, 108)],
+    44: [("POLES", None, 112)],
+    50: [("T", 10, 9)],
     61: [("T", 9, 42), ("P", 26, 48), ("CTS", 30, 65), ("IPNM", 108, 83), ("ZERO", 55, None)],
-    63: [("LCTC", 95, 94), ("LCVC", 94, 95)],
-    64: [("CTS", 65, 66), ("HALLS", 84, 86), ("HALLH", 85, 84), ("DS", 70, 58)],
-    65: [("CTS", 66, 68), ("IPNM", 83, 86), ("PIDX", 68, 70), ("M", 96, 58), ("HOLD", None, 94)],
-    68: [("HALLS", 89, 87), ("HALLH", 87, 88)],
-    114: [("V", 44, 106), ("VCMD", None, 44), ("A", None, 104), ("PDATA", None, 102)],
-    119: [("V", 106, 44), ("VCMD", 44, None), ("A", 104, None), ("PLOG", 101, None)],
-    125: [("JP", None, 96), ("JOFST", None, 98), ("ECMAX", 96, 100), ("LFLAGS", 98, 102)],
-    132: [("HOLD", 94, 77), ("EN", 77, 94), ("TIE", 95, 100), ("ECMIN", 101, 102)],
-    142: [("TACT", None, 106)],
-    145: [("TACTID", None, 107)],
-    168: [("ITOR", None, 108)],
-    175: [("ITOR", 108, None), ("IHIT", None, 108)],
+    64: [("CTS", 65, 66)],
+    65: [("CTS", 66, 68), ("IPNM", 83, 86), ("PIDX", 68, 70)],
 }
 SAFETY_BREAKS = {
     33: [("ZERO", 55, 56), ("TL2", 93, 95), ("IFAULT", 100, 102)],
     36: [("ZERO", 56, 55), ("TL2", 95, 93), ("IFAULT", 102, 100)],
     44: [("POLES", None, 112)],
-    45: [("FIND", None, 117)],
-    47: [("FET0", 14, 13)],
     50: [("T", 10, 9)],
-    51: [("VALUE32", 124, 125)],
     61: [("ZERO", 55, 42), ("PEN", 85, 43), ("TL1", 92, 47), ("GRPC", 53, 28), ("T", 9, None)],
 }
+
+
+MOTOR_BREAKS = [32, *AT_BREAK]
 
 
 def cases(breaks):
@@ -75,8 +59,8 @@ def test_a_table_changes_at_its_breaks_only(of, breaks):
 
 
 def test_every_row_is_there():
-    assert len(parse(COMMON) | parse(MOTOR)) == 142
-    assert len(parse(COMMON) | parse(SAFETY)) == 42 + 15
+    assert len(parse(COMMON) | parse(MOTOR)) == 27
+    assert len(parse(COMMON) | parse(SAFETY)) == 20
 
 
 @pytest.mark.parametrize("of", [motor_properties, safety_properties])
@@ -109,16 +93,10 @@ def test_before_61_the_safety_puck_shares_the_motor_table(version):
 
 
 @pytest.mark.parametrize("version", [v for v in MOTOR_BREAKS if v >= 61])
-@pytest.mark.parametrize("name", ["P", "DP", "E", "OT", "CT", "MECH", "CTS"])
+@pytest.mark.parametrize("name", ["P", "CTS"])
 def test_wide_properties_have_two_numbers(version, name):
     number = motor_properties(version)[name]
     assert number + 1 not in motor_properties(version).ids().values()
-
-
-def test_synonyms():
-    motor = motor_properties(200)
-    for name, synonym in [("P", "AP"), ("T", "TORQ"), ("FET0", "B"), ("FET1", "TENSION")]:
-        assert motor[name] == motor[synonym]
 
 
 REFUSED = [
@@ -128,8 +106,9 @@ REFUSED = [
         "check VERS with the Puck out of its monitor.",
     ),
     (
-        lambda: motor_properties(60)["JP"],
-        "Firmware 60 of a motor Puck has no property JP: versions 125 and later have it.",
+        lambda: motor_properties(32)["IPNM"],
+        "Firmware 32 of a motor Puck has no property IPNM: versions 33 to 35, 36 to 60, 61 to 64, "
+        "65 and later have it.",
     ),
     (
         lambda: motor_properties(61)["PEN"],

@@ -8,6 +8,7 @@ import pytest
 
 from sim_bus.can_bus.frame import Frame
 from sim_bus.puck.codec import SafetyState, decode
+from sim_bus.puck.firmware import safety_ids
 from sim_bus.puck.safety_module import (
     CONFIGURATION_GAP_NS,
     HEARTBEAT_NS,
@@ -22,10 +23,9 @@ from wamctl.arm.config import beside, find_file, load_arm_file
 from wamctl.arm.robot import load_robot
 from wamctl.puck import frames
 from wamctl.puck.pendant import Button, Light, decode_pendant
-from wamctl.puck.properties import safety_properties
 
 CYCLE_NS = 2_000_000
-IDS = safety_properties(185)
+IDS = safety_ids(185)
 ARM = load_arm_file("wam7-classic.yaml")
 MATRIX = np.array(ARM.transmission.motor_from_joint)
 IDLE = Frame(0x540, bytes.fromhex("88 00 00 00"))
