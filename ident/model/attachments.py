@@ -25,6 +25,11 @@ class HasAttachments(Protocol):
         ...
 
 
+def carries_urdf(carrier: HasAttachments) -> bool:
+    """Whether an arm's URDF travels inside the log."""
+    return _URDF in carrier.attachments
+
+
 def attached_urdf(carrier: HasAttachments, log: str) -> tuple[str, str]:
     """The URDF inside a log, and the words that say where it was found.
 

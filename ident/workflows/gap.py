@@ -31,6 +31,7 @@ from ident.gap.results.outcome import SearchResult
 from ident.gap.search import search
 from ident.gap.selection.estimates import FinalEstimates, final_estimates
 from ident.identification.term_selection import ON_DEMAND
+from ident.identification.validation import arm_of
 from ident.model.identified_model import Model
 from ident.recordings.dataset import Dataset
 from ident.recordings.loading import Reading
@@ -125,8 +126,8 @@ def gap_logs(
 
     Args:
         paths: the logs.
-        known: file that describes the arm, None: the one attached to the logs; and a reference
-            model, None: the links are fitted to the logs.
+        known: file that describes the arm, None: the one attached to the logs, or the reference
+            model's; and a reference model, None: the links are fitted to the logs.
         out: folder for the results.
         reading: topics and torque to read.
         options: of the search.
@@ -139,9 +140,11 @@ def gap_logs(
     start = time.perf_counter()
     tell("reading")
     robot, trusted = known
-    source = read_experiment(paths, robot, reading, options.settings.long_logs)
-    if trusted is not None:
-        source = with_reference_model(source, load_model(trusted), str(trusted))
+    model = None if trusted is None else load_model(trusted)
+    known_arm = None if model is None else arm_of(model)
+    source = read_experiment(paths, robot, reading, options.settings.long_logs, known_arm)
+    if model is not None:
+        source = with_reference_model(source, model, str(trusted))
     try:
         done = gap_of(source, options, tell, paths)
     except RefusedError as refusal:

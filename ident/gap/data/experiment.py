@@ -16,7 +16,7 @@ from ident.estimation.regression_data import posture
 from ident.gap.data.stretches import stretch_remarks, stretches
 from ident.gap.data_settings import LongLogs
 from ident.model.arm import Arm
-from ident.model.attachments import attached_config
+from ident.model.attachments import attached_config, carries_urdf
 from ident.model.identified_model import Model
 from ident.recordings.dataset import Dataset, TorqueSource, dataset
 from ident.recordings.loading import Reading, arm_of, joints_to_read
@@ -68,6 +68,7 @@ def read_experiment(
     robot: Path | None = None,
     reading: Reading | None = None,
     long_logs: LongLogs | None = None,
+    known: Arm | None = None,
 ) -> Experiment:
     """The recordings of some logs.
 
@@ -76,6 +77,7 @@ def read_experiment(
         robot: file that describes the arm; None: the one attached to the logs.
         reading: topics and torque to read.
         long_logs: how long logs are cut into stretches.
+        known: the arm of logs without an attached one.
 
     Raises:
         DataError: a log that cannot be used, or logs of different arms.
@@ -90,8 +92,12 @@ def read_experiment(
             LogFile(p, *topics, *joints_to_read(p, robot, chosen)), len(paths), bounds
         )
     ]
-    found = experiment([r for _, r in named], [n for n, _ in named], robot, chosen.torque)
-    remarks = stretch_remarks([n for n, _ in named], [str(p) for p in paths], bounds)
+    names, recordings = [n for n, _ in named], [r for _, r in named]
+    if known is None or robot is not None or any(map(carries_urdf, recordings)):
+        found = experiment(recordings, names, robot, chosen.torque)
+    else:
+        found = of_arm(known, None, recordings, names, chosen.torque)
+    remarks = stretch_remarks(names, [str(p) for p in paths], bounds)
     return replace(found, remarks=remarks)
 
 
