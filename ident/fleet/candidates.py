@@ -1,12 +1,15 @@
 """What may change in an arm, by name: directions in the space of its parameters."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ident.fleet.arm_type import TOOL, ArmType
 from ident.fleet.settings import FleetSettings
 from ident.signals.arrays import Array
+
+_ANGLE_LEFT_OUT = 0.5
+"""Of a turned zero [1/rad]: weight is a sum of a sine and a cosine, whose next term is that."""
 
 
 @dataclass(frozen=True)
@@ -23,6 +26,7 @@ class Candidate:
         reported: weights by which the k numbers make up the one that is reported, shape (k,);
             zeros: the one that is surest.
         reported_name: of that one.
+        left_out: error of the size that the torque's linear term leaves, over its square [1/unit].
     """
 
     name: str
@@ -33,6 +37,7 @@ class Candidate:
     usual: Array
     reported: Array
     reported_name: str = ""
+    left_out: float = 0.0
 
     @property
     def direction(self) -> Array:
@@ -73,7 +78,8 @@ def candidates(
             found.append(_stribeck(kind, fading, joint, size))
         for place in kind.places.get(("zero", joint), []):
             if kind.cad.any():
-                found.append(_single(kind, place, "encoder_offset", joint, settings.zero_rad))
+                zero = _single(kind, place, "encoder_offset", joint, settings.zero_rad)
+                found.append(replace(zero, left_out=_ANGLE_LEFT_OUT))
         for place in kind.places.get(("ia", joint), []):
             usual = settings.friction_share * abs(mean[place])
             found.append(_single(kind, place, "parameter", joint, usual))

@@ -296,6 +296,7 @@ def _sized(
             weights = np.eye(len(sizes))[surest]
             name, unit = candidate.parameters[surest], candidate.units[surest]
         size, sd = float(weights @ sizes), float(np.sqrt(weights @ covariance @ weights))
+        sd = float(np.hypot(sd, candidate.left_out * size**2))
         named = {"parameter": name, "unit": unit, "size": size, "sd": sd}
         result.append(replace(change, sizes=sizes, sds=sds, **named))
     return result

@@ -165,6 +165,17 @@ def test_a_change_is_named_with_its_size_and_onset_and_a_second_one_too():
     assert abs(told[1].size + 4.0) < 4 * told[1].sd
 
 
+def test_the_size_of_a_turned_zero_is_as_unsure_as_its_linear_term():
+    """Torque that is taken as linear in an angle is off by half of its square."""
+    logs = _arm(np.random.default_rng(4), 16, onset=12, size=3.0)
+    found = [
+        changes(logs, np.zeros(P), np.ones(P), [one], np.log(100.0), SETTINGS)[0]
+        for one in (CANDIDATES[2], replace(CANDIDATES[2], left_out=0.5))
+    ]
+    assert found[0].size == found[1].size
+    assert found[1].sd == pytest.approx(np.hypot(found[0].sd, found[0].size ** 2 / 2))
+
+
 def test_more_arms_ask_for_more_and_more_changes_for_less():
     quiet = [-1.0] * 98
     assert least_log_odds([*quiet, 1.0, 2.0], 0.05) == pytest.approx(np.log(100 / 0.05))
