@@ -30,35 +30,15 @@ from wamctl.arm.configuration.sections import (
 from wamctl.arm.configuration.yaml_file import beside, find_file, read_yaml, shipped_file, validate
 from wamctl.arm.errors import ConfigurationError
 
-__all__ = [
-    "ArmFile",
-    "BusSection",
-    "CanopenDrivesSection",
-    "ControllerSection",
-    "DrivesSection",
-    "ExcitationSection",
-    "IdentificationSection",
-    "LimitsSection",
+__all__ = [  # of other files, and to be had here beside what this one uses or defines
     "NonNegative",
     "Positive",
     "PuckDrivesSection",
-    "RobotFile",
-    "RobotSection",
     "SafetyModuleSection",
-    "SafetySection",
-    "Section",
-    "ServoSection",
-    "SimulationSection",
     "StopInputSection",
-    "TransmissionSection",
     "Vector",
     "beside",
-    "find_file",
-    "load_arm_file",
-    "load_robot_file",
-    "read_yaml",
     "shipped_file",
-    "validate",
 ]
 
 
