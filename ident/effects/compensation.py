@@ -12,17 +12,23 @@ from ident.effects.catalogue import catalogue
 from ident.effects.observation import ArmFacts, Observed
 from ident.effects.observing import CurrentModel, observed, on_links
 from ident.effects.reversal_friction import MaxwellSlipMixture, reversal_speed, shapes_of
-from ident.effects.smoothed_segment import SmoothedSegment, smoothed
+from ident.effects.smoothed_segment import MOTION_HZ, SmoothedSegment, smoothed
 from ident.model.identified_model import Model
 from ident.recordings.dataset import Dataset, Segment, in_memory
 from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 
 
-def without_effects(model: Model, data: Dataset) -> Dataset:
+def without_effects(model: Model, data: Dataset, motion_hz: float = MOTION_HZ) -> Dataset:
     """A recording with the torque of the model's effects taken off.
 
     The ends of each span, where the motion cannot be smoothed, are left out.
+
+    Args:
+        model: the arm with its effects.
+        data: the recording.
+        motion_hz: cut-off of the motion that the torque is formed along; a lower one where the
+            recorded torque is not filtered after it.
 
     Raises:
         DataError: an effect that is not known, or spans that are too short to smooth.
@@ -32,7 +38,8 @@ def without_effects(model: Model, data: Dataset) -> Dataset:
     segments = [
         cleaned
         for s in data.segments
-        if (cleaned := _cleaned(s, smoothed(s, data.rate_hz, 0), present, effects)) is not None
+        if (cleaned := _cleaned(s, smoothed(s, data.rate_hz, 0, motion_hz), present, effects))
+        is not None
     ]
     if not segments:
         raise DataError(f"{data.name}: too short to say what the model's effects do in it.")

@@ -55,8 +55,17 @@ class SmoothedSegment:
         return replace(self, fold=fold, speeds=self.speeds[:, samples], **parts)
 
 
-def smoothed(segment: Segment, rate_hz: float, log: int) -> SmoothedSegment | None:
-    """A segment's samples but for its ends, as one segment; None if it is too short for that."""
+def smoothed(
+    segment: Segment, rate_hz: float, log: int, motion_hz: float = MOTION_HZ
+) -> SmoothedSegment | None:
+    """A segment's samples but for its ends, as one segment; None if it is too short for that.
+
+    Args:
+        segment: the samples.
+        rate_hz: of the samples.
+        log: number of the recording.
+        motion_hz: cut-off for position, its derivatives and torque.
+    """
     edge = round(_EDGE_S * rate_hz)
     samples = len(segment.q)
     if samples < 8 * edge:
@@ -66,7 +75,7 @@ def smoothed(segment: Segment, rate_hz: float, log: int) -> SmoothedSegment | No
     q = spectrum(extended(segment.q, 2 * edge, after), rate_hz)
     tau = spectrum(extended(segment.tau, 2 * edge, after), rate_hz)
     kept = slice(3 * edge, samples + edge)
-    motion = Lowpass(min(MOTION_HZ, highest), _ORDER, rate_hz)
+    motion = Lowpass(min(motion_hz, highest), _ORDER, rate_hz)
     speeds = [
         q.signal(Lowpass(min(f, highest), _ORDER, rate_hz), derivative=1)[kept]
         for f in DIRECTION_HZ

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.effects.smoothed_segment import MOTION_HZ
 from ident.estimation.regression_data import RegressionData, reduce_recordings
 from ident.estimation.reversal_shapes import KnownShapes
 from ident.identification.cross_validation import spread
@@ -98,13 +99,14 @@ def predict(model: Model, arm: Arm, data: Dataset) -> Prediction:
             " it says nothing about them."
         )
     known = KnownShapes.of_model(model.filter.reversals) if model.filter.reversals else None
-    evidence = whole = reduce_recordings([data], arm, known=known)
+    evidence = whole = slow = reduce_recordings([data], arm, known=known)
     if model.effects.records:
         from ident.effects.compensation import without_effects  # it loads numba, half a second
 
-        bare = replace(model, effects=NoEffects())
-        whole, evidence = (
-            reduce_recordings([without_effects(m, data)], arm, known=known) for m in (bare, model)
+        cutoff = evidence.logs[0].process.cutoff_hz  # of the links' motion beside unfiltered torque
+        ways = (replace(model, effects=NoEffects()), MOTION_HZ), (model, MOTION_HZ), (model, cutoff)
+        whole, evidence, slow = (
+            reduce_recordings([without_effects(m, data, hz)], arm, known=known) for m, hz in ways
         )
     betas: Mapping[str, Array] = {model.estimator: evidence.base.K @ model.delta}
     if evidence.base.names == tuple(b.name for b in model.base_parameters):
@@ -112,7 +114,8 @@ def predict(model: Model, arm: Arm, data: Dataset) -> Prediction:
     log, torque = evidence.logs[0].reduction, whole.logs[0].reduction
     filtered = {n: _sums(log.R, log.count, beta, torque.R).errors() for n, beta in betas.items()}
     rows = log.count.sum(axis=0)
-    raw = {n: _sums(log.R_raw, rows, beta, torque.R_raw).errors() for n, beta in betas.items()}
+    R_raw = slow.logs[0].reduction.R_raw
+    raw = {n: _sums(R_raw, rows, beta, torque.R_raw).errors() for n, beta in betas.items()}
     filled = np.flatnonzero(log.count.any(axis=1))
     sd = {
         n: spread([_sums(log.R[b], log.count[b], beta, torque.R[b]) for b in filled])

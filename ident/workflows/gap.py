@@ -30,6 +30,7 @@ from ident.gap.results.minimum_detectable import minimum_detectable
 from ident.gap.results.outcome import SearchResult
 from ident.gap.search import search
 from ident.gap.selection.estimates import FinalEstimates, final_estimates
+from ident.gap.transients.cut_out import cut_out
 from ident.identification.term_selection import ON_DEMAND
 from ident.identification.validation import arm_of
 from ident.model.identified_model import Model
@@ -208,8 +209,10 @@ def written_model(outcome: _Outcome) -> tuple[Model, tuple[Remark, ...]]:
     if found.options.terms_on_demand:
         arm = arm.with_settings(terms=(*arm.settings.terms, ON_DEMAND))
     named = {e.place for e in found.verdict.effects}
+    pushes = found.verdict.transients
+    data = [cut_out(d, log, pushes) for log, d in enumerate(counted(source))]
     try:
-        return fitted_beside(model, named, counted(source), arm), ()
+        return fitted_beside(model, named, data, arm), ()
     except (DataError, np.linalg.LinAlgError) as error:
         return model, (no_fit(f"The fit beside the effects failed: {error}", Grade.DOUBTFUL),)
 

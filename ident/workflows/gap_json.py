@@ -114,8 +114,8 @@ def _accepted(
 
 
 def suspected_content(found: SearchResult) -> list[Content]:
-    """Effects that help prediction and are not sure enough to be named."""
-    return [
+    """Effects that help prediction and contacts, if they are not sure enough to be named."""
+    effects = [
         _entry(
             s.candidate.effect,
             s.candidate.joints,
@@ -128,6 +128,15 @@ def suspected_content(found: SearchResult) -> list[Content]:
         | {"doubt": s.doubt, "in_model": s.in_model}
         for s in found.verdict.suspected
     ]
+    return effects + [_unsure_contact(found, b) for b in found.verdict.unsure_transients]
+
+
+def _unsure_contact(found: SearchResult, transient: Transient) -> Content:
+    doubt = (
+        f"its torque is {transient.deviations.max():.1f} standard deviations from what is left"
+        f" elsewhere, and {found.options.settings.naming.z:g} are asked for"
+    )
+    return _contact(found, transient) | {"doubt": doubt, "in_model": False}
 
 
 def _parameters(values: Mapping[str, Value]) -> Content:
@@ -169,20 +178,16 @@ def _experiment(effect: str, joints: Sequence[int]) -> str:
 
 
 def _contact(found: SearchResult, transient: Transient) -> Content:
-    sd = found.end.fit.sigma.max(axis=1)
-    count = max(int(transient.rows.sum()), 1)
+    each = zip(transient.joints, transient.torque, transient.sd, strict=True)
     parameters: dict[str, Any] = {
-        f"torque_{j + 1}": {
-            "value": float(torque),
-            "sd": float(sd[j] / math.sqrt(count)),
-            "unit": "N m",
-        }
-        for j, torque in zip(transient.joints, transient.torque, strict=True)
+        f"torque_{j + 1}": {"value": float(torque), "sd": float(sd), "unit": "N m"}
+        for j, torque, sd in each
     }
     step = found.rows.hop_s
     parameters["start"] = {"value": transient.start_s, "sd": step, "unit": "s"}
     parameters["end"] = {"value": transient.end_s, "sd": step, "unit": "s"}
     evidence = {
+        "standard_deviations": _finite(float(transient.deviations.max())),
         "gain_nats_per_sample": transient.gain,
         "asked_nats_per_sample": found.threshold.of(CONTACT.id),
         "log": transient.log + 1,

@@ -33,6 +33,7 @@ class Verdict:
         unexplained: structure that no effect explains.
         faults: of the data.
         suspected: effects that help prediction and are not sure enough to be named.
+        unsure_transients: intervals whose torque is not sure enough to be one.
     """
 
     kind: Kind
@@ -41,6 +42,7 @@ class Verdict:
     unexplained: tuple[UnexplainedStructure, ...]
     faults: tuple[Fault, ...]
     suspected: tuple[Suspected, ...] = ()
+    unsure_transients: tuple[Transient, ...] = ()
 
 
 def decide(
@@ -63,17 +65,21 @@ def decide(
         unclosed: share of the gap at the effects' joints that they do not close.
         suspected: effects that are not sure enough to be named.
     """
-    parts = (tuple(effects), tuple(transients), tuple(unexplained), tuple(faults), tuple(suspected))
+    z = settings.naming.z
+    sure = tuple(b for t in transients if (b := t.at_sure_joints(z)) is not None)
+    unsure = tuple(t for t in transients if t.at_sure_joints(z) is None)
+    parts = (tuple(effects), sure, tuple(unexplained), tuple(faults), tuple(suspected), unsure)
     clear = settings.lack_of_fit.clear_gain
-    unsure = any(s.effect.score.gain > clear for s in suspected)
+    gains = [*(s.effect.score.gain for s in suspected), *(b.gain for b in unsure)]
+    doubtful = any(gain > clear for gain in gains)
     incomplete = unclosed > settings.verdict.max_unclosed
     if faults:
         return Verdict(Kind.DATA_FAULT, *parts)
-    if incomplete or unsure or any(x.share_of_gap > _allowed(x, settings) for x in unexplained):
+    if incomplete or doubtful or any(x.share_of_gap > _allowed(x, settings) for x in unexplained):
         return Verdict(Kind.UNKNOWN, *parts)
     if any(e.rivals for e in effects):
         return Verdict(Kind.AMBIGUOUS, *parts)
-    if effects or transients:
+    if effects or sure:
         return Verdict(Kind.NAMED, *parts)
     return Verdict(Kind.NO_GAP, *parts)
 

@@ -22,6 +22,7 @@ from ident.signals.arrays import Array
 
 _LENGTHS_S = tuple(np.geomspace(0.2, 4.0, 16))  # tried intervals: from a blow to a slow push
 _ROUNDS = 2  # of finding the interval and fitting without it
+_RECTANGLE = 3**-0.5  # standard deviation of what lies anywhere within one (JCGM 100:2008, 4.3.7)
 _SPLIT = 1.5  # rows of an interval may span this many times its length, if samples are missing
 
 
@@ -34,6 +35,8 @@ class Transient:
         start_s, end_s: since the recording's first sample.
         joints: affected joints, from 0.
         torque: mean residual torque on each of them [N m].
+        sd: its standard deviation, where a mean over as long elsewhere is anything up to the
+            largest one: a wrong model has its own peaks.
         gain: log-likelihood gained by giving the interval a noise of its own [nats per sample].
         rows: rows inside the interval, shape (R,).
         loudness: mean square of each row in units of the noise elsewhere, shape (R,).
@@ -44,9 +47,27 @@ class Transient:
     end_s: float
     joints: tuple[int, ...]
     torque: Array
+    sd: Array
     gain: float
     rows: NDArray[np.bool_]
     loudness: Array
+
+    @property
+    def deviations(self) -> Array:
+        """Size of each joint's torque in standard deviations."""
+        return np.divide(
+            np.abs(self.torque), self.sd, out=np.full(len(self.sd), np.inf), where=self.sd > 0
+        )
+
+    def at_sure_joints(self, z: float) -> "Transient | None":
+        """The same at the joints whose torque is this many deviations from zero; None: nowhere."""
+        kept = np.flatnonzero(self.deviations >= z)
+        joints = tuple(self.joints[i] for i in kept)
+        return (
+            replace(self, joints=joints, torque=self.torque[kept], sd=self.sd[kept])
+            if joints
+            else None
+        )
 
     def repeats_with_motion(
         self, repeats: tuple[NDArray[np.int64], NDArray[np.int64]], share: float
@@ -86,7 +107,7 @@ def find_transient(
         usual = fit(rest.equations.of(range(FOLDS)), structure, usual.sigma)
     squares, count = _power(design, usual)
     left = residuals(design, usual)
-    joints, torque = _affected(left, usual, chosen, settings)
+    joints, torque, sd = _affected(left, usual, chosen, settings)
     if not joints:
         return None
     before = fit(design.equations.of(range(FOLDS)), structure, current.fit.sigma)
@@ -97,6 +118,7 @@ def find_transient(
         float(t.max()),
         joints,
         torque,
+        sd,
         _gain(before, usual, left, chosen, settings),
         chosen,
         squares / np.maximum(count, 1.0),
@@ -113,8 +135,8 @@ def with_affected_joints(
     left = residuals(current.design(rows), current.fit)
     found = []
     for b in transients:
-        joints, torque = _affected(left, current.fit, b.rows, settings)
-        found.append(replace(b, joints=joints, torque=torque) if joints else b)
+        joints, torque, sd = _affected(left, current.fit, b.rows, settings)
+        found.append(replace(b, joints=joints, torque=torque, sd=sd) if joints else b)
     return found
 
 
@@ -148,18 +170,26 @@ def _reach(x: Array, chosen: NDArray[np.bool_]) -> float:
 
 def _affected(
     left: Sequence[Residual], usual: Fit, chosen: NDArray[np.bool_], settings: Transients
-) -> tuple[tuple[int, ...], Array]:
-    """Joints with a loud residual while they slide, and its mean on each of them [N m].
+) -> tuple[tuple[int, ...], Array, Array]:
+    """Joints with a loud residual while they slide, its mean on each [N m], and that mean's sd.
 
     A joint at rest tells nothing: dry friction answers a push up to its own size.
     """
     noise = _noise(usual, settings)[:, int(Region.SLIDING)]
-    torque = {}
+    torque, sd = {}, []
     for j, r in enumerate(left):
         inside = r.values[chosen & _slides(r)] if len(r.values) else r.values
         if len(inside) and _mean_square(inside) > settings.loudness * noise[j] ** 2:
             torque[j] = float(inside.mean())
-    return tuple(torque), np.array(list(torque.values()))
+            elsewhere = r.values[~chosen & ~r.excluded & _slides(r)]
+            sd.append(_RECTANGLE * _largest_mean(elsewhere, len(inside)))
+    return tuple(torque), np.array(list(torque.values())), np.array(sd)
+
+
+def _largest_mean(values: Array, count: int) -> float:
+    """Largest mean of so many values in a row, by size; zero where there are fewer."""
+    usable = len(values) // count * count
+    return float(np.abs(values[:usable].reshape(-1, count).mean(axis=1)).max(initial=0.0))
 
 
 def _slides(r: Residual) -> NDArray[np.bool_]:

@@ -66,7 +66,7 @@ def test_an_impact_at_the_end_of_the_play_is_no_transient(loosened):
     for at, blow in ((int(blows.argmax()), True), (int(quiet.argmax()), False)):
         here = np.zeros(len(blows), dtype=bool)
         here[max(at - 1, 0) : at + 2] = True
-        transient = Transient(0, 0.0, 1.0, (joint,), np.zeros(7), 1.0, here, blows)
+        transient = Transient(0, 0.0, 1.0, (joint,), np.zeros(7), np.zeros(7), 1.0, here, blows)
         assert explained_by_accepted(rows, end, transient, Transients()) is blow
 
 

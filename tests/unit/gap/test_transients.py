@@ -4,23 +4,28 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from ident.effects.catalogue import catalogue
 from ident.gap.data.noise_regions import Region
 from ident.gap.regression.residuals import Residual
 from ident.gap.settings import Transients
 from ident.gap.transients import detect
+from ident.gap.transients.cut_out import cut_out
 from ident.gap.transients.detect import Transient, at_end_stop, with_affected_joints
 from ident.gap.transients.exclude import Excluded, in_presliding_transient, still_stand_out
+from ident.recordings.dataset import Dataset, Segment, in_memory
 
 SETTINGS = Transients()
-PUSH = Transient(0, 3.0, 4.0, (1,), np.array([2.0]), 0.3, np.zeros(4, dtype=bool), np.ones(4))
+PUSH = Transient(
+    0, 3.0, 4.0, (1,), np.array([2.0]), np.array([0.1]), 0.3, np.zeros(4, dtype=bool), np.ones(4)
+)
 
 
 def test_excess_power_that_repeats_with_the_motion_is_no_transient():
     rows = np.array([False, True, False, False, False, False])
     repeats = np.array([0, 1, 2]), np.array([3, 4, 5])
-    once = Transient(0, 3.0, 4.0, (1,), np.array([2.0]), 0.3, rows, np.array([1, 50.0, 1, 1, 1, 1]))
+    once = replace(PUSH, rows=rows, loudness=np.array([1, 50.0, 1, 1, 1, 1]))
     again = replace(once, loudness=np.array([1, 50.0, 1, 1, 40.0, 1]))
     assert not once.repeats_with_motion(repeats, SETTINGS.repeat_share)
     assert again.repeats_with_motion(repeats, SETTINGS.repeat_share)
@@ -84,3 +89,37 @@ def test_a_joint_is_affected_where_it_slides_and_by_torque_that_counts(monkeypat
     (told,) = with_affected_joints(None, [event], current, SETTINGS)
     assert told.joints == (0,)
     assert told.torque.tolist() == [2.0]  # of each joint that is told
+
+
+def test_a_push_is_measured_by_what_the_residual_means_elsewhere(monkeypatch):
+    """A wrong model is loudest somewhere, and has no more torque there than elsewhere."""
+    n, push = 400, slice(100, 110)
+    ringing, steady = np.zeros(n), 0.1 * np.sin(np.arange(n))
+    ringing[push], steady[push] = 5.0 * (-1.0) ** np.arange(10), 5.0
+    ringing += 0.5 * np.sin(np.arange(n) / 20.0)
+    sliding, none = np.full(n, Region.SLIDING), np.zeros(n, dtype=bool)
+    found = [Residual(v, sliding, np.zeros(n, int), none) for v in (ringing, steady)]
+    monkeypatch.setattr(detect, "residuals", lambda design, fit: found)
+    fit = SimpleNamespace(sigma=np.full((2, 3), 0.1), coulomb=np.ones(2))
+    current = SimpleNamespace(design=lambda rows: None, fit=fit)
+    rows = np.zeros(n, dtype=bool)
+    rows[push] = True
+    (event,) = with_affected_joints(None, [replace(PUSH, rows=rows)], current, SETTINGS)
+    assert event.joints == (0, 1)
+    assert event.sd == pytest.approx([0.5 / np.sqrt(3.0), 0.0], abs=0.03)
+    assert event.at_sure_joints(3.0).joints == (1,)
+    first = replace(event, joints=(0,), torque=event.torque[:1], sd=event.sd[:1])
+    assert first.at_sure_joints(3.0) is None
+
+
+def test_the_time_of_a_push_is_cut_out_of_its_recording():
+    t = np.arange(600) / 100.0
+    whole = Segment(0.5, np.column_stack([t, t]), np.ones((600, 2)), used=(50, 550))
+    moving = np.ones(2, dtype=bool)
+    rest = ("measured", np.zeros(2), moving, False, (), None, lambda: iter(()))
+    data = in_memory(Dataset("log", 100.0, (), *rest), 100.0, [whole])
+    assert cut_out(data, 1, [PUSH]) is data
+    before, after = cut_out(data, 0, [PUSH]).segments
+    assert (before.start_s, len(before.q), before.used) == (0.5, 250, (50, 250))
+    assert (after.start_s, len(after.q), after.used) == (4.0, 250, (0, 200))
+    assert after.q[0, 0] == pytest.approx(3.5)

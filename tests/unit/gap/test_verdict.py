@@ -44,7 +44,9 @@ def found(effect: str = "stribeck", rivals: tuple[Score, ...] = (), explained: f
     return AcceptedEffect(score_of(effect), (1,), removed, (0.4,), rivals)
 
 
-PUSH = Transient(0, 3.0, 4.0, (1,), np.array([2.0]), 0.3, np.zeros(4, dtype=bool), np.ones(4))
+PUSH = Transient(
+    0, 3.0, 4.0, (1,), np.array([2.0]), np.array([0.1]), 0.2, np.zeros(4, dtype=bool), np.ones(4)
+)
 FAULT = Fault("dropped_samples", (), "log: 9 samples repeat.", 9.0)
 LARGE = UnexplainedStructure(RemainingStructure(1, "the position of joint 2", 0.4, 0.5), 0.6)
 CLEAR = UnexplainedStructure(RemainingStructure(1, "the position of joint 2", 2.5, 0.99), 0.1)
@@ -106,6 +108,15 @@ def test_a_residual_far_above_the_pure_error_is_a_gap():
         == ()
     )
     assert excess_over_pure_error(None, residual_of(5.0), [], SETTINGS.repeats) == ()
+
+
+def test_a_contact_that_is_not_sure_is_not_named():
+    unsure = replace(PUSH, sd=np.array([1.0]))
+    verdict = decide([], [], [unsure, PUSH], [], SETTINGS)
+    assert verdict.transients == (PUSH,)
+    assert verdict.unsure_transients == (unsure,)
+    assert decide([], [], [unsure], [], SETTINGS).kind == Kind.NO_GAP
+    assert decide([], [], [replace(unsure, gain=0.4)], [], SETTINGS).kind == Kind.UNKNOWN
 
 
 def test_the_unclosed_share_is_measured_from_the_pure_error():
