@@ -95,7 +95,10 @@ def test_offsets_without_a_name_are_effects_where_the_settings_hold_none(
     fitted, shifted, term, kept
 ):
     arm, _, first = fitted
-    known = replace(first.model, effects=bound([offset_of(1, 2.0), offset_of(2, -2.0)]))
+    known = replace(
+        first.model,
+        effects=bound([of_joint(j, "torque_offset", offset=x) for j, x in ((1, 2.0), (2, -2.0))]),
+    )
     arm = arm.with_settings(terms=("viscous", "coulomb", term))
     model = fitted_beside(known, {("torque_offset", (1,))}, [shifted], arm)
     assert [e.joints[0] for e in model.effects.records] == kept
@@ -104,17 +107,37 @@ def test_offsets_without_a_name_are_effects_where_the_settings_hold_none(
         assert fo == pytest.approx(OFFSETS, abs=0.1)
 
 
-def offset_of(joint: int, value: float) -> EffectRecord:
+def of_joint(joint: int, name: str, **parameters: float) -> EffectRecord:
     return EffectRecord(
-        name="torque_offset",
+        name=name,
         joints=(joint,),
         equation="",
         variant="",
-        parameters={"offset": value},
-        units={"offset": "N m"},
+        parameters=parameters,
+        units={},
         settings={},
         rows=(joint,),
     )
+
+
+def test_a_rotor_among_the_effects_has_the_errors_of_one_among_the_terms(fitted):
+    """Unfiltered torque is compared with the rotor's along the links' motion, not a noisier one."""
+    arm, data, _ = fitted
+    whole = data.segments[0]
+    q = whole.q + 2e-4 * np.random.default_rng(0).normal(size=whole.q.shape)
+    noisy = in_memory(data, data.rate_hz, [replace(whole, q=q)])
+    arm = arm.with_settings(terms=("viscous", "coulomb", "rotor_inertia"), cutoff_hz=4.0)
+    model = replace(run_data(arm, [noisy]).model, base_parameters=())
+    place = [p.name for p in model.parameters].index("ia2")
+    term, bare = model.delta.copy(), model.delta.copy()
+    term[place], bare[place] = 0.5, 0.0
+    effect = replace(model, delta=bare, effects=bound([of_joint(2, "rotor_inertia", inertia=0.5)]))
+    errors = [
+        [side[model.estimator].relative_percent for side in (p.filtered, p.raw)]
+        for m in (replace(model, delta=term), effect)
+        for p in [predict(m, arm_of(m), noisy)]
+    ]
+    assert errors[0] == pytest.approx(errors[1], rel=0.03)
 
 
 def test_effects_turn_round_as_the_model_says(fitted):
