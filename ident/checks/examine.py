@@ -35,7 +35,7 @@ from ident.checks.recorder_faults.glitches import glitch_remarks
 from ident.checks.recorder_faults.positions import position_remarks
 from ident.checks.recorder_faults.torque_range import clipped_torque, shifted_torque_zero
 from ident.checks.remark import Grade, Remark, joints, numbers, verdict_of
-from ident.checks.samples import name_remarks, reference_remarks, sample_remarks, short_remarks
+from ident.checks.samples import log_remarks, name_remarks, reference_remarks, sample_remarks
 from ident.checks.settings import DEFAULT, CheckSettings
 from ident.checks.torque import constant_effort, constant_joints, frozen_effort, unexplained
 from ident.checks.units import unit_factor, unit_remarks
@@ -95,7 +95,7 @@ def examine(
         load: a recording with a known load, which tells the gains of drives whose currents were
             recorded.
     """
-    remarks = description_remarks(arm.robot) + short_remarks(data)
+    remarks = description_remarks(arm.robot) + log_remarks(data)
     found, gains = tuple(data), None
     for stage in (_samples, _signals):
         if verdict_of(remarks) is not Grade.REFUSED:

@@ -78,7 +78,12 @@ def _typical(step: Array) -> Array:
     return np.sqrt(np.mean(step**2, axis=0)) / 20.0
 
 
-def short_remarks(data: Sequence[Dataset]) -> list[Remark]:
+def log_remarks(data: Sequence[Dataset]) -> list[Remark]:
+    """Recordings that are too short, or given twice."""
+    return _short(data) + _twice(data)
+
+
+def _short(data: Sequence[Dataset]) -> list[Remark]:
     """Recordings without a stretch of which any other check could tell something."""
     advice = "Record for longer, or at a higher rate."
     told = []
@@ -88,6 +93,22 @@ def short_remarks(data: Sequence[Dataset]) -> list[Remark]:
             text = f"{one.name}: no more than {longest} samples follow each other (at least "
             text += f"{LEAST_SAMPLES} are needed)."
             told.append(Remark("too_short", (), text, Grade.REFUSED, advice))
+    return told
+
+
+def _twice(data: Sequence[Dataset]) -> list[Remark]:
+    """Recordings that hold the samples of an earlier one, which then count twice."""
+    told = []
+    parts = [next(one.read(), (0, None))[1] for one in data]
+    for i, part in enumerate(parts):
+        for k, other in enumerate(parts[:i]):
+            if part is None or other is None or data[i].samples != data[k].samples:
+                continue
+            if np.array_equal(part.q, other.q) and np.array_equal(part.tau, other.tau):
+                text = f"Recording {i + 1}, {data[i].name}, holds the samples of recording {k + 1}:"
+                text += " they count twice, and standard errors are too small."
+                told.append(Remark("twice", (), text, Grade.DOUBTFUL, "Give each recording once."))
+                break
     return told
 
 

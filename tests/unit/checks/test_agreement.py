@@ -35,6 +35,18 @@ def test_recordings_of_one_arm_agree():
         assert "recordings_disagree" not in content
 
 
+def test_a_recording_that_is_given_twice_is_told():
+    first, second = halves()
+    content = run(first, second, first)
+    assert content["verdict"] == "doubtful"
+    (remark,) = [r for r in content["remarks"] if r["code"] == "twice"]
+    assert remark["sentence"] == (
+        "Recording 3, log_2, holds the samples of recording 1: they count twice, and standard"
+        " errors are too small. Give each recording once."
+    )
+    assert "twice" not in [r["code"] for r in run(first, second)["remarks"]]
+
+
 def test_warmer_drives():
     first, second = halves()
     third, _ = halves(friction=0.04)
