@@ -20,6 +20,7 @@ _WITHIN = 5.0  # of the joints' median, or of what the arm's file says
 _REWEIGHED = 10
 _TINY = 1e-12
 _MOVING = 0.05  # of the fastest speed
+_TURNING = 0.006  # rad/s: friction that turns round gradually leaves a fit smooth
 _LEAST = 1e-3  # of the stiffness, for what came out negative
 
 
@@ -39,7 +40,9 @@ def first_guess(setup: Setup, known: Array, *, same_servo: bool) -> Array:
     parts = [smoothed(setup, s) for s in setup.segments]
     q, v, a, load = (np.concatenate(p) for p in zip(*parts, strict=True))
     n = q.shape[1]
-    settings = np.where(np.isnan(known), neutral(n), known)
+    start = neutral(n)
+    start[ROW["turning_speed"]] = _TURNING
+    settings = np.where(np.isnan(known), start, known)
     betas, stiffness = np.zeros((5, n)), np.full(n, np.nan)
     for j in range(n):
         moving = np.abs(v[:, j]) > _MOVING * np.abs(v[:, j]).max()

@@ -5,8 +5,8 @@ the simulation on its way, so that long recordings need no restarts; a hole begi
 Derivatives are differences of whole simulations. A setting of one joint is taken to move that
 joint alone (a geared arm's joints hardly feel each other), so that one simulation serves all
 joints; zero positions, which turn the gravity of others, have a simulation each. The residuals
-themselves are always those of the coupled arm. Each joint has a damping of its own, so that one
-that sticks does not hold up the others.
+themselves are always those of the coupled arm. Each joint has a damping of its own and keeps the
+step that helps it, so that one that sticks does not hold up the others.
 """
 
 from collections.abc import Callable
@@ -36,6 +36,7 @@ _AWAY = 1e6  # rad: where a simulation that ran away is taken to be
 _REACHING = ("zero",)  # felt by other joints
 _NUDGE = 0.1  # of a logarithm; sticking makes smaller changes uneven
 _PART = 0.3  # the same of a quantity's scale
+_DAMPED = 1e-2  # share of the Hessian's diagonal that is added at first
 _TRIES = 7
 _LONGEST = 1.0  # step in a coordinate
 _ENOUGH = 3e-3  # nats by which a step must help, per effective sample
@@ -217,46 +218,58 @@ def fit(
         start: settings, shape (22, n).
         free: which of them to fit, shape (22, n).
         prior: what is believed of them.
-        rounds: most steps.
+        rounds: times that derivatives are taken, about.
         progress: is told round and rms [rad].
     """
     pairs = np.argwhere(free)
     at = tuple(pairs.T)
-    settings, damping, taken = within_bounds(start), np.full(start.shape[1], 1e-2), 0
+    settings, damping, taken = within_bounds(start), np.full(start.shape[1], _DAMPED), 0
     reach = 1.0
     residuals = setup.residuals(settings)
     informed = setup.seconds / MEMORY_S
     cost = _cost(setup, settings, free, prior, residuals, informed)
-    for _ in range(rounds):
-        made = columns(setup, settings, free, reach)
+    made, kept = np.empty(0), False  # columns serve two steps where the first helps
+    for _ in range(2 * rounds):
+        made = made if kept else columns(setup, settings, free, reach)
         weight = informed / len(residuals) / np.mean(residuals**2, axis=0)
         hessian, slope = _pull(settings, free, prior)
         hessian += np.einsum("asj,bsj,j->ab", made, made, weight, optimize=True)
         slope += np.einsum("asj,sj,j->a", made, residuals, weight, optimize=True)
         place, before = coordinates(settings), cost
         loose = np.flatnonzero(~_stopped(settings, free, slope))
+        looking = np.ones(start.shape[1], dtype=bool)  # joints that have no better place yet
         for _ in range(_TRIES):
             lifted = hessian + np.diag(damping[at[1]] * np.diag(hessian))
             step = np.zeros(len(pairs))
             step[loose] = np.linalg.solve(lifted[np.ix_(loose, loose)], slope[loose])
+            promised = np.bincount(at[1], slope * step, len(looking))
+            looking &= promised > _ENOUGH * informed / len(looking)
+            if not looking.any():
+                break
             moved = place.copy()
             moved[at] += np.clip(step, -_LONGEST, _LONGEST)
-            trial = settings_at(moved)
+            trial = np.where(looking, settings_at(moved), settings)
             left = setup.residuals(trial)
+            better = looking & (np.mean(left**2, axis=0) < np.mean(residuals**2, axis=0))
+            if better.any() and not better[looking].all():
+                trial = np.where(better, trial, settings)
+                left = setup.residuals(trial)
             new = _cost(setup, trial, free, prior, left, informed)
-            worse = np.mean(left**2, axis=0) > np.mean(residuals**2, axis=0)
-            if new < cost:
+            if better.any() and new < cost:
                 settings, residuals, cost = trial, left, new
-                damping = np.where(worse, damping * 5, np.maximum(damping / 5, 1e-6))
+                damping[better] = np.maximum(damping[better] / 5, 1e-6)
+                looking &= ~better
                 taken += 1
-                break
-            damping = np.where(worse | ~worse.any(), damping * 5, damping)
+            damping[looking] *= 5
         if progress is not None:
             progress(taken, float(np.sqrt(np.mean(residuals**2))))
-        if before - cost < _ENOUGH * informed:
+        helped = before - cost > _ENOUGH * informed
+        if not (helped or kept):
             if reach == NEAR:
                 break
             reach = NEAR
+        damping = damping if helped else np.full_like(damping, _DAMPED)
+        kept = helped and not kept
     return Fit(settings, free, residuals, cost, taken)
 
 

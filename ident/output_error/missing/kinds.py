@@ -22,6 +22,11 @@ class EffectKind:
     equation: str
 
     @property
+    def felt_elsewhere(self) -> bool:
+        """Whether it moves other joints too, as a zero that turns their gravity."""
+        return self.part.name == "zero"
+
+    @property
     def further(self) -> int:
         """Quantities beside the deciding one."""
         return len(self.part.quantities) - 1
@@ -89,9 +94,6 @@ SERVO_PARTS = tuple(
     p for p in PARTS if p.name in ("profile", "torque_limit", "rate_gain", "profile_speed")
 )
 """What belongs to a servo and is fitted before any effect is asked for."""
-
-REVERSAL = Part("reversal", ("turning_speed",), (2e-3, 6e-3, 0.02))
-"""How dry friction turns round: nobody knows its form, so that it is fitted and no effect."""
 
 NOT_ASKED = {
     "rotor_inertia": "every servo model has it",

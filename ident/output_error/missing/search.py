@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 from ident.output_error.fit import Fit, fit
 from ident.output_error.identify import Prepared
 from ident.output_error.missing.folds import Fold, folds
-from ident.output_error.missing.judging import block_errors, explained, gain, sureness
-from ident.output_error.missing.kinds import KINDS, REVERSAL, SERVO_PARTS, EffectKind
+from ident.output_error.missing.judging import block_errors, explained, gain, sureness, typical
+from ident.output_error.missing.kinds import KINDS, SERVO_PARTS, EffectKind
 from ident.output_error.missing.nulls import Nulls, nulls
 from ident.output_error.missing.screening import promising
 from ident.output_error.missing.settings import GapBySimulation
 from ident.output_error.missing.trial import Trial, tried
 from ident.output_error.parameters import ROW
-from ident.output_error.selection import chosen
+from ident.output_error.selection import Chosen, Part, chosen
 from ident.regression.progress import Tell
 from ident.signals.arrays import Array
 
@@ -45,7 +45,6 @@ class Accepted:
         joint: from 0.
         gain: held-out nats per sample.
         asked: what it needed.
-        sureness: standard errors over blocks by which it helps.
         explained: rms of the positions that it explains [rad].
         next_best: the best other effect there, if any helps.
         rivals: those that are not surely worse, the best first.
@@ -55,7 +54,6 @@ class Accepted:
     joint: int
     gain: float
     asked: float
-    sureness: float
     explained: float
     next_best: Rival | None
     rivals: tuple[Rival, ...]
@@ -88,24 +86,47 @@ class Search:
 def search(begun: Prepared, settings: GapBySimulation, tell: Tell) -> Search:
     """Effects that held-out motions ask for.
 
+    Where error is left that none explains, a servo that plans its motion may have been taken in the
+    place of an effect and a torque limit: the search begins again without it, and what predicts
+    better stays.
+
     Args:
         begun: arm and recordings.
         settings: numbers that decide.
         tell: hears what is being done.
     """
     parted = folds(begun.setup)
-    fold = parted[0]
     asked, nominal = _asked(begun)
     wanted = begun.arm.servo.parts
-    servo = [p for p in SERVO_PARTS if not wanted or p.name in wanted] + [*nominal, REVERSAL]
-    base = chosen(
-        fold.fitted, fold.judged, begun.start, begun.prior, begun.may, servo, begun.same_servo, tell
-    ).fit
-    before = block_errors(fold.judged, base.settings)
+    servo = [p for p in SERVO_PARTS if not wanted or p.name in wanted] + nominal
+    base = _servo(parted[0], servo, begun, tell)
     tell("simulating the arm without effects")
-    null = nulls(
-        fold, base, begun.prior, asked, begun.resolution, settings.null_runs, settings.screen
-    )
+    args = begun.prior, asked, begun.resolution, settings.null_runs, settings.screen
+    null = nulls(parted[0], base.fit, *args)
+    found = _added(parted, base.fit, null, asked, begun, settings, tell)
+    open_ = unexplained(found.before, found.after, null.typical, begun, settings)
+    taken = {t.name for t in base.trials if t.kept[open_].any()}
+    without = [p for p in servo if not (p.rival and p.name in taken)]
+    if without == servo:
+        return found
+    other = _servo(parted[0], without, begun, tell)
+    again = _added(parted, other.fit, null, asked, begun, settings, tell)
+    return again if gain(found.after, again.after)[open_].sum() > settings.least_gain else found
+
+
+def _servo(fold: Fold, parts: Sequence[Part], begun: Prepared, tell: Tell) -> Chosen:
+    """The arm without effects."""
+    args = begun.start, begun.prior, begun.may, parts, begun.same_servo, tell
+    return chosen(fold.fitted, fold.judged, *args)
+
+
+def _added(
+    parted: tuple[Fold, ...], base: Fit, null: Nulls, asked: dict[EffectKind, Places],
+    begun: Prepared, settings: GapBySimulation, tell: Tell,
+) -> Search:  # fmt: skip
+    """Effects added to a base as long as held-out motions ask for them."""
+    fold = parted[0]
+    before = block_errors(fold.judged, base.settings)
     best, errors, accepted = base, before, []
     for _ in range(settings.rounds):
         trials = _round(fold, best, errors, asked, accepted, begun, settings, tell)
@@ -116,6 +137,30 @@ def search(begun: Prepared, settings: GapBySimulation, tell: Tell) -> Search:
         accepted += found
         errors = block_errors(fold.judged, best.settings)
     return Search(parted, base, best, tuple(accepted), null, before, errors, asked)
+
+
+def unexplained(
+    before: Array, after: Array, floor: Array, begun: Prepared, settings: GapBySimulation
+) -> Places:
+    """Joints at which error is left that no effect explains, shape (n,).
+
+    Args:
+        before: errors by block without effects, shape (B, n).
+        after: likewise with them.
+        floor: of the typical block of a model that misses nothing [rad], shape (n,).
+        begun: arm and recordings.
+        settings: numbers that decide.
+    """
+    rest = typical(after) ** 2 - floor**2
+    seen = np.sqrt(rest.clip(0.0)) > settings.clear_steps * begun.resolution
+    clear = (typical(after) > settings.clear * floor) & seen & begun.moving
+    return clear & (share_left(before, after, floor) > settings.unclosed)
+
+
+def share_left(before: Array, after: Array, floor: Array) -> Array:
+    """Share of each joint's gap that is left beside all effects, shape (n,)."""
+    gap, rest = (typical(errors) ** 2 - floor**2 for errors in (before, after))
+    return np.clip(rest / np.maximum(gap, rest.clip(1e-300)), 0.0, 1.0)
 
 
 def _asked(begun: Prepared) -> tuple[dict[EffectKind, Places], list]:
@@ -167,8 +212,10 @@ def _winners(
         )
         if ordered and (won := _accepted(ordered, joint, errors, null, resolution, settings)):
             found.append(won)
-    most = max((a.gain for a in found), default=0.0)
-    return [a for a in found if a.gain >= settings.together * most]
+    found.sort(key=lambda a: a.gain, reverse=True)
+    far = [a for a in found if a.kind.felt_elsewhere]  # the best may explain the others' gains
+    alone = [a for a in found if a not in far[1:]]
+    return [a for a in alone if a.gain >= settings.together * alone[0].gain]
 
 
 def _accepted(
@@ -181,7 +228,7 @@ def _accepted(
     size = float(explained(errors, first.errors)[joint])
     sure = float(sureness(errors, first.errors)[joint])
     noise = settings.seen * resolution[joint] / np.sqrt(12.0)
-    if first.gain[joint] < asked or sure < settings.sure or size < noise:
+    if first.gain[joint] < asked or sure < settings.hint or size < noise:
         return None
     own = set(first.kind.part.quantities)  # what holds them all and more is the same again
     others = [t for t in ordered[1:] if not own <= set(t.kind.part.quantities)]
@@ -193,9 +240,7 @@ def _accepted(
         and sureness(t.errors, first.errors)[joint] < settings.apart
     ]
     best = names[0] if names and names[0].gain > 0.0 else None
-    return Accepted(
-        first.kind, joint, float(first.gain[joint]), asked, sure, size, best, tuple(rivals)
-    )
+    return Accepted(first.kind, joint, float(first.gain[joint]), asked, size, best, tuple(rivals))
 
 
 def _with(
@@ -218,11 +263,13 @@ class Confirmation:
     Attributes:
         before, after: without and with the effects, a fold each, shape (B, n).
         gains: of each accepted effect beside all others, on each fold.
+        sureness: standard errors over the blocks of all folds by which each of them helps.
     """
 
     before: tuple[Array, ...]
     after: tuple[Array, ...]
     gains: tuple[tuple[float, ...], ...]
+    sureness: tuple[float, ...]
 
 
 def confirmed(found: Search, begun: Prepared, settings: GapBySimulation) -> Confirmation:
@@ -236,21 +283,28 @@ def confirmed(found: Search, begun: Prepared, settings: GapBySimulation) -> Conf
         pairs = zip(found.folds, fits, strict=True)
         return tuple(block_errors(fold.judged, made.settings) for fold, made in pairs)
 
-    kinds = dict.fromkeys(a.kind for a in found.accepted)
-    if not kinds:
+    if not found.accepted:
         errors = judged(found.base)
-        return Confirmation(errors, errors, ())
+        return Confirmation(errors, errors, (), ())
     after = judged(found.end)
-    without = {
-        kind: judged(lacking(found, [a for a in found.accepted if a.kind is kind]))
-        for kind in kinds
-    }
+    groups = [_together(a, found.accepted) for a in found.accepted]
+    without = {group: judged(lacking(found, group)) for group in dict.fromkeys(groups)}
+    pairs = [(a.joint, without[group]) for a, group in zip(found.accepted, groups, strict=True)]
     gains = tuple(
-        tuple(float(gain(w, x)[a.joint]) for w, x in zip(without[a.kind], after, strict=True))
-        for a in found.accepted
+        tuple(float(gain(w, x)[j]) for w, x in zip(errors, after, strict=True))
+        for j, errors in pairs
     )
-    before = judged(found.base) if len(kinds) > 1 else next(iter(without.values()))
-    return Confirmation(before, after, gains)
+    sure = tuple(
+        float(sureness(np.concatenate(errors), np.concatenate(after))[j]) for j, errors in pairs
+    )
+    before = judged(found.base) if len(without) > 1 else next(iter(without.values()))
+    return Confirmation(before, after, gains, sure)
+
+
+def _together(effect: Accepted, accepted: Sequence[Accepted]) -> tuple[Accepted, ...]:
+    """Effects that can be taken out at once with this one: none is felt at another's joint."""
+    alike = (a for a in accepted if a.kind is effect.kind)
+    return (effect,) if effect.kind.felt_elsewhere else tuple(alike)
 
 
 def lacking(found: Search, effects: Sequence[Accepted]) -> Fit:

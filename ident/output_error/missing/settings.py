@@ -13,8 +13,9 @@ class GapBySimulation:
         least_gain: nats per sample that any effect has to bring on held-out pieces; 0.03 is 3 %.
         null_factor: by how much it has to exceed the largest gain of the effect-free simulations.
         per_quantity: nats per sample that each further quantity of an effect has to earn.
-        sure: standard errors over blocks of time by which it has to help, and by which its size
-            has to differ from nothing.
+        hint: standard errors over blocks of time by which it has to help on the first fold, to be
+            confirmed on all.
+        sure: the same on all folds together, and of its size from nothing.
         seen: of the encoder's own noise (a step over the root of 12), what it explains at least.
         apart: standard errors by which an effect has to beat a rival.
         rival_share: of its gain, what a rival has at least.
@@ -31,6 +32,7 @@ class GapBySimulation:
     least_gain: float = 0.03
     null_factor: float = 2.0
     per_quantity: float = 0.01
+    hint: float = 1.5
     sure: float = 3.0
     seen: float = 1.0
     apart: float = 2.0

@@ -7,7 +7,15 @@ import numpy as np
 from ident.output_error.fit import Fit
 from ident.output_error.identify import Prepared, fit_of_all
 from ident.output_error.missing.judging import typical
-from ident.output_error.missing.search import Accepted, Confirmation, Search, confirmed, lacking
+from ident.output_error.missing.search import (
+    Accepted,
+    Confirmation,
+    Search,
+    confirmed,
+    lacking,
+    share_left,
+    unexplained,
+)
 from ident.output_error.missing.settings import GapBySimulation
 from ident.output_error.parameters import ROW
 from ident.output_error.uncertainty import Knowledge, knowledge
@@ -15,11 +23,26 @@ from ident.regression.progress import Tell
 
 
 @dataclass(frozen=True)
+class Evidence:
+    """What speaks for an effect beside all others.
+
+    Attributes:
+        gains: on each fold, predicted by a fit to the others [nats per sample].
+        sureness: standard errors over the blocks of all folds by which it helps.
+        deviations: standard deviations of its size from nothing.
+    """
+
+    gains: tuple[float, ...]
+    sureness: float
+    deviations: float
+
+
+@dataclass(frozen=True)
 class Suspected:
     """An effect that helps and is not sure enough to be named: why not."""
 
     effect: Accepted
-    deviations: float
+    evidence: Evidence
     doubt: str
 
 
@@ -49,8 +72,7 @@ class Outcome:
         search: what was found on the first fold.
         confirmation: errors on all folds.
         effects: named ones.
-        gains: of each named one, on each fold.
-        deviations: standard deviations of each named one's size from nothing.
+        evidence: for each named one.
         suspected: the others.
         left: what no effect explains.
         before, after: fits of all recordings, without and with the named effects.
@@ -61,8 +83,7 @@ class Outcome:
     search: Search
     confirmation: Confirmation
     effects: tuple[Accepted, ...]
-    gains: tuple[tuple[float, ...], ...]
-    deviations: tuple[float, ...]
+    evidence: tuple[Evidence, ...]
     suspected: tuple[Suspected, ...]
     left: tuple[Left, ...]
     before: Fit
@@ -83,22 +104,22 @@ def outcome(begun: Prepared, found: Search, settings: GapBySimulation, tell: Tel
     checked = confirmed(found, begun, settings)
     after = fit_of_all(begun, found.end, tell)
     known = knowledge(begun.setup, after, begun.prior)
-    sizes = [_deviations(a, after, known) for a in found.accepted]
-    doubts = [_doubt(g, d, settings) for g, d in zip(checked.gains, sizes, strict=True)]
-    pairs = list(zip(found.accepted, sizes, doubts, strict=True))
-    suspected = tuple(Suspected(a, d, why) for a, d, why in pairs if why)
+    evidence = _evidence(found, checked, after, known)
+    doubts = [_doubt(e, settings) for e in evidence]
+    pairs = list(zip(found.accepted, evidence, doubts, strict=True))
+    suspected = tuple(Suspected(a, e, why) for a, e, why in pairs if why)
     if suspected:
         kept = lacking(found, [s.effect for s in suspected])
         found = replace(found, end=kept, accepted=tuple(a for a, _, why in pairs if not why))
         checked = confirmed(found, begun, settings)
         after = fit_of_all(begun, found.end, tell)
         known = knowledge(begun.setup, after, begun.prior)
+        evidence = _evidence(found, checked, after, known)
     left = _left(checked, found, begun, settings)
     before = fit_of_all(begun, found.base, tell) if found.accepted else after
-    sizes = tuple(_deviations(a, after, known) for a in found.accepted)
     kind = _kind(found.accepted, left)
     return Outcome(
-        kind, found, checked, found.accepted, checked.gains, sizes, suspected, left, before, after,
+        kind, found, checked, found.accepted, evidence, suspected, left, before, after,
         known,
     )  # fmt: skip
 
@@ -111,29 +132,35 @@ def _kind(effects: tuple[Accepted, ...], left: tuple[Left, ...]) -> str:
     return "named" if effects else "no_gap"
 
 
-def _deviations(effect: Accepted, after: Fit, known: Knowledge) -> float:
-    row = ROW[effect.kind.part.quantities[0]]
-    return float(abs(after.settings[row, effect.joint]) / known.sd[row, effect.joint])
+def _evidence(
+    found: Search, checked: Confirmation, after: Fit, known: Knowledge
+) -> tuple[Evidence, ...]:
+    rows = [ROW[a.kind.part.quantities[0]] for a in found.accepted]
+    sizes = [
+        float(abs(after.settings[row, a.joint]) / known.sd[row, a.joint])
+        for row, a in zip(rows, found.accepted, strict=True)
+    ]
+    parts = zip(checked.gains, checked.sureness, sizes, strict=True)
+    return tuple(Evidence(*each) for each in parts)
 
 
-def _doubt(gains: tuple[float, ...], deviations: float, settings: GapBySimulation) -> str:
-    if deviations < settings.sure:
-        return f"its size is only {deviations:.1f} standard deviations from nothing"
-    if min(gains) <= 0.0:
+def _doubt(evidence: Evidence, settings: GapBySimulation) -> str:
+    if evidence.deviations < settings.sure:
+        return f"its size is only {evidence.deviations:.1f} standard deviations from nothing"
+    if min(evidence.gains) <= 0.0:
         return "some of the motions that were left out are predicted better without it"
+    if evidence.sureness < settings.sure:
+        return f"it helps by only {evidence.sureness:.1f} standard errors over all motions"
     return ""
 
 
 def _left(
     checked: Confirmation, found: Search, begun: Prepared, settings: GapBySimulation
 ) -> tuple[Left, ...]:
-    held = [np.concatenate(errors) for errors in (checked.before, checked.after)]
-    (before, after), floor = (typical(errors) for errors in held), found.nulls.typical
-    gap, rest = before**2 - floor**2, after**2 - floor**2
-    share = np.clip(rest / np.maximum(gap, rest.clip(1e-300)), 0.0, 1.0)
-    seen = np.sqrt(rest.clip(0.0)) > settings.clear_steps * begun.resolution
-    clear = (after > settings.clear * floor) & seen & (share > settings.unclosed) & begun.moving
+    before, after = (np.concatenate(errors) for errors in (checked.before, checked.after))
+    floor = found.nulls.typical
+    rms, share = typical(after), share_left(before, after, floor)
+    clear = unexplained(before, after, floor, begun, settings)
     return tuple(
-        Left(int(j), float(after[j]), float(floor[j]), float(share[j]))
-        for j in np.flatnonzero(clear)
+        Left(int(j), float(rms[j]), float(floor[j]), float(share[j])) for j in np.flatnonzero(clear)
     )

@@ -1,6 +1,5 @@
 """The content of `gap.json` of a search by simulation, as the contract fixes it."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,7 @@ from ident.output_error.identify import Prepared
 from ident.output_error.missing.kinds import NOT_ASKED
 from ident.output_error.missing.search import Accepted
 from ident.output_error.missing.settings import GapBySimulation
-from ident.output_error.missing.verdict import Outcome
+from ident.output_error.missing.verdict import Evidence, Outcome
 from ident.output_error.missing.visibility import held_by_weight, smallest
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.signals.arrays import Array
@@ -32,12 +31,9 @@ def gap_content(begun: Prepared, done: Outcome, settings: GapBySimulation) -> Co
     return {
         "method": "simulation",
         "verdict": done.kind,
-        "effects": [
-            _effect(a, done, gains, d)
-            for a, gains, d in zip(done.effects, done.gains, done.deviations, strict=True)
-        ],
+        "effects": [_effect(a, e, done) for a, e in zip(done.effects, done.evidence, strict=True)],
         "suspected": [
-            _effect(s.effect, done, (), s.deviations) | {"doubt": s.doubt, "in_model": False}
+            _effect(s.effect, s.evidence, done) | {"doubt": s.doubt, "in_model": False}
             for s in done.suspected
         ],
         "where": _where(begun.setup, done),
@@ -69,15 +65,16 @@ def gap_content(begun: Prepared, done: Outcome, settings: GapBySimulation) -> Co
     }
 
 
-def _effect(a: Accepted, done: Outcome, gains: Sequence[float], deviations: float) -> Content:
+def _effect(a: Accepted, found: Evidence, done: Outcome) -> Content:
+    deviations = found.deviations
     evidence: Content = {
         "gain_nats_per_sample": a.gain,
         "asked_nats_per_sample": a.asked,
-        "smallest_held_out_gain": min(gains, default=None),
-        "held_out_parts": len(gains),
-        "confirmed_parts": sum(g > 0.0 for g in gains),
+        "smallest_held_out_gain": min(found.gains),
+        "held_out_parts": len(found.gains),
+        "confirmed_parts": sum(g > 0.0 for g in found.gains),
         "effect_free_runs": done.search.nulls.runs,
-        "standard_errors_over_blocks": a.sureness,
+        "standard_errors_over_blocks": found.sureness,
         "standard_deviations": deviations if np.isfinite(deviations) else None,
         "explained_rms": a.explained,
     }

@@ -136,14 +136,16 @@ def _remarks(found: Found, names: Sequence[str]) -> list[Remark]:
     limit = np.maximum(
         _BAD * np.minimum(_following(found), still), _COUNTS * found.model.resolution
     )
-    bad = np.flatnonzero((found.search.held_out > limit) & found.moving)
+    worst = np.maximum(found.search.held_out, found.fit.rms)
+    bad = np.flatnonzero((worst > limit) & found.moving)
     if len(bad):
         said.append(
             Remark(
                 "large_error",
                 tuple(int(j) + 1 for j in bad),
-                f"On held-out segments, the simulation of {joints(bad, names)} is hardly better"
-                " than following the command without delay, or than standing still.",
+                "On held-out segments or along all recordings, the simulation of"
+                f" {joints(bad, names)} is hardly better than following the command without delay,"
+                " or than standing still.",
                 Grade.DOUBTFUL,
                 "Check for end stops, contact, and commands that do not belong to the recording or"
                 " have another unit, sign, or zero than the positions.",
