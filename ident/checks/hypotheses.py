@@ -62,7 +62,9 @@ def scanned(case: Case, bounds: CheckSettings) -> tuple[Case, list[Hypothesis], 
     found, remarks = [], []
     for _ in range(_MOST_ROUNDS):
         best, without = nearest(case, list(_hypotheses(case)))
-        if without.error > bounds.believed_ratio * case.error:
+        if without.error > bounds.believed_ratio * case.error or not _borne_out(
+            best, case, without
+        ):
             break
         if _weighed(case, bounds).error < without.error:
             break  # a factor at each joint, which its size tells
@@ -70,6 +72,17 @@ def scanned(case: Case, bounds: CheckSettings) -> tuple[Case, list[Hypothesis], 
         found.append(best)
         case = without
     return case, found, remarks
+
+
+def _borne_out(found: Hypothesis, case: Case, without: Case) -> bool:
+    """Whether joints that would be in another's place are themselves explained better without it.
+
+    Where they are explained well as they are, it is another joint's few data that fit by chance.
+    """
+    own = list(found.joints)
+    return found.code != "joint_order" or bool(
+        without.by_joint[own].mean() < case.by_joint[own].mean()
+    )
 
 
 def _weighed(case: Case, bounds: CheckSettings) -> Case:

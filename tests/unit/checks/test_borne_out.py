@@ -1,0 +1,29 @@
+"""Swapped joints are believed only where these joints themselves are explained better."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from ident.checks import hypotheses
+from ident.checks.settings import DEFAULT
+
+
+def case(error, by_joint):
+    return SimpleNamespace(
+        error=error, by_joint=np.array(by_joint), robot=SimpleNamespace(joint_names="abcd")
+    )
+
+
+@pytest.mark.parametrize(
+    ("after", "told"), [((0.2, 0.3, 0.1, 0.3), 0), ((0.2, 0.03, 0.1, 0.04), 1)]
+)
+def test_a_swap_that_its_own_joints_speak_against_is_none(monkeypatch, after, told):
+    """Joint 1 is poorly shown, and by chance better with joints 2 and 4 exchanged."""
+    before = case(0.4, (0.93, 0.06, 0.14, 0.06))
+    swap = next(hypotheses._exchanges((1, 3), np.array([0, 3, 2, 1]), "joints 2 and 4", "swapped"))
+    found = [(swap, case(0.24, after)), (swap, case(0.24, after))]
+    monkeypatch.setattr(hypotheses, "_hypotheses", lambda _: [])
+    monkeypatch.setattr(hypotheses, "nearest", lambda *_: found.pop(0))
+    monkeypatch.setattr(hypotheses, "_weighed", lambda *_: before)
+    assert len(hypotheses.scanned(before, DEFAULT)[2]) == told
