@@ -173,6 +173,19 @@ def evidence(logs: Sequence[Information], detector: Detector) -> Array:
     return np.array([detector.add(log).whole for log in logs])
 
 
+def lasting(odds: Array, logs: int) -> float:
+    """The highest odds (logarithm) that an arm keeps over so many further logs, or to the last.
+
+    One odd day may seem a change until the next ones show the arm as it was.
+
+    Args:
+        odds: after each log, shape (T,).
+        logs: so many.
+    """
+    kept = [odds[t : t + logs + 1].min() for t in range(len(odds))]
+    return float(max(kept, default=-np.inf))
+
+
 def changes(
     logs: Sequence[Information],
     mean: Array,
@@ -183,10 +196,10 @@ def changes(
 ) -> list[Change]:
     """The changes of an arm, one after the other.
 
-    Each is told when the odds of any change exceed what is asked for, and named with the few logs
-    that follow. The next is looked for after that, beside it, in an arm that may otherwise be any
-    of its type since then: who changes a gearbox changes more than one number. Sizes come from all
-    logs.
+    Each is told when the odds of any change exceed what is asked for, and go on to do so in the few
+    logs that follow, with which it is named. The next is looked for after that, beside it, in an
+    arm that may otherwise be any of its type since then: who changes a gearbox changes more than
+    one number. Sizes come from all logs.
 
     Args:
         logs: of the arm, in order of time.
@@ -207,7 +220,9 @@ def changes(
             if number > at + settings.naming_logs:
                 break
             odds = detector.add(log)
-            if at == len(logs) and odds.whole >= least_odds:
+            if odds.whole < least_odds:
+                at = len(logs)  # what the logs that follow take back is no change
+            elif at == len(logs):
                 at, whole = number, odds.whole
         if at == len(logs) or odds is None:
             break
@@ -305,7 +320,7 @@ def _sized(
 def least_log_odds(highest: Sequence[float], share: float) -> float:
     """Odds (logarithm) that an arm must reach so that few of those told are false.
 
-    One over the highest odds that an arm has ever reached is a p-value that holds at every look;
+    One over the highest odds that an arm has ever kept is a p-value that holds at every look;
     arms are independent given their type, so that the procedure of Benjamini and Hochberg (1995)
     keeps the expected share of false ones among those told.
 

@@ -8,7 +8,7 @@ from threadpoolctl import threadpool_limits
 
 from ident.fleet.arm_type import ArmType
 from ident.fleet.candidates import Candidate, candidates
-from ident.fleet.changes import Change, Detector, beside, changes, evidence
+from ident.fleet.changes import Change, Detector, beside, changes, evidence, lasting
 from ident.fleet.hierarchy import DAILY, TypeStatistics, log_information, louder, warmth
 from ident.fleet.metadata import Said
 from ident.fleet.normal import Information, LogData, nothing, posterior
@@ -110,8 +110,9 @@ class ArmResult:
 
 @threadpool_limits.wrap(limits=1)
 def highest_odds(series: Series) -> float:
-    """Highest logarithm of the odds of a change that an arm has ever reached."""
-    return float(np.max(evidence(series.information(), series.detector()), initial=-np.inf))
+    """Highest logarithm of the odds of a change that an arm has ever kept."""
+    odds = evidence(series.information(), series.detector())
+    return lasting(odds, series.settings.naming_logs)
 
 
 @threadpool_limits.wrap(limits=1)
@@ -121,7 +122,7 @@ def result(series: Series) -> ArmResult:
     odds = evidence(logs, detector)
     smallest = detector.smallest(series.settings.shown_logs, series.least_odds)
     told: list[Change] = []
-    if odds.max(initial=-np.inf) >= series.least_odds:
+    if lasting(odds, series.settings.naming_logs) >= series.least_odds:
         found = series.candidates()
         told = changes(logs, known.mean, known.D, found, series.least_odds, series.settings)
     cold, sds = _alone(series, logs)

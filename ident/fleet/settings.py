@@ -22,7 +22,8 @@ class FleetSettings:
         least_logs: logs of an arm that must come before a change can begin.
         onsets: how many of the latest logs a change may begin at.
         changes: most changes of one arm.
-        naming_logs: logs that a change is named with beside those that told it.
+        naming_logs: logs after those that told a change, which it must outlast (as far as there
+            are any) and is named with.
         shown_logs: logs after a change for which it is told how small a one they would show.
         unseen_times: a change that is so many times as large as usual and would not be told by
             them is said to be one that they cannot show.

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ident.fleet.candidates import Candidate
-from ident.fleet.changes import Detector, changes, evidence, least_log_odds
+from ident.fleet.changes import Detector, changes, evidence, lasting, least_log_odds
 from ident.fleet.columns import Columns
 from ident.fleet.normal import Information, without_scatter
 from ident.fleet.reduce import joint_triangles, process_of
@@ -163,6 +163,20 @@ def test_a_change_is_named_with_its_size_and_onset_and_a_second_one_too():
     assert [c.onset for c in told] == [12, 22]
     assert abs(told[0].size - 3.0) < 4 * told[0].sd
     assert abs(told[1].size + 4.0) < 4 * told[1].sd
+
+
+def test_what_the_next_days_take_back_is_no_change():
+    """One odd day, and the arm as it was before; the same day as the last one is told."""
+    logs = _arm(np.random.default_rng(6), 20)
+    odd = Information(logs[12].N, logs[12].y + logs[12].N @ (np.eye(P)[1] * 5.0))
+    logs[12] = odd
+    asked = np.log(100.0)
+    odds = evidence(logs, _detector(CANDIDATES))
+    assert odds.max() > asked > lasting(odds, SETTINGS.naming_logs)
+    start = np.zeros(P), np.ones(P), CANDIDATES, asked, SETTINGS
+    assert changes(logs, *start) == []
+    assert lasting(odds[:13], SETTINGS.naming_logs) > asked
+    assert [c.parameter for c in changes(logs[:13], *start)] == ["x1"]
 
 
 def test_the_size_of_a_turned_zero_is_as_unsure_as_its_linear_term():
