@@ -100,14 +100,13 @@ class _Fault:
 
 
 def position_remarks(case: Case, bounds: CheckSettings) -> list[Remark]:
-    """What is said of positions in another scale, or that drift."""
+    """What is said of positions in another scale, that drift, or whose zero is wrong."""
     weights = _weights(case)
-    best, expected = _likeliest(case, weights)
+    best, expected = min(_faults(case, weights), key=lambda one: one[1], default=(None, 1.0))
     if best is None or expected > np.sqrt(bounds.positions_ratio):
         return []
-    for _ in range(_STEPS if best.kind == "zero" else 0):
-        further, _ = _likeliest(best.without(case), weights, best)
-        best = further or best
+    if best.kind == "zero":
+        best = _refined(case, weights, best)
     if not best.large(bounds):
         return []
     before, after = (_left(c, weights) for c in (case, best.without(case)))
@@ -133,23 +132,13 @@ def _weights(case: Case) -> Array:
     return np.divide(1.0, left, out=np.zeros_like(left), where=case.probe.moving & (left > 0))
 
 
-def _likeliest(
-    case: Case, weights: Array, before: _Fault | None = None
-) -> tuple[_Fault | None, float]:
-    """The fault that explains most, and the part of all joints' errors that it leaves.
-
-    Args:
-        case: the case, without `before`.
-        weights: of the joints, shape (n,).
-        before: a fault whose size alone is looked for; it comes back with what is missing added.
-    """
-    found = list(_faults(case, weights))
-    if before is None:
-        return min(found, key=lambda one: one[1], default=(None, 1.0))
-    for fault, left in found:
-        if (fault.kind, fault.joints) == (before.kind, before.joints):
-            return replace(fault, size=fault.size + before.size), left
-    return None, 1.0
+def _refined(case: Case, weights: Array, zero: _Fault) -> _Fault:
+    """A zero with the size beside which its own column explains no more."""
+    place = zero.kind, zero.joints
+    for _ in range(_STEPS):
+        rest = [f for f, _ in _faults(zero.without(case), weights) if (f.kind, f.joints) == place]
+        zero = replace(zero, size=zero.size + sum(f.size for f in rest))
+    return zero
 
 
 def _faults(case: Case, weights: Array) -> Iterator[tuple[_Fault, float]]:
