@@ -11,16 +11,8 @@ from ident.checks.base_motion import base_remarks
 from ident.checks.case import Case
 from ident.checks.conditioning import conditioning_remarks
 from ident.checks.currents import current_remarks, drive_gains
-from ident.checks.friction import friction_power
 from ident.checks.gains import gains
-from ident.checks.hypotheses import (
-    by_weight,
-    least_error,
-    nearest,
-    position_sign,
-    scanned,
-    torque_sign,
-)
+from ident.checks.hypotheses import by_weight, least_error, scanned
 from ident.checks.known_load import KnownLoad, gains_of_load
 from ident.checks.motion import (
     degrees_remark,
@@ -34,9 +26,10 @@ from ident.checks.recorder_faults.delay import lag
 from ident.checks.recorder_faults.glitches import glitch_remarks
 from ident.checks.recorder_faults.positions import position_remarks
 from ident.checks.recorder_faults.torque_range import clipped_torque, shifted_torque_zero
-from ident.checks.remark import Grade, Remark, joints, numbers, verdict_of
+from ident.checks.remark import Grade, Remark, verdict_of
 from ident.checks.samples import log_remarks, name_remarks, reference_remarks, sample_remarks
 from ident.checks.settings import DEFAULT, CheckSettings
+from ident.checks.signs import Signed, all_reversed, feeding_turned, of_one_arm, said_once
 from ident.checks.torque import constant_effort, constant_joints, frozen_effort, unexplained
 from ident.checks.units import unit_factor, unit_remarks
 from ident.checks.urdf_faults.another_arm import another_arm
@@ -56,8 +49,6 @@ _OVER_MOTION = 5.0
 """The probe's cut-off lies so far above what holds nine tenths of the velocity's energy."""
 
 _ENERGY = 0.9
-_CLEAR_GAIN = 0.7
-_SURE = 5.0
 
 
 @dataclass(frozen=True)
@@ -186,12 +177,15 @@ def _physics(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
     judged = moving & ~still
     together = Case(arm.robot, arm.terms, _probe(chunks, judged))
     remarks = conditioning_remarks(arm, data, chunks, together, bounds)
-    mended = []
-    for log, one in enumerate(data):
-        own = [c for c in chunks if c.log == log]
-        case = together if len(data) == 1 else replace(together, probe=_probe(own, judged))
-        in_ampere = arm.settings.torque_unit == "A"
-        factors, more = _of_one(case, own, bounds, not remarks, in_ampere)
+    parts = [[c for c in chunks if c.log == log] for log in range(len(data))]
+    cases = [replace(together, probe=_probe(own, judged)) for own in parts]
+    signed = [_signed(case, own, bounds) for case, own in zip(cases, parts, strict=True)]
+    if len(data) > 1:
+        signed = of_one_arm(together, signed, bounds)
+    mended, in_ampere, judge = [], arm.settings.torque_unit == "A", not remarks
+    for one, case, own, found in zip(data, cases, parts, signed, strict=True):
+        clipped = clipped_torque(case, own, bounds) if judge else []
+        factors, more = _of_one(found, clipped, bounds, judge, in_ampere)
         mended.append(one if (factors == 1.0).all() else one.with_torque_times(factors))
         remarks += more if len(data) == 1 else [_named(r, one.name) for r in more]
     return tuple(mended), remarks
@@ -206,20 +200,19 @@ def _named(remark: Remark, name: str) -> Remark:
 
 
 def _of_one(
-    case: Case, chunks: Sequence[Chunk], bounds: CheckSettings, judge: bool, in_ampere: bool
+    signed: Signed, clipped: list[Remark], bounds: CheckSettings, judge: bool, in_ampere: bool
 ) -> tuple[Array, list[Remark]]:
     """What one recording's torque is to be multiplied by, shape (n,), and what it shows.
 
     Args:
-        case: the recording.
-        chunks: its samples.
+        signed: the recording without wrong signs.
+        clipped: what is said of torque that ends at a largest value.
         bounds: of the checks.
         judge: whether the motion tells enough for its error to mean something.
         in_ampere: whether its torque was a current, whose size the URDF's weight has given.
     """
+    case, remarks = signed.case, list(signed.remarks)
     names = case.robot.joint_names
-    clipped = clipped_torque(case, chunks, bounds) if judge else []
-    case, signs, remarks = _signed(case, chunks, bounds)
     if judge and not any(r.code in ("zero_pose", "gravity_direction") for r in remarks):
         case, more = by_weight(case, bounds)
         remarks += more
@@ -237,7 +230,7 @@ def _of_one(
         remarks += shifted_torque_zero(case, bounds)
         remarks += unexplained(case.by_joint, case.total, names, bounds)
         remarks += [] if clipped else base_remarks(case, bounds)
-    return signs / factor, remarks
+    return signed.factors / factor, remarks
 
 
 def _factors_once(of_arm: Sequence[Remark], of_size: Sequence[Remark]) -> list[Remark]:
@@ -261,85 +254,24 @@ def _cutoff_hz(chunks: Sequence[Chunk], moving: NDArray[np.bool_]) -> float:
     return float(np.clip(_OVER_MOTION * max(frequencies), *_CUTOFFS_HZ))
 
 
-def _signed(
-    case: Case, chunks: Sequence[Chunk], bounds: CheckSettings
-) -> tuple[Case, Array, list[Remark]]:
-    """The case without wrong signs and swapped columns, and the factors that mend the torque."""
+def _signed(case: Case, chunks: Sequence[Chunk], bounds: CheckSettings) -> Signed:
+    """The case without wrong signs and swapped columns."""
     signs = np.ones(case.robot.dof)
     late = lag(case, chunks, bounds)
-    case, reversed_, remarks = _all_reversed(case, bounds)
+    case, reversed_, remarks = all_reversed(case, bounds)
     signs *= -1.0 if reversed_ else 1.0
     wrong = case.total > bounds.scan_from or (case.by_joint > bounds.scan_joint).any()
     if late and not (wrong and least_error(case) < late.error_ratio * case.error):
-        return case, signs, [*remarks, late.remark(case.robot.joint_names)]
+        return Signed(case, signs, [*remarks, late.remark(case.robot.joint_names)])
     if wrong:
         case, found, more = scanned(case, bounds)
         remarks += more
         for h in found:
             signs *= h.torque_signs if h.torque_signs is not None else 1.0
         if any(h.grade is Grade.REFUSED for h in found):
-            return case, signs, remarks
-    for k in np.flatnonzero(_feeding(case, bounds)):
-        case, change, remark = _turned(case, int(k), bounds)
-        signs *= change
-        remarks.append(remark)
+            return Signed(case, signs, remarks)
+    case, change, more = feeding_turned(case, bounds)
+    signs, remarks = signs * change, [*remarks, *more]
     if reversed_ and (signs > 0).any():
-        remarks = _said_once(remarks, signs, case.robot.joint_names)
-    return case, signs, remarks
-
-
-def _said_once(remarks: Sequence[Remark], signs: Array, names: Sequence[str]) -> list[Remark]:
-    """Inverted torques as they are in the end, where some were inverted twice on the way."""
-    whole = next(r for r in remarks if r.code == "sign" and not r.joints)
-    upright = set(numbers(np.flatnonzero(signs > 0)))
-    again = [r for r in remarks if r.code == "sign" and upright >= set(r.joints)]
-    rest = [r for r in remarks if r not in again]
-    wrong = np.flatnonzero(signs < 0).tolist()
-    text = f"The torque of {joints(wrong, names)} has the wrong sign and was inverted."
-    return [Remark("sign", numbers(wrong), text, Grade.DOUBTFUL, whole.advice), *rest]
-
-
-def _feeding(case: Case, bounds: CheckSettings) -> NDArray[np.bool_]:
-    """Joints whose friction, or else whose own weight, says that their torque is reversed."""
-    power = friction_power(case)
-    negative = power.negative(bounds.friction_power, bounds.friction_deviations)
-    positive = power.positive(bounds.friction_power, bounds.friction_deviations)
-    sizes = gains(case)
-    clear = sizes.explained > bounds.gain_explained
-    lifted = clear & (sizes.value < -_SURE * sizes.sd)
-    upright = clear & (sizes.value > _SURE * sizes.sd)
-    return negative | (lifted & ~positive & upright.any())
-
-
-def _all_reversed(case: Case, bounds: CheckSettings) -> tuple[Case, bool, list[Remark]]:
-    """Whether all torques count the other way round, by friction or by the arm's weight."""
-    power = friction_power(case)
-    negative = power.negative(bounds.friction_power, bounds.friction_deviations)
-    positive = power.positive(bounds.friction_power, bounds.friction_deviations)
-    by_friction = 2 * negative.sum() > case.probe.moving.sum() and not positive.any()
-    size = gains(case)
-    lifted = size.common < 0 and size.common_explained > _CLEAR_GAIN and not positive.any()
-    if not (by_friction or lifted):
-        return case, False, []
-    why = "friction would drive the motion" if by_friction else "the arm's weight would lift it"
-    text = f"The torque of all joints has the wrong sign ({why}) and was inverted."
-    advice = "Record the torque that the drives exert on the arm, not its reaction."
-    remark = Remark("sign", (), text, Grade.DOUBTFUL, advice)
-    return case.with_torque(-1.0), True, [remark]
-
-
-def _turned(case: Case, k: int, bounds: CheckSettings) -> tuple[Case, Array | float, Remark]:
-    """What to do about a joint whose friction is negative."""
-    names = case.robot.joint_names
-    best, without = nearest(case, (torque_sign(case, k), position_sign(case, k)))
-    if without.error < bounds.sign_cost * case.error and not _feeding(without, bounds)[k]:
-        change = 1.0 if best.torque_signs is None else best.torque_signs
-        before, after = (f"{100 * c.error:.3g} %" for c in (case, without))
-        why = "its friction, or its weight, would drive the motion otherwise; the error"
-        return without, change, best.told(f"{why} was {before} and is {after} then")
-    text = (
-        f"Friction at {joints([k], names)} would drive the motion: the torque lags or leads the"
-        " position, or has the wrong sign."
-    )
-    advice = "Check the stamps and the sign of this joint's torque."
-    return case, 1.0, Remark("sign", numbers([k]), text, Grade.DOUBTFUL, advice)
+        remarks = said_once(remarks, signs, case.robot.joint_names)
+    return Signed(case, signs, remarks)

@@ -1,0 +1,216 @@
+"""Torque of the wrong sign: friction would feed the motion instead of braking it.
+
+Least squares alone hardly tells a joint's sign, since the links' parameters follow it; friction and
+the arm's own weight, do. Recordings of one arm share its signs unless that costs error.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.checks.case import Case
+from ident.checks.gains import gains
+from ident.checks.hypotheses import nearest, position_sign, torque_sign
+from ident.checks.remark import Grade, Remark, joints, numbers
+from ident.checks.settings import CheckSettings
+from ident.regression.probe_fit import gram, solution, weights_of
+from ident.signals.arrays import Array
+
+_STRETCHES = 12
+_CLEAR_GAIN = 0.7
+_SURE = 5.0
+_ADVICE = "Correct the sign where the torque is recorded."
+
+
+@dataclass(frozen=True)
+class Signed:
+    """A recording without wrong signs.
+
+    Attributes:
+        case: the recording, mended.
+        factors: by which its torque was multiplied, shape (n,).
+        remarks: what was found.
+    """
+
+    case: Case
+    factors: Array
+    remarks: Sequence[Remark]
+
+
+@dataclass(frozen=True)
+class FrictionPower:
+    """Power that friction takes, beside rms torque times rms speed.
+
+    Attributes:
+        value: of each joint, shape (n,); friction that brakes is positive.
+        sd: its standard error, by leaving out stretches, shape (n,).
+    """
+
+    value: Array
+    sd: Array
+
+    def negative(self, least: float, deviations: float) -> NDArray[np.bool_]:
+        """Joints whose friction feeds the motion, shape (n,)."""
+        return (self.value < -least) & (self.value < -deviations * self.sd)
+
+    def positive(self, least: float, deviations: float) -> NDArray[np.bool_]:
+        """Joints whose friction brakes it, shape (n,)."""
+        return (self.value > least) & (self.value > deviations * self.sd)
+
+
+def friction_power(case: Case) -> FrictionPower:
+    """The power of friction in the least squares of all samples."""
+    c, probe = case.columns, case.probe
+    w = weights_of(c.tau)
+    stretch = probe.log * _STRETCHES + np.arange(len(probe.t)) * _STRETCHES // len(probe.t)
+    parts = [np.flatnonzero(stretch == s) for s in np.unique(stretch)]
+    grams = [gram(c.W[p] * w[:, None], c.tau[p] * w) for p in parts]
+    A, y = np.sum([g[0] for g in grams], axis=0), np.sum([g[1] for g in grams], axis=0)
+    size = np.sqrt(np.mean(c.tau**2, axis=0) * np.mean(probe.motion.qd**2, axis=0))
+
+    def power(beta: Array) -> Array:
+        joint = np.arange(len(w))[:, None]
+        own = c.W[:, joint, c.friction]
+        torque = np.einsum("sjk,jk->sj", own, beta[c.friction])
+        mean = np.mean(torque * probe.motion.qd, axis=0)
+        return np.divide(mean, size, out=np.zeros_like(mean), where=size > 0)
+
+    without = np.array([power(solution(A - a, y - b)) for a, b in grams])
+    count = len(grams)
+    spread = (count - 1) / count * np.sum((without - without.mean(axis=0)) ** 2, axis=0)
+    return FrictionPower(power(solution(A, y)), np.sqrt(spread))
+
+
+def of_one_arm(together: Case, signed: Sequence[Signed], bounds: CheckSettings) -> list[Signed]:
+    """The recordings with the same signs, where single ones differ and that costs no error.
+
+    Args:
+        together: all recordings as they are.
+        signed: each of them, mended by itself.
+        bounds: of the checks.
+    """
+    signs = np.array([s.factors for s in signed])
+    refused = any(r.grade is Grade.REFUSED for s in signed for r in s.remarks)
+    if refused or (signs == signs[0]).all():
+        return list(signed)
+    apart = together.with_torque(signs[together.probe.log])
+    tried = [*np.unique(signs, axis=0), signs.min(axis=0)]
+    alike = [(together.with_torque(one), one) for one in tried]
+    fitting = [(c, one) for c, one in alike if c.error < bounds.sign_cost * apart.error]
+    if not fitting:
+        return list(signed)
+    _, best = min(fitting, key=lambda pair: (feeding(pair[0], bounds).sum(), pair[0].error))
+    return [_as_in_others(s, best) for s in signed]
+
+
+def _as_in_others(own: Signed, signs: Array) -> Signed:
+    """A recording with the signs of the others."""
+    if (own.factors == signs).all():
+        return own
+    names = own.case.robot.joint_names
+    rest = [r for r in own.remarks if r.code != "sign"]
+    wrong, kept = np.flatnonzero(signs < 0), np.flatnonzero((own.factors < 0) & (signs > 0))
+    told, alike = [], "as in the other recordings of this arm"
+    if len(wrong):
+        text = f"The torque of {joints(wrong, names)} was inverted, {alike}."
+        told.append(Remark("sign", numbers(wrong), text, Grade.DOUBTFUL, _ADVICE))
+    if len(kept):
+        text = (
+            f"The torque of {joints(kept, names)} has the sign that it has in the other recordings"
+            " of this arm, although its friction would drive the motion."
+        )
+        advice = "Check the stamps and the sign of this torque."
+        told.append(Remark("sign", numbers(kept), text, Grade.DOUBTFUL, advice))
+    return Signed(own.case.with_torque(signs / own.factors), signs, [*rest, *told])
+
+
+def said_once(remarks: Sequence[Remark], signs: Array, names: Sequence[str]) -> list[Remark]:
+    """Inverted torques as they are in the end, where some were inverted twice on the way."""
+    whole = next(r for r in remarks if r.code == "sign" and not r.joints)
+    upright = set(numbers(np.flatnonzero(signs > 0)))
+    again = [r for r in remarks if r.code == "sign" and upright >= set(r.joints)]
+    rest = [r for r in remarks if r not in again]
+    wrong = np.flatnonzero(signs < 0).tolist()
+    text = f"The torque of {joints(wrong, names)} has the wrong sign and was inverted."
+    return [Remark("sign", numbers(wrong), text, Grade.DOUBTFUL, whole.advice), *rest]
+
+
+def feeding(case: Case, bounds: CheckSettings) -> NDArray[np.bool_]:
+    """Joints whose friction, or else whose own weight, says that their torque is reversed."""
+    power = friction_power(case)
+    negative = power.negative(bounds.friction_power, bounds.friction_deviations)
+    positive = power.positive(bounds.friction_power, bounds.friction_deviations)
+    sizes = gains(case)
+    clear = sizes.explained > bounds.gain_explained
+    lifted = clear & (sizes.value < -_SURE * sizes.sd)
+    upright = clear & (sizes.value > _SURE * sizes.sd)
+    return negative | (lifted & ~positive & upright.any())
+
+
+def all_reversed(case: Case, bounds: CheckSettings) -> tuple[Case, bool, list[Remark]]:
+    """Whether all torques count the other way round, by friction or by the arm's weight."""
+    power = friction_power(case)
+    negative = power.negative(bounds.friction_power, bounds.friction_deviations)
+    positive = power.positive(bounds.friction_power, bounds.friction_deviations)
+    by_friction = 2 * negative.sum() > case.probe.moving.sum() and not positive.any()
+    size = gains(case)
+    lifted = size.common < 0 and size.common_explained > _CLEAR_GAIN and not positive.any()
+    if not (by_friction or lifted):
+        return case, False, []
+    why = "friction would drive the motion" if by_friction else "the arm's weight would lift it"
+    text = f"The torque of all joints has the wrong sign ({why}) and was inverted."
+    advice = "Record the torque that the drives exert on the arm, not its reaction."
+    remark = Remark("sign", (), text, Grade.DOUBTFUL, advice)
+    return case.with_torque(-1.0), True, [remark]
+
+
+def feeding_turned(case: Case, bounds: CheckSettings) -> tuple[Case, Array, list[Remark]]:
+    """What to do about joints whose friction is negative: each by itself, or else all together."""
+    wrong = np.flatnonzero(feeding(case, bounds))
+    found, signs, remarks = case, np.ones(case.robot.dof), []
+    for k in wrong.tolist():
+        found, change, remark = _turned(found, k, bounds)
+        signs = signs * change
+        remarks.append(remark)
+    if len(wrong) > 1 and feeding(found, bounds)[wrong].any():
+        all_ = np.ones(case.robot.dof)
+        all_[wrong] = -1.0
+        without = case.with_torque(all_)
+        if _brakes(case, without, wrong, bounds):
+            names = case.robot.joint_names
+            text = f"The torque of {joints(wrong, names)} has the wrong sign and was inverted"
+            text = f"{text} ({_figures(case, without)})."
+            remark = Remark("sign", numbers(wrong), text, Grade.DOUBTFUL, _ADVICE)
+            return without, all_, [remark]
+    return found, signs, remarks
+
+
+def _brakes(
+    case: Case, without: Case, places: NDArray[np.intp] | int, bounds: CheckSettings
+) -> bool:
+    """Whether friction brakes these joints once they are turned, at hardly any error."""
+    cheap = without.error < bounds.sign_cost * case.error
+    return cheap and not bool(np.any(feeding(without, bounds)[places]))
+
+
+def _turned(case: Case, k: int, bounds: CheckSettings) -> tuple[Case, Array | float, Remark]:
+    """What to do about a joint whose friction is negative."""
+    names = case.robot.joint_names
+    best, without = nearest(case, (torque_sign(case, k), position_sign(case, k)))
+    if _brakes(case, without, k, bounds):
+        change = 1.0 if best.torque_signs is None else best.torque_signs
+        return without, change, best.told(_figures(case, without))
+    text = (
+        f"Friction at {joints([k], names)} would drive the motion: the torque lags or leads the"
+        " position, or has the wrong sign."
+    )
+    advice = "Check the stamps and the sign of this joint's torque."
+    return case, 1.0, Remark("sign", numbers([k]), text, Grade.DOUBTFUL, advice)
+
+
+def _figures(case: Case, without: Case) -> str:
+    before, after = (f"{100 * c.error:.3g} %" for c in (case, without))
+    why = "its friction, or its weight, would drive the motion otherwise; the error"
+    return f"{why} was {before} and is {after} then"

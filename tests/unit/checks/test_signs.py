@@ -1,0 +1,66 @@
+"""Signs of torque that one recording alone does not tell."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from wrong_inputs import right, turned
+
+from ident.checks import signs
+from ident.checks.examine import examine
+from ident.checks.settings import DEFAULT
+
+
+def signs_of(*logs):
+    arm = logs[0].arm()
+    found = examine(arm, [log.dataset(arm, f"log {k}") for k, log in enumerate(logs)])
+    ratios = []
+    for log, mended in zip(logs, found.data, strict=True):
+        (_, part), *_ = mended.read()
+        ratios.append(np.sign(part.tau[len(part.tau) // 2] / log.tau[len(log.tau) // 2]).tolist())
+    return ratios, [r for r in found.remarks if r.code == "sign"]
+
+
+def hidden(log, joint):
+    """The joint's torque drowned in noise, which leaves its sign open."""
+    noise = np.random.default_rng(1).normal(size=len(log.tau))
+    tau = log.tau.copy()
+    tau[:, joint] += 30 * np.abs(tau[:, joint]).max() * noise
+    return log.with_(tau=tau)
+
+
+def test_recordings_of_one_arm_have_its_signs():
+    """What is inverted in the recording that tells it is inverted in the other one as well."""
+    told = turned(2)
+    assert signs_of(hidden(told, 2))[0] == [[1, 1, 1]]
+    factors, remarks = signs_of(told, hidden(told, 2))
+    assert factors == [[1, 1, -1], [1, 1, -1]]
+    assert "as in the other recordings" in remarks[1].finding
+
+
+def test_a_recording_that_was_truly_turned_round_is_turned_back_alone():
+    factors, remarks = signs_of(right(), turned(1))
+    assert factors == [[1, 1, 1], [1, -1, 1]]
+    assert [r.joints for r in remarks] == [(2,)]
+
+
+class Coupled:
+    """An arm whose joints 2 and 3 share a load, so that turning one of them alone costs error."""
+
+    robot = SimpleNamespace(dof=3, joint_names=("a", "b", "c"))
+
+    def __init__(self, factors=(1.0, 1.0, 1.0)):
+        self.factors = np.array(factors)
+        self.error = 0.1 if factors[1] == factors[2] else 0.5
+
+    def with_torque(self, factors):
+        return Coupled(self.factors * factors)
+
+
+def test_joints_that_share_a_load_are_turned_together(monkeypatch):
+    monkeypatch.setattr(signs, "feeding", lambda c, _: (c.factors > 0) & [False, True, True])
+    monkeypatch.setattr(signs, "nearest", lambda c, tried: (tried[0], tried[0].without(c)))
+    whole: Any = Coupled()
+    _, factors, remarks = signs.feeding_turned(whole, DEFAULT)
+    assert factors.tolist() == [1, -1, -1]
+    assert [r.joints for r in remarks] == [(2, 3)]
