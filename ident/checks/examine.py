@@ -29,7 +29,14 @@ from ident.checks.recorder_faults.torque_range import clipped_torque, shifted_to
 from ident.checks.remark import Grade, Remark, verdict_of
 from ident.checks.samples import log_remarks, name_remarks, reference_remarks, sample_remarks
 from ident.checks.settings import DEFAULT, CheckSettings
-from ident.checks.signs import Signed, all_reversed, feeding_turned, of_one_arm, said_once
+from ident.checks.signs import (
+    Signed,
+    all_reversed,
+    driving_friction,
+    feeding_turned,
+    of_one_arm,
+    said_once,
+)
 from ident.checks.torque import constant_effort, constant_joints, frozen_effort, unexplained
 from ident.checks.units import unit_factor, unit_remarks
 from ident.checks.urdf_faults.another_arm import another_arm
@@ -228,6 +235,7 @@ def _of_one(
     remarks += _factors_once(of_arm, of_size)
     if judge:
         remarks += shifted_torque_zero(case, bounds)
+        remarks += driving_friction(case, bounds)
         remarks += unexplained(case.by_joint, case.total, names, bounds)
         remarks += [] if clipped else base_remarks(case, bounds)
     return signed.factors / factor, remarks

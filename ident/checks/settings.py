@@ -207,6 +207,22 @@ class CheckSettings(BaseModel):
         description="the error may rise by this factor when a joint with negative friction"
         " is turned: the sign alone then decides",
     )
+    driving_friction: float = Field(
+        default=0.2,
+        description="torque by which a joint's line of friction over speed drives the motion"
+        " somewhere in its range, beside its rms torque; real arms: 0.01 at most where friction is"
+        " determined",
+    )
+    driving_ratio: float = Field(
+        default=2.0,
+        description="times the joint's error with friction that always brakes: from here on that"
+        " drive is no matter of chance; 1.0 on thirteen real arms, 3 to 8 on the one that has it",
+    )
+    driving_error: float = Field(
+        default=0.1,
+        description="relative error of the joint with friction that always brakes: less is fitted"
+        " well enough",
+    )
     turned_ratio: float = Field(
         default=0.3,
         description="what the URDF's links leave of one joint's torque must fall to this part if"

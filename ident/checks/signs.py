@@ -15,12 +15,18 @@ from ident.checks.gains import gains
 from ident.checks.hypotheses import nearest, position_sign, torque_sign
 from ident.checks.remark import Grade, Remark, joints, numbers
 from ident.checks.settings import CheckSettings
-from ident.regression.probe_fit import gram, solution, weights_of
+from ident.regression.probe_fit import bounded_residual, gram, shares, solution, weights_of
 from ident.signals.arrays import Array
+
+DRIVING_FRICTION = "driving_friction"
+"""Code of the remark that no physically possible arm explains the torque."""
 
 _STRETCHES = 12
 _CLEAR_GAIN = 0.7
 _SURE = 5.0
+_FAST = 0.95
+"""Quantile of the speed at which friction is looked at."""
+
 _ADVICE = "Correct the sign where the torque is recorded."
 
 
@@ -214,3 +220,41 @@ def _figures(case: Case, without: Case) -> str:
     before, after = (f"{100 * c.error:.3g} %" for c in (case, without))
     why = "its friction, or its weight, would drive the motion otherwise; the error"
     return f"{why} was {before} and is {after} then"
+
+
+def driving_friction(case: Case, bounds: CheckSettings) -> list[Remark]:
+    """Joints whose torque no friction explains that always brakes.
+
+    Their line of friction over speed drives the motion somewhere in its range, and the torque is
+    explained far worse without that. Motors that joints share are not judged.
+    """
+    c, n = case.columns, case.robot.dof
+    w = weights_of(c.tau)
+    viscous, coulomb = solution(*gram(c.W * w[:, None], c.tau * w))[c.friction].T
+    speed = np.quantile(np.abs(case.probe.motion.qd), _FAST, axis=0)
+    least = w * np.minimum(coulomb, coulomb + viscous * speed)
+    shared = np.zeros(n, dtype=bool)
+    if case.terms.motor_friction:
+        rows = case.terms.drive_matrix[[m - 1 for m in case.terms.coupled_motors]]
+        shared = (rows != 0.0).any(axis=0)
+    drives = case.probe.moving & ~shared & (least < -bounds.driving_friction)
+    if not drives.any():
+        return []
+    braking = shares(bounded_residual(c, c.friction[~shared].ravel()), c.tau)
+    worse = braking > np.maximum(bounds.driving_ratio * case.by_joint, bounds.driving_error)
+    places = np.flatnonzero(drives & worse)
+    if not len(places):
+        return []
+    errors = ", ".join(
+        f"{100 * b:.0f} instead of {100 * f:.0f} %"
+        for b, f in zip(braking[places], case.by_joint[places], strict=True)
+    )
+    text = (
+        f"Friction at {joints(places, case.robot.joint_names)} would have to drive the motion at"
+        f" some speeds; with friction that always brakes, {errors} of the torque is left."
+    )
+    advice = (
+        "Check whether the drive adds or takes off a part of the torque that was recorded, such as"
+        " a compensation of friction, and the signs of these joints."
+    )
+    return [Remark(DRIVING_FRICTION, numbers(places), text, Grade.DOUBTFUL, advice)]

@@ -15,7 +15,7 @@ from ident.gap.data.reference_model import reference_torque
 from ident.gap.data.segments import segments
 from ident.gap.data.windows import windows_for
 from ident.gap.lack_of_fit.repeatability import sliding_noise
-from ident.gap.naming.certainty import Suspected, set_apart, sure_in_the_end
+from ident.gap.naming.certainty import Suspected, set_apart, sure_in_the_end, withheld
 from ident.gap.naming.terms_on_demand import terms_on_demand
 from ident.gap.nulls.null_distribution import calibrated
 from ident.gap.options import Options
@@ -82,14 +82,19 @@ def search(source: Experiment, options: Options, tell: Tell) -> SearchResult:
         unclosed = unclosed_fraction(noise, nominal, end, state.accepted, settings.repeats)
     first, last = state.scores[0], state.scores[-1]
     tell("asking which effects are sure")
-    state, suspected = set_apart(source, state, settings)
-    state, suspected = _in_model_or_not(source, state, suspected, options)
-    if suspected:
-        state, suspected = sure_in_the_end(source, state, suspected, settings)
+    if source.is_possible:
+        state, suspected = set_apart(source, state, settings)
+        state, suspected = _in_model_or_not(source, state, suspected, options)
+        if suspected:
+            state, suspected = sure_in_the_end(source, state, suspected, settings)
+            end = state.current
+    else:
+        state, suspected = withheld(source, state, settings, options.with_suspected)
         end = state.current
     doubtful = {s.effect.place for s in suspected}
     named = [a for a in state.accepted if a.place not in doubtful]
     verdict = decide(faults, named, transients, unexplained, settings, unclosed, suspected)
+    verdict = verdict if source.is_possible else verdict.without_names()
     return SearchResult(source, options, rows, nominal, end, first, last, state.threshold, verdict)
 
 

@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
 
 from ident.dynamics.parameters import Terms, standard_parameters
 from ident.dynamics.regressor import smooth_columns
@@ -97,13 +98,16 @@ def solution(A: Array, y: Array) -> Array:
         A: W^T W, shape (p, p).
         y: W^T tau, shape (p,) or (p, c).
     """
+    scaled, scale = _scaled(A)
+    return (scale * np.linalg.solve(scaled, (scale * y.T).T).T).T
+
+
+def _scaled(A: Array) -> tuple[Array, Array]:
+    """Normal equations of columns of length one, with the ridge, and what scales the columns."""
     square = np.diag(A)
     seen = square > _ROUNDING * square.max()
     scale = np.divide(1.0, np.sqrt(square), out=np.zeros_like(square), where=seen)
-    right = (scale * y.T).T
-    return (
-        scale * np.linalg.solve(A * np.outer(scale, scale) + _RIDGE * np.eye(len(A)), right).T
-    ).T
+    return A * np.outer(scale, scale) + _RIDGE * np.eye(len(A)), scale
 
 
 def held_out_residual(columns: Columns, weights: Array | None = None) -> Array:
@@ -137,6 +141,30 @@ def held_out_residuals(columns: Columns, taus: Array, weights: Array) -> Array:
     for k, part in enumerate(parts):
         beta = solution(grams.sum(axis=0) - grams[k], sides.sum(axis=0) - sides[k])
         result[:, part] -= (rows[k] @ beta).T.reshape(len(taus), -1, taus.shape[2])
+    return result
+
+
+def bounded_residual(columns: Columns, not_negative: NDArray[np.intp]) -> Array:
+    """What remains of the torque where it was not fitted, with some parameters bounded [N m].
+
+    Args:
+        columns: the regression.
+        not_negative: places of the parameters that may not be below zero.
+
+    Returns:
+        Residual, shape (S, n).
+    """
+    w, result = weights_of(columns.tau), columns.tau.copy()
+    lower = np.full(columns.W.shape[2], -np.inf)
+    lower[not_negative] = 0.0
+    grams = np.tensordot(w**2, columns.squares, axes=(0, 1))
+    for k in range(FOLDS):
+        rest, part = columns.fold != k, columns.fold == k
+        A, scale = _scaled(grams.sum(axis=0) - grams[k])
+        y = columns.W[rest].reshape(-1, len(A)).T @ (w**2 * columns.tau[rest]).ravel()
+        root = np.linalg.cholesky(A)
+        beta = lsq_linear(root.T, np.linalg.solve(root, scale * y), bounds=(lower, np.inf)).x
+        result[part] -= columns.W[part] @ (scale * beta)
     return result
 
 

@@ -11,6 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from ident.checks.examine import examine
 from ident.checks.remark import Grade, RefusedError, Remark, no_fit, undetermined
+from ident.checks.signs import DRIVING_FRICTION
 from ident.effects.bound_effects import load_model
 from ident.gap.data.experiment import Experiment, read_experiment, with_reference_model
 from ident.gap.naming.across_recordings import spread_over_recordings
@@ -175,7 +176,8 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
     remarks = (*source.remarks, *examined.remarks)
     if examined.verdict is Grade.REFUSED:
         raise RefusedError(remarks)
-    source = replace(source, datasets=examined.data)
+    possible = not any(r.code == DRIVING_FRICTION for r in examined.remarks)
+    source = replace(source, datasets=examined.data, is_possible=possible)
     if examined.gains is not None:
         known = source.arm.with_settings(gains_nm_per_a=examined.gains.value.tolist())
         source = replace(source, arm=known)

@@ -41,6 +41,8 @@ class Experiment:
         reference_model: model from earlier recordings, against which changes are searched; None:
             the links are fitted to these recordings.
         remarks: what was left out of long logs.
+        is_possible: whether an arm whose friction always brakes explains the torque. Beside one
+            that does not, nothing is named.
     """
 
     arm: Arm
@@ -49,6 +51,7 @@ class Experiment:
     datasets: tuple[Dataset, ...]
     reference_model: Model | None = None
     remarks: tuple[Remark, ...] = ()
+    is_possible: bool = True
 
     @property
     def moving(self) -> NDArray[np.bool_]:

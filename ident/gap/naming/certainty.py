@@ -174,6 +174,23 @@ def sure_in_the_end(
     return whole, (*lost, *apart)
 
 
+def withheld(
+    source: Experiment, state: SelectionState, settings: GapSettings, in_model: bool
+) -> tuple[SelectionState, tuple[Suspected, ...]]:
+    """All effects suspected only, beside an arm that is not physically possible.
+
+    Args:
+        source: the recordings.
+        state: with what was found.
+        settings: of the search.
+        in_model: whether the effects stay in the model.
+    """
+    doubt = "no arm whose friction always brakes explains these recordings, with or without it"
+    found = _judged(source, state, settings)
+    apart = tuple(replace(s, doubt=doubt, in_model=in_model) for s in found)
+    return state if in_model else state.with_only([]), apart
+
+
 def _judged(source: Experiment, state: SelectionState, settings: GapSettings) -> list[Suspected]:
     """All accepted effects, with their doubts."""
     judged = certainties(source, state, settings)

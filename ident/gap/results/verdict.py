@@ -1,7 +1,7 @@
 """The verdict: no gap, named, ambiguous, unknown, or a data fault."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from ident.gap.data.data_checks import Fault
@@ -43,6 +43,12 @@ class Verdict:
     faults: tuple[Fault, ...]
     suspected: tuple[Suspected, ...] = ()
     unsure_transients: tuple[Transient, ...] = ()
+
+    def without_names(self) -> "Verdict":
+        """The same with events that are only suspected; a gap is `unknown` then."""
+        unsure = (*self.unsure_transients, *self.transients)
+        kind = Kind.UNKNOWN if self.kind in (Kind.NAMED, Kind.AMBIGUOUS) else self.kind
+        return replace(self, kind=kind, transients=(), unsure_transients=unsure)
 
 
 def decide(

@@ -1,6 +1,7 @@
 """The same wrong inputs through `gap`: none passes for trustworthy, and none ends in a bug."""
 
 import pytest
+from wrong_inputs import compensated, right
 from wrong_table import WRONG
 
 from ident.checks.remark import RefusedError
@@ -15,6 +16,7 @@ SEARCHED = (
     "6 % repeated readings",
     "no inertials",
     "negative inertia",
+    "friction of joint 3 compensated twice",
     "positions times 0.9",
     "50 N m at joint 4",
 )
@@ -51,6 +53,19 @@ def test_a_wrong_input_is_told(name, make, codes):
     trust, found = searched(make())
     assert trust == ("doubtful" if name in SEARCHED else "refused")
     assert found & codes
+
+
+def test_nothing_is_named_beside_an_arm_that_is_not_possible():
+    """The hidden spring is suspected; beside the true friction it is named."""
+    wrong, names = compensated(2), []
+    spring = 20.0 * (wrong.q - 0.2) * [0.0, 1.0, 0.0]
+    for log in (wrong, right()):
+        source = of_arm(log.arm(), None, [log.with_(tau=log.tau + spring).recording()], ["log"])
+        found = gap_of(source, Options(null_runs=0), lambda *told: None).content
+        names.append([{e["name"] for e in found[k]} for k in ("effects", "suspected")])
+    assert names[0][0] == set()
+    assert "joint_spring" in names[0][1]
+    assert "joint_spring" in names[1][0]
 
 
 def test_the_table_is_long_enough():

@@ -122,6 +122,17 @@ def torque(change: Callable[[Log, np.random.Generator], np.ndarray], **settings)
     return log.with_(tau=change(log, np.random.default_rng(3)))
 
 
+def compensated(joint: int, times: float = 8.0) -> Log:
+    """A drive that takes off too much Coulomb friction, and adds as much that grows with speed."""
+    log = right()
+    speed = np.gradient(log.q[:, joint], log.t)
+    tau = log.tau.copy()
+    size = 0.05 * np.sqrt(np.mean(tau[:, joint] ** 2))
+    tau[:, joint] -= times * size * np.tanh(speed / (0.02 * np.sqrt(np.mean(speed**2))))
+    tau[:, joint] += times * size * speed / np.sqrt(np.mean(speed**2))
+    return log.with_(tau=tau)
+
+
 def at_joint(joint: int, values: Callable[[Log, np.random.Generator], np.ndarray]) -> Log:
     def change(log: Log, rng: np.random.Generator) -> np.ndarray:
         tau = log.tau.copy()

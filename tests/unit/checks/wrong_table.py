@@ -8,6 +8,7 @@ from chain_arm import Log, recorded, urdf_of
 from wrong_inputs import (
     at_joint,
     clipped,
+    compensated,
     cut,
     drifting,
     flipped,
@@ -232,6 +233,7 @@ WRONG: list[Wrong] = [
         for k in FLIPPED
     ),
     ("a position wraps twice", lambda: glitches(1, 2), {"glitches"}),
+    ("friction of joint 3 compensated twice", lambda: compensated(2), {"driving_friction"}),
     ("positions times 0.9", lambda: stretched(0.9), {"positions"}),
     ("positions times 1.1, six joints", lambda: stretched(1.1, joints=6), {"positions"}),
     ("position 2 times 0.9", lambda: stretched(0.9, 1), {"positions"}),
