@@ -100,10 +100,13 @@ def _led_by_suspect(item: Round) -> bool:
 def borne_out(rounds: Sequence[Round]) -> str:
     """The answer that has beaten every other one by what was asked; empty: none has.
 
-    It is what `ident gap` names of all logs, or, where that shows no gap, what it suspects.
+    It is what `ident gap` names of all logs, or, where that shows no gap, what it suspects. What
+    `ident gap` calls ambiguous, although it has seen these motions, needs a motion of the changed
+    arm, which no search has seen: two models that are wrong alike can predict at different odds.
     """
     last = rounds[-1]
-    found = [last.answer] if last.verdict in (NAMED, AMBIGUOUS) else []
+    settled = last.verdict == NAMED or any(r.is_altered for r in rounds)
+    found = [last.answer] if settled and last.verdict in (NAMED, AMBIGUOUS) else []
     found += last.suspected if last.verdict == NO_GAP else []
     for answer in found:
         ahead = known(rounds, answer)

@@ -159,6 +159,31 @@ def test_a_name_that_predicts_no_better_is_never_confirmed(outcome):
     assert len(found["rounds"]) == 4
 
 
+class Doubting(Programs):
+    """What `ident gap` leads with is `ambiguous` in every search."""
+
+    def _gap(self, out: Path, arguments: list[str]) -> None:
+        super()._gap(out, arguments)
+        path = out / "gap.json"
+        path.write_text(json.dumps(json.loads(path.read_text()) | {"verdict": "ambiguous"}))
+
+    def _plan(self, out: Path, arguments: list[str]) -> None:
+        super()._plan(out, [*arguments, "--lead", "stribeck:1"])
+
+
+def test_what_the_search_calls_ambiguous_is_named_by_no_prediction_that_it_has_seen(outcome):
+    found = outcome(Doubting(["named"] * 4, 5.0, {}))
+    assert found["rounds"][-1]["evidence_nats"]["none"] > 5.3
+    assert (found["verdict"], found["confirmed"], len(found["rounds"])) == ("ambiguous", False, 4)
+
+
+def test_what_the_search_calls_ambiguous_is_named_by_a_prediction_of_the_changed_arm(outcome):
+    programs = Doubting(["named"] * 9, 5.0, {})
+    programs.better_once_changed = 5.0
+    found = outcome(programs, ask=lambda _: "load=1.5,0,0,0.05")
+    assert (found["verdict"], found["confirmed"], len(found["rounds"])) == ("named", True, 5)
+
+
 def undecided(once_changed: float) -> Programs:
     programs = Programs(["named"] * 9, 1.0, {})
     programs.better_once_changed = once_changed
