@@ -17,6 +17,7 @@ from ident.gap.settings import Significance
 from ident.signals.arrays import Array
 
 _RECTANGLE = 3**-0.5  # standard deviation of what lies anywhere within one (JCGM 100:2008, 4.3.7)
+_STEPS = (1.0, 0.5, 0.25)  # parts of a Gauss-Newton step
 
 
 @dataclass(frozen=True)
@@ -49,13 +50,7 @@ def final_estimates(
         accepted: the same effects with their other forms, in the same order: where the data cannot
             tell the forms apart, standard errors span them.
     """
-    free = [free_parameters(h) for h in end.accepted]
-    effects = end.accepted
-    at = linearised(rows, end, effects, free)
-    if any(free):
-        x, _ = solution(rows, at, settings.block_s)
-        effects = stepped(effects, free, x[len(at.fit.x) :])
-        at = linearised(rows, end, effects, free)
+    effects, at = _gauss_newton_step(rows, end, settings)
     named = _named(effects, at, solution(rows, at, settings.block_s)[1])
     for i, (h, values, item) in enumerate(zip(effects, named, accepted, strict=False)):
         parts = _form_errors(h, item, end.model.slow)
@@ -68,6 +63,28 @@ def final_estimates(
                 sd = float(np.hypot(values[name].sd, of_form))
                 values[name] = replace(values[name], sd=sd)
     return FinalEstimates(effects, at.fit, tuple(named))
+
+
+def _gauss_newton_step(
+    rows: WindowedRows, end: CurrentFit, settings: Significance
+) -> tuple[tuple[Candidate, ...], Linearised]:
+    """The effects after one step, halved until the data are explained no worse, and the fit there.
+
+    The whole step may lead to where the linearised columns do not hold: below a limit that a
+    torque passes all the time, say.
+    """
+    effects = end.accepted
+    free = [free_parameters(h) for h in effects]
+    at = linearised(rows, end, effects, free)
+    if not any(free):
+        return effects, at
+    step = solution(rows, at, settings.block_s)[0][len(at.fit.x) :]
+    for part in _STEPS:
+        moved = stepped(effects, free, part * step)
+        there = linearised(rows, end, moved, free)
+        if there.fit.gain_over(at.fit) >= 0.0:
+            return moved, there
+    return effects, at
 
 
 def estimates_with_fixed_parameters(

@@ -27,6 +27,7 @@ from ident.gap.regression.current_model import extend, nominal_fit
 from ident.gap.regression.rows import windowed_rows
 from ident.gap.results.verdict import Kind, decide
 from ident.gap.selection.estimates import final_estimates
+from ident.gap.selection.gauss_newton import refit
 from ident.gap.selection.rivals import yields_to_constant
 from ident.gap.selection.scoring import Score
 from ident.gap.selection.state import SelectionState
@@ -123,6 +124,19 @@ def test_a_value_leans_on_the_effect_without_which_it_is_another_one(source, pla
     huge = [{n: replace(v, sd=1e3) for n, v in p.items()} for p in final.parameters]
     unsure = replace(final, parameters=tuple(huge))
     assert dependences(state.rows, state.current, unsure, SETTINGS.naming) == [(), ()]
+
+
+@pytest.mark.parametrize("place", range(14, 28))
+def test_final_values_explain_no_less_than_those_they_begin_from(source, plain, place):
+    """Of a limit that nothing clips: a whole step may end below the torque that is always there."""
+    _, state = beside_an_offset(source, plain, "torque_offset")
+    facts = state.current.model.facts
+    limits = [h for h in catalogue()["torque_saturation"].candidates(facts) if h.joints == (4,)]
+    start = extend(state.rows, nominal_fit(state.rows, facts), [limits[place]])
+    before = refit(state.rows, start, start.fit, start.accepted)
+    final = final_estimates(state.rows, start, SETTINGS.significance)
+    assert final.fit.gain_over(before) > -1e-4
+    assert set(final.parameters[0]) == {"limit", "clipped_share"}
 
 
 def test_a_sure_effect_stays_and_one_without_size_is_set_apart(two_accepted):
