@@ -135,7 +135,8 @@ class Rivals(_Section):
     lookalike_gain: float = _positive(
         0.02,
         "Effects that the catalogue lists as alike are rivals below this difference [nats per"
-        " sample]. The model of the reversals alone may cause as much.",
+        " sample]; of what shows mainly while the joint slides, there as well. The model of the"
+        " reversals alone may cause as much.",
     )
     form_gain: float = _positive(
         0.05, "Forms of one effect within this difference widen its interval [nats per sample]."

@@ -75,6 +75,12 @@ class Fit:
         """Sum of the joints' gains [nats per sample]."""
         return float(self.gains_over(other).sum())
 
+    def sliding_gain_over(self, other: "Fit") -> float:
+        """The part of that sum that comes from rows away from reversals [nats per sample]."""
+        before = other.sigma.copy()
+        before[:, Region.REVERSAL] = self.sigma[:, Region.REVERSAL]
+        return float(mean_log_ratio(before, self.sigma, self.counts).sum())
+
 
 def mean_log_ratio(before: Array, after: Array, counts: NDArray[np.int64]) -> Array:
     """Mean over each joint's rows of log(before / after), shape (n,); all of shape (n, regions)."""

@@ -47,7 +47,7 @@ def accept(
         joints,
         np.maximum(mean_squares(before) - mean_squares(best.fit), 0.0),
         held_out_gains(design, score, before, settings.cross_validation),
-        tuple(s for s in others if _cannot_tell(best, s, before, rows, settings.rivals)),
+        tuple(s for s in others if cannot_tell(best, s, before, rows, settings.rivals)),
         others[0] if others else None,
         _equivalent_forms(best, forms, before, rows, settings.rivals),
     )
@@ -132,14 +132,27 @@ def log_likelihood_ratio(leader: Score, rival: Score, before: Fit, rows: Array) 
     return float(better @ rows)
 
 
-def _cannot_tell(leader: Score, rival: Score, before: Fit, rows: Array, settings: Rivals) -> bool:
+def cannot_tell(leader: Score, rival: Score, before: Fit, rows: Array, settings: Rivals) -> bool:
     """Whether the data cannot tell a rival from the leader; a special case of it is no rival."""
     names = leader.candidate.effect, rival.candidate.effect
     first, second = (catalogue()[name] for name in names)
     if names[1] in first.contains or names[0] in second.contains:
         return False
     alike = names[1] in first.rivals or names[0] in second.rivals
-    if alike and leader.gain - rival.gain < settings.lookalike_gain:
+    if alike and _lead(leader, rival, before) < settings.lookalike_gain:
         return True
     likely = log_likelihood_ratio(leader, rival, before, rows) > settings.log_likelihood
     return not likely or rival.gain > settings.gain_ratio * leader.gain
+
+
+def _lead(leader: Score, rival: Score, before: Fit) -> float:
+    """Gain by which the leader beats a lookalike [nats per sample].
+
+    What shows mainly while its joints slide has to lead there: how friction turns round is never
+    known well enough to decide between two that look alike.
+    """
+    sliding = leader.fit.sliding_gain_over(before)
+    whole = leader.gain - rival.gain
+    if sliding < leader.gain - sliding:
+        return whole
+    return min(whole, sliding - rival.fit.sliding_gain_over(before))
