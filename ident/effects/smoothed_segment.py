@@ -19,10 +19,16 @@ DIRECTION_HZ = (20.0, 30.0, 45.0)
 _ORDER = 3
 
 
-_EDGE_S = 0.3
+EDGE_S = 0.3
+"""Left out at both ends of a segment, where filters have no past or future."""
 
 
-_HIGHEST_SHARE = 0.4  # of the sampling rate
+SHORTEST_S = 8 * EDGE_S
+"""Of a segment that is smoothed."""
+
+
+HIGHEST_SHARE = 0.4
+"""Of the sampling rate: the highest cut-off."""
 
 
 @dataclass(frozen=True)
@@ -66,11 +72,11 @@ def smoothed(
         log: number of the recording.
         motion_hz: cut-off for position, its derivatives and torque.
     """
-    edge = round(_EDGE_S * rate_hz)
+    edge = round(EDGE_S * rate_hz)
     samples = len(segment.q)
     if samples < 8 * edge:
         return None
-    highest = _HIGHEST_SHARE * rate_hz
+    highest = HIGHEST_SHARE * rate_hz
     after = fast_length(samples + 4 * edge, 1) - samples - 2 * edge
     q = spectrum(extended(segment.q, 2 * edge, after), rate_hz)
     tau = spectrum(extended(segment.tau, 2 * edge, after), rate_hz)

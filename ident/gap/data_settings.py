@@ -11,6 +11,24 @@ class LongLogs(Section):
     count: int = count(3, "Stretches of all logs together [1]: one for each fold.")
 
 
+class BrokenTime(Section):
+    """Steps at which stamps and motion disagree, see `data/broken_time.py`."""
+
+    usual_share: float = share(
+        0.99, "Quantile of the steps' distances from their neighbours' that is the usual one [1]."
+    )
+    far: float = positive(12.0, "Times the usual distance from which a step is broken [1].")
+    least_steps: float = positive(
+        0.5, "Steps by which all joints must be ahead or behind [1]: one where a sample is lost."
+    )
+    apart: float = share(
+        0.3, "Of their distance that joints may be apart from one common time [1]: impacts are."
+    )
+    least_kept: float = share(
+        0.6, "Of a recording that must be left once the broken steps are cut out [1]."
+    )
+
+
 class DataChecks(Section):
     """Faults of the data, looked for before any physics."""
 

@@ -66,6 +66,17 @@ class Segment:
     reference: Array | None = None
     used: tuple[int, int] | None = None
 
+    def part(self, first: int, end: int, rate_hz: float) -> "Segment":
+        """The samples from one up to another, as a segment of its own."""
+        used = self.used and (max(self.used[0] - first, 0), min(self.used[1], end) - first)
+        return Segment(
+            self.start_s + first / rate_hz,
+            self.q[first:end],
+            self.tau[first:end],
+            None if self.reference is None else self.reference[first:end],
+            used,
+        )
+
 
 Parts = Iterator[tuple[int, Segment]]
 """Consecutive parts of all spans, each with the number of its span."""
@@ -86,6 +97,8 @@ class Dataset:
         facts: what was repaired or left out, one sentence each.
         source: the log that it was read from.
         read: reads all samples from the start.
+        breaks: steps at which `segments` are cut: span, and the samples that each leads from and
+            to.
     """
 
     name: str
@@ -98,6 +111,7 @@ class Dataset:
     facts: tuple[str, ...]
     source: LogSummary
     read: Callable[[], Parts]
+    breaks: tuple[tuple[int, int, int], ...] = ()
 
     @property
     def samples(self) -> int:
@@ -115,22 +129,29 @@ class Dataset:
 
     @cached_property
     def segments(self) -> tuple[Segment, ...]:
-        """The spans with used samples as a whole, for what cannot do with parts of them."""
+        """The spans with used samples, cut at breaks only, for what cannot do with parts."""
         found = []
         for number, parts in groupby(self.read(), key=itemgetter(0)):
             span, together = self.spans[number], [part for _, part in parts]
             if span.used[1] > span.used[0]:
                 wanted = [p.reference for p in together if p.reference is not None]
-                found.append(
-                    Segment(
-                        span.start_s,
-                        np.concatenate([p.q for p in together]),
-                        np.concatenate([p.tau for p in together]),
-                        np.concatenate(wanted) if wanted else None,
-                        None if span.used == (0, span.length) else span.used,
-                    )
+                whole = Segment(
+                    span.start_s,
+                    np.concatenate([p.q for p in together]),
+                    np.concatenate([p.tau for p in together]),
+                    np.concatenate(wanted) if wanted else None,
+                    None if span.used == (0, span.length) else span.used,
                 )
+                pieces = self.unbroken(number) if self.breaks else []
+                found += [whole.part(a, b, self.rate_hz) for a, b in pieces] or [whole]
         return tuple(found)
+
+    def unbroken(self, span: int) -> list[tuple[int, int]]:
+        """First sample and end of each part of a span between breaks."""
+        broken = sorted(b[1:] for b in self.breaks if b[0] == span)
+        starts = [0, *(last for _, last in broken)]
+        ends = [*(first + 1 for first, _ in broken), self.spans[span].length]
+        return [(a, b) for a, b in zip(starts, ends, strict=True) if b > a]
 
     def along_reference(self) -> "Dataset":
         """The same recording, had the arm moved as wanted."""
@@ -245,7 +266,8 @@ def _together(parts: Sequence[Segment]) -> Segment:
 def in_memory(data: Dataset, rate_hz: float, segments: Sequence[Segment]) -> Dataset:
     """The same recording with other samples."""
     spans = tuple(Span(s.start_s, len(s.q), s.used or (0, len(s.q))) for s in segments)
-    return replace(data, rate_hz=rate_hz, spans=spans, read=partial(enumerate, tuple(segments)))
+    read = partial(enumerate, tuple(segments))
+    return replace(data, rate_hz=rate_hz, spans=spans, read=read, breaks=())
 
 
 def _place(middle: Array, sliding: Sequence[bool]) -> Array:

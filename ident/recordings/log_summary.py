@@ -47,6 +47,7 @@ class LogSummary:
         first_ns: its first stamp [ns].
         period_s: the median step of its stamps [s].
         spans_s: first and last instant since the first stamp of each unbroken stretch [s].
+        bridged_s: first and last instant of longer steps inside these stretches, the longest [s].
         low, high: range of the positions [rad], shape (N,) each.
         repeated: number of samples with the stamp of the one before them.
         lost: number of samples that are missing by the stamps, those of holes among them.
@@ -65,6 +66,7 @@ class LogSummary:
     first_ns: int
     period_s: float
     spans_s: tuple[tuple[float, float], ...]
+    bridged_s: tuple[tuple[float, float], ...]
     low: Array
     high: Array
     repeated: int
@@ -133,6 +135,7 @@ def _summary(
         first_ns=stamps.first,
         period_s=stamps.period_ns * 1e-9,
         spans_s=stamps.spans_s(),
+        bridged_s=stamps.bridged_s(),
         low=low,
         high=high,
         repeated=stamps.repeated,
@@ -226,10 +229,15 @@ class _Stamps:
         if len(holes) == _MOST_HOLES:
             raise DataError(f"{self._name} has {_MOST_HOLES} holes or more; repair the recording.")
         starts, stops = [self.first, *holes[:, 1]], [*holes[:, 0], self._last]
-        return tuple(
-            ((int(a) - self.first) * 1e-9, (int(b) - self.first) * 1e-9)
-            for a, b in zip(starts, stops, strict=True)
-        )
+        return self._since_first(np.column_stack([starts, stops]))
+
+    def bridged_s(self) -> tuple[tuple[float, float], ...]:
+        """The longest steps over missing samples that are no holes [s]."""
+        steps = (self._longest[:, 1] - self._longest[:, 0]) / self.period_ns
+        return self._since_first(self._longest[(steps > _LOSSY_STEP) & (steps <= GAP_PERIODS)])
+
+    def _since_first(self, pairs: Stamps) -> tuple[tuple[float, float], ...]:
+        return tuple(((int(a) - self.first) * 1e-9, (int(b) - self.first) * 1e-9) for a, b in pairs)
 
 
 def _pairs(stamps: Stamps) -> Stamps:

@@ -13,6 +13,7 @@ from ident.checks.examine import examine
 from ident.checks.remark import Grade, RefusedError, Remark, no_fit, undetermined
 from ident.checks.signs import DRIVING_FRICTION
 from ident.effects.bound_effects import load_model
+from ident.gap.data.broken_time import unbroken
 from ident.gap.data.experiment import Experiment, read_experiment, with_reference_model
 from ident.gap.naming.across_recordings import spread_over_recordings
 from ident.gap.naming.dependence import dependences
@@ -177,7 +178,9 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
     if examined.verdict is Grade.REFUSED:
         raise RefusedError(remarks)
     possible = not any(r.code == DRIVING_FRICTION for r in examined.remarks)
-    source = replace(source, datasets=examined.data, is_possible=possible)
+    cut = [unbroken(data, options.settings.broken_time) for data in examined.data]
+    remarks = (*remarks, *(r for _, more in cut for r in more))
+    source = replace(source, datasets=tuple(data for data, _ in cut), is_possible=possible)
     if examined.gains is not None:
         known = source.arm.with_settings(gains_nm_per_a=examined.gains.value.tolist())
         source = replace(source, arm=known)

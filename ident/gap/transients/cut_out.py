@@ -29,14 +29,7 @@ def _parts(data: Dataset, whole: Segment, spans: Sequence[tuple[float, float]]) 
     edges = np.flatnonzero(np.diff(inside, prepend=True, append=True))
     first, end = whole.used or (0, len(t))
     return [
-        replace(
-            whole,
-            start_s=float(t[a]),
-            q=whole.q[a:b],
-            tau=whole.tau[a:b],
-            reference=None if whole.reference is None else whole.reference[a:b],
-            used=(max(first - a, 0), min(end, b) - a),
-        )
+        replace(whole, used=(first, end)).part(int(a), int(b), data.rate_hz)
         for a, b in edges.reshape(-1, 2)
         if min(end, b) > max(first, a)
     ]
