@@ -11,12 +11,13 @@ has a name for an effect that the unmutated log has not (`--verbose`: for each),
 end: exit codes, verdicts by mutation, peak memory, processor time. Ctrl-C ends it with the table so
 far.
 
-What `run` calls trustworthy is judged by the unmutated log: its model is garbage if there, at some
-joint, it leaves over more than 5 % of the torque beyond what the unmutated log's model does, and if
-some base parameter is off by more than three combined standard errors. Where zeros were shifted,
-the unmutated log is shifted alike: the model is one of the joints as the encoders have them. An
-effect that `gap` names in a mutated log, and not in the unmutated one, is new: whether the mutation
-is what it names is for the reader to judge.
+What `run` calls trustworthy is judged by the unmutated log, at the cut-off of its own fit: its
+model is garbage if there, at some joint, it leaves over more than 5 % of the torque beyond what the
+unmutated log's model does, and if some base parameter is off by more than three combined standard
+errors. A model that cannot be compared counts as garbage, too, with the reason. Where zeros were
+shifted, the unmutated log is shifted alike: the model is one of the joints as the encoders have
+them. An effect that `gap` names in a mutated log, and not in the unmutated one, is new: whether the
+mutation is what it names is for the reader to judge.
 """
 
 import argparse
@@ -107,14 +108,15 @@ class Judge:
     def __init__(self, command: str, head: Head, whole: Case, path: Path, out: Path) -> None:
         self._head, self._samples, self._whole, self._out = head, whole, path, out
         self.unchanged = ended(command, [str(path)], out)
-        self._left = self._left_over() if command == "run" else np.empty(0)
+        self._left = self._left_over()[0] if command == "run" else np.empty(0)
 
-    def _left_over(self) -> np.ndarray:
-        """Error of the last model on the unmutated log, by joint [%]."""
+    def _left_over(self) -> tuple[np.ndarray, str]:
+        """Error of the last model on the unmutated log, by joint [%]; or why it has none."""
         words = [str(self._whole), "--model", str(self._out / "model.yaml")]
+        words += ["--cutoff", str(self.unchanged.result["cutoff_hz"])]
         found = ended("validate", words, self._out.with_name("validated"))
-        (log,) = found.result["logs"]
-        return np.array(log["relative_error_percent_by_joint"])
+        errors = [log["relative_error_percent_by_joint"] for log in found.result.get("logs", [])]
+        return np.concatenate(errors) if errors else np.empty(0), found.said
 
     def judged(self, found: Ended, shift: np.ndarray) -> str:
         """What is to be said of a result; empty where nothing is believed.
@@ -128,7 +130,10 @@ class Judge:
         if found.result.get("verdict") != "trustworthy" or not len(self._left):
             return ""
         write(self._whole, self._head, replace(self._samples, q=self._samples.q + shift))
-        off = np.sqrt(np.maximum(self._left_over() ** 2 - self._left**2, 0.0))
+        left, said = self._left_over()
+        if not len(left):
+            return f"GARBAGE: {said}"
+        off = np.sqrt(np.maximum(left**2 - self._left**2, 0.0))
         a, b = (
             {p["name"]: p for p in r.result["base_parameters"]} for r in (found, self.unchanged)
         )
