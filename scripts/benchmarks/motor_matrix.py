@@ -14,15 +14,17 @@ that do what they are told; torque acts at the next SYNC (CANopen, but for that 
 arrival (classic Pucks, and that of a stop). A fault begins before the test of the motors, or at a
 random moment of the approach, the excitation or the return. For each: in which phase the arm was
 stopped, and the largest joint speed, tool speed and kinetic energy from the stop until the drives
-are off, over those at the stop or over a twentieth of their limits, whichever is more. For those
-that grow by more than 1.2: how fast the tool became.
+are off, over those at the stop or over a twentieth of their limits, whichever is more; and the same
+over what the same arm reaches if all torque is taken away at that stop, since an arm falls, too.
+For those that grow by more than 1.2: how fast the tool became.
 """
 
 import argparse
+import copy
 import os
 import sys
 import tempfile
-from collections import Counter, defaultdict
+from collections import Counter, defaultdict, deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import product
@@ -37,6 +39,7 @@ from ideal_arm import PERIOD_S, REST, IdealDrives, ListLog
 from one_process import Branches
 
 from sim_bus.assembly import load_simulation
+from sim_bus.plant.plant import Plant
 from wamctl.arm.trajectory import FourierSeries, reference
 from wamctl.drives.interface import Readings
 from wamctl.errors import StopError
@@ -50,6 +53,7 @@ FAULTS = ("reversed", "dead", "doubled", "swapped", "x0.7", "x1.4")
 OPERATOR = "operator"
 MOST = 1.2
 FLOOR = 0.05
+KEPT = 100  # cycles before the end that a stop may lie back
 PERIOD_NS = round(PERIOD_S * 1e9)
 ARRIVAL = 0.75
 """Share of the period after which torque arrives: 0.9 to 1.1 ms until the last of two torque frames
@@ -74,6 +78,7 @@ class SimulatedDrives(IdealDrives):
         self._tool = self._truth.getFrameId(arm.file.limits.tool_frame)
         self.seen: list[tuple[float, float, float]] = []
         self.before_cycle: Callable[[], None] = lambda: None
+        self._past: deque[tuple[int, Plant, np.ndarray]] = deque(maxlen=KEPT)
 
     def sample(self, timing: object) -> Readings:
         """What the arm reads now, one period behind the last time."""
@@ -84,13 +89,10 @@ class SimulatedDrives(IdealDrives):
         if self._on and self._plant.is_held:
             self._plant.release()
         self.before_cycle()
+        self._past.append((self.cycle, _copied(self._plant), self._torque.copy()))
         self.cycle += 1
-        q, qd = self._plant.q, self._plant.qd
-        pin.computeAllTerms(self._truth, self._data, q, qd)
-        frame = pin.getFrameVelocity(self._truth, self._data, self._tool, pin.LOCAL)
-        tool = float(np.linalg.norm(frame.linear))
-        self.seen.append((float(np.abs(qd).max()), tool, float(self._data.kinetic_energy)))
-        angle = self._arm.transmission.motor_angle(q)
+        self.seen.append(self._speeds(self._plant))
+        angle = self._arm.transmission.motor_angle(self._plant.q)
         readings = Readings(
             np.round(angle / self._count) * self._count, (), self._on, not self._on, None
         )
@@ -114,12 +116,37 @@ class SimulatedDrives(IdealDrives):
         self._wanted = False
         self.send(np.zeros(7), at_once=True)
 
+    def cut_off_at(self, place: int) -> np.ndarray:
+        """What would have been seen from a cycle on, had it taken all torque away."""
+        cycle, plant, torque = self._past[place - len(self.seen)]
+        given = np.zeros(7) if plant.is_held else self.motors(torque)
+        plant.advance(round((cycle + ARRIVAL) * PERIOD_NS), given, np.zeros(7))
+        found = [self.seen[place]]
+        for later in range(cycle + 1, cycle + len(self.seen) - place):
+            plant.advance(later * PERIOD_NS, np.zeros(7), np.zeros(7))
+            found.append(self._speeds(plant))
+        return np.array(found)
+
+    def _speeds(self, plant: Plant) -> tuple[float, float, float]:
+        """Joint speed, tool speed and kinetic energy."""
+        pin.computeAllTerms(self._truth, self._data, plant.q, plant.qd)
+        frame = pin.getFrameVelocity(self._truth, self._data, self._tool, pin.LOCAL)
+        tool = float(np.linalg.norm(frame.linear))
+        return float(np.abs(plant.qd).max()), tool, float(self._data.kinetic_energy)
+
     def _mean(self) -> np.ndarray:
         return ARRIVAL * self._torque + (1.0 - ARRIVAL) * self._arriving
 
     def _advance(self, until_cycle: float, torque: np.ndarray) -> None:
         given = self.motors(torque) if self._on else np.zeros(7)
         self._plant.advance(round(until_cycle * PERIOD_NS), given, np.zeros(7))
+
+
+def _copied(plant: Plant) -> Plant:
+    """A plant that goes on by itself: its positions are views of its own motion again."""
+    found = copy.deepcopy(plant)
+    found.q, found.qd, *found._middle = found._motion  # noqa: SLF001
+    return found
 
 
 def _plant(seed: int, load_kg: float):
@@ -165,12 +192,14 @@ class Ending:
     """How it ended: largest joint speed, tool speed and energy up to the stop, and their growth.
 
     Attributes:
+        over: their growth over that of the arm without torque.
         braked: to the end.
     """
 
     stopped_in: str
     most: np.ndarray
     growth: np.ndarray
+    over: np.ndarray
     tool_m_s: float
     cause: str
     braked: bool
@@ -234,24 +263,29 @@ def ended(
         floor = FLOOR * np.array([max(limits.velocity_rad_s), limits.tool_speed_m_s, energy_j])
         after = seen[at:].max(axis=0)
         growth = after / np.maximum(seen[at], floor)
+        over = after / np.maximum(drives.cut_off_at(at).max(axis=0), floor)
         return Ending(
             str(stop.phase),
             seen[: at + 1].max(axis=0),
             growth,
+            over,
             after[1],
             stop.cause,
             "was braked" in stop.outcome,
         )
-    return Ending("", np.array(drives.seen).max(axis=0), np.ones(3), 0.0, "", braked=False)
+    return Ending(
+        "", np.array(drives.seen).max(axis=0), np.ones(3), np.ones(3), 0.0, "", braked=False
+    )
 
 
 def rows(found: dict[tuple[str, str], list[Ending]]) -> Iterator[str]:
     """The lines of a Markdown table."""
     yield (
         "| fault | in | stopped | joint speed up to the stop | growth of joint speed, tool speed, "
-        f"energy | all at most {MOST} | tools of the others | braked to the end |"
+        f"energy | all at most {MOST} | tools of the others | over cutting off at once |"
+        f" all at most {MOST} | braked to the end |"
     )
-    yield "| --- " * 8 + "|"
+    yield "| --- " * 10 + "|"
     for (fault, phase), endings in found.items():
         stopped = [e for e in endings if e.stopped_in]
         cells = [fault, phase, f"{len(stopped)} of {len(endings)}"]
@@ -263,6 +297,9 @@ def rows(found: dict[tuple[str, str], list[Ending]]) -> Iterator[str]:
             cells.append(", ".join(f"{g:.2f}" for g in growth.max(axis=0)))
             cells.append(f"{sum(holds)} of {len(stopped)}")
             cells.append(f"at most {max(tools):.2f} m/s" if tools else "")
+            over = np.array([e.over for e in stopped])
+            cells.append(", ".join(f"{g:.2f}" for g in over.max(axis=0)))
+            cells.append(f"{sum(np.all(over <= MOST, axis=1))} of {len(stopped)}")
             cells.append(f"{sum(e.braked for e in stopped)} of {len(stopped)}")
         yield f"| {' | '.join(cells)} |"
 
@@ -284,7 +321,8 @@ def main() -> None:
             if asked.verbose:
                 most, growth = ending.most.round(2), ending.growth.round(2)
                 where = ending.stopped_in or "no stop"
-                print(f"{case}: {where}, {most}, {growth}, {ending.cause[:90]}", flush=True)
+                over = ending.over.round(2)
+                print(f"{case}: {where}, {most}, {growth}, {over}, {ending.cause[:90]}", flush=True)
         print(f"{load:g} kg: {sum(os.times()[:4]):.0f} s of a core", file=sys.stderr, flush=True)
     print(*rows(found), sep="\n")
 
