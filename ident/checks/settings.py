@@ -290,6 +290,15 @@ class CheckSettings(BaseModel):
         description="part of the torque beside friction that the URDF may leave with that load:"
         " with masses that are 15 % off a true one leaves 0.002, positions in turns 0.02",
     )
+    one_factor: float = Field(
+        default=1.5,
+        description="torque of all joints may differ from the URDF's by this one factor: of ten"
+        " recordings none whose links explain the torque so well differs by more but for a load",
+    )
+    one_factor_left: float = Field(
+        default=0.02,
+        description="part of the torque beside friction that the URDF may leave with that factor",
+    )
     gain_apart: float = Field(
         default=3.0, description="ratio of two joints' factors from which they are no common one"
     )

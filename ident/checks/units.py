@@ -71,7 +71,26 @@ def unit_remarks(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark
             " estimated."
         )
         return [Remark("units", (), text, Grade.REFUSED, advice)]
-    return [*_strange(found, bounds), *_apart(case, found, bounds)]
+    return _one_factor(case, found, bounds) or [
+        *_strange(found, bounds),
+        *_apart(case, found, bounds),
+    ]
+
+
+def _one_factor(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark]:
+    """One factor at all joints that explains the torque, and no load does: no masses differ so."""
+    size, left = abs(found.common), 1.0 - found.common_explained
+    if 1 / bounds.one_factor < size < bounds.one_factor or left > bounds.one_factor_left:
+        return []
+    if left > bounds.load_ratio * load_of(case, found).left:
+        return []
+    text = (
+        f"The torque of all joints is {size:.3g} times what the URDF's links require, and with this"
+        f" one factor they leave {100 * left:.2g} % of it beyond friction: gears, torque constants"
+        " or the unit are off by it, or all masses of the URDF."
+    )
+    advice = "Check the gear ratios and torque constants that the torque was formed with."
+    return [Remark("units", (), text, Grade.DOUBTFUL, advice)]
 
 
 def _strange(found: Gains, bounds: CheckSettings) -> list[Remark]:
