@@ -73,7 +73,7 @@ def cut(found, **bounds):
     ("samples", "late", "off_ms"),
     [
         (LOST, (), 10.0),
-        (np.sort([*WHOLE, AT]), (), -5.0),
+        (np.insert(WHOLE, AT, AT), (), -5.0),
         (WHOLE, ((AT + 1, 4),), -20.0),
     ],
     ids=["lost, stamps even", "written twice", "stamped late"],
