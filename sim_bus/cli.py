@@ -8,6 +8,7 @@ import os
 import signal
 import sys
 import traceback
+from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 from typing import Annotated
@@ -26,6 +27,7 @@ from wamctl.arm.command_line import (
     CONTEXT,
     QuietOption,
     Version,
+    grouped,
     hidden_names,
     shipped_names,
     without_quiet,
@@ -53,25 +55,20 @@ def _main(version: Version = False, quiet: QuietOption = False) -> None:
     """Simulated drives and arm on a CAN bus."""
 
 
-@app.command("serve")
-def _serve(
+@dataclass(frozen=True)
+class Simulated:
+    """Which arm is simulated, and what is wrong with it."""
+
     config: Annotated[
         str,
         typer.Option(help="The arm's file, or a shipped one's name.", autocompletion=shipped_names),
-    ],
-    bus: Annotated[str, typer.Option(help="simbus:PATH, or INTERFACE:CHANNEL of python-can.")],
+    ]
     seed: Annotated[
         int, typer.Option(min=0, metavar="N", help="Random seed of the arm and its noise.")
-    ] = 0,
-    lockstep: Annotated[
-        bool, typer.Option(help="Simulated time: one period of physics per SYNC.")
-    ] = False,
-    truth: Annotated[
-        Path | None, typer.Option(help="Write the arm's true parameters here.")
-    ] = None,
-    faults: Annotated[
-        Path | None, typer.Option(help="Fault file: what goes wrong, and when.")
-    ] = None,
+    ] = 0
+    faults: Annotated[Path | None, typer.Option(help="Fault file: what goes wrong, and when.")] = (
+        None
+    )
     hidden: Annotated[
         str | None,
         typer.Option(
@@ -79,6 +76,19 @@ def _serve(
             help="Hide an effect in the arm; `sim-bus hidden` lists them.",
             autocompletion=hidden_names,
         ),
+    ] = None
+
+
+@app.command("serve")
+@grouped
+def _serve(
+    given: Simulated,
+    bus: Annotated[str, typer.Option(help="simbus:PATH, or INTERFACE:CHANNEL of python-can.")],
+    lockstep: Annotated[
+        bool, typer.Option(help="Simulated time: one period of physics per SYNC.")
+    ] = False,
+    truth: Annotated[
+        Path | None, typer.Option(help="Write the arm's true parameters here.")
     ] = None,
     stop_with_stdin: Annotated[bool, typer.Option(help="Stop when standard input closes.")] = False,
     debug: Annotated[bool, typer.Option(help="Show the traceback of an error.")] = False,
@@ -90,9 +100,8 @@ def _serve(
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _stop)
     try:
-        effects = None if hidden is None else hidden_file(hidden)
         with compilation_announced("the simulated arm"):
-            simulation, arm = _load(config, seed, effects, faults)
+            simulation, arm = _load(given)
             simulation.arm.plant.warm_up()
             warm_up(simulation.timing)
         if truth is not None:
@@ -101,7 +110,7 @@ def _serve(
         try:
             service, clock = _clock(simulation, arm, hub, lockstep)
             drives = len(simulation.arm.motors)
-            _say(f"sim-bus is ready on {bus}: {drives} drives, seed {seed}, {clock}.")
+            _say(f"sim-bus is ready on {bus}: {drives} drives, seed {given.seed}, {clock}.")
             _serve_without_pauses(service, hub, stop_with_stdin)
         finally:
             hub.close()
@@ -131,13 +140,12 @@ def _hidden(
         typer.echo(f"{name:{width}}  {summary}")
 
 
-def _load(
-    config: str, seed: int, effects: Path | None, faults: Path | None
-) -> tuple[Simulation, Arm]:
-    if faults is None:
-        simulation = load_simulation(config, seed, effects)
+def _load(given: Simulated) -> tuple[Simulation, Arm]:
+    effects = None if given.hidden is None else hidden_file(given.hidden)
+    if given.faults is None:
+        simulation = load_simulation(given.config, given.seed, effects)
         return simulation, simulation.arm
-    return load_faulty_simulation(config, seed, faults, _say, effects)
+    return load_faulty_simulation(given.config, given.seed, given.faults, _say, effects)
 
 
 def _clock(simulation: Simulation, arm: Arm, hub: Hub, lockstep: bool) -> tuple[Service, str]:

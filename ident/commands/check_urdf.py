@@ -8,13 +8,14 @@ from typing import Annotated
 
 import typer
 
-from ident.commands.options import Force, JointStates, Json, Rename, Strict, TorqueChoice, rules_of
+from ident.commands.options import Input, Output
 from ident.workflows.check_urdf import UrdfCheck
-from wamctl.arm.command_line import next_step
+from wamctl.arm.command_line import grouped, next_step
 
 _FAULTS, _NO_RESULT = 3, 6
 
 
+@grouped
 def check_urdf(
     file: Annotated[Path, typer.Argument(help="The URDF, or the bare name of a shipped one.")],
     logs: Annotated[
@@ -24,12 +25,9 @@ def check_urdf(
     out: Annotated[
         Path | None, typer.Option(help="Repaired URDF to write; without it nothing is written.")
     ] = None,
-    torque: TorqueChoice = None,
-    joint_states: JointStates = "/joint_states",
-    as_json: Json = False,
-    strict: Strict = False,
-    rename: Rename = None,
-    force: Force = False,
+    *,
+    given: Input,
+    output: Output,
 ) -> None:
     """Check whether the arm of a URDF can exist, and repair what can be repaired.
 
@@ -39,14 +37,12 @@ def check_urdf(
     Example: ident check-urdf wam7.urdf --out repaired.urdf
     """
     from ident.commands.outputs import file_written
-    from ident.recordings.loading import Reading
     from ident.regression.progress import shown
     from ident.workflows.check_urdf import check_urdf as check
 
-    reading = Reading(joint_states, torque=torque.value if torque else None, rules=rules_of(rename))
-    with nullcontext() if out is None else file_written(out, force), shown() as tell:
-        checked = check(file, logs or [], out, reading, tell)
-    if as_json:
+    with nullcontext() if out is None else file_written(out, output.force), shown() as tell:
+        checked = check(file, logs or [], out, given.reading(), tell)
+    if output.as_json:
         typer.echo(json.dumps(checked.content(), indent=2, ensure_ascii=False))
     else:
         typer.echo("\n".join(_lines(checked)))
@@ -54,7 +50,7 @@ def check_urdf(
         next_step("ident run", *logs, "--robot", out or file)
     elif checked.examined.faults and out is None:
         next_step("ident check-urdf", file, "--out repaired.urdf")
-    _end(checked, strict)
+    _end(checked, output.strict)
 
 
 def _end(checked: UrdfCheck, strict: bool) -> None:

@@ -1,15 +1,47 @@
 """`ident fleet`: many arms, many logs; which arm has changed, in what, and since when."""
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from ident.commands.options import Force, JointStates, Json, Rename, TorqueChoice, rules_of
-from wamctl.arm.command_line import next_step
+from ident.commands.options import Force, Input, Json
+from wamctl.arm.command_line import grouped, next_step
 
 
+@dataclass(frozen=True)
+class Machines:
+    """What reads the logs."""
+
+    scheduler: Annotated[
+        str | None,
+        typer.Option(help="A Dask scheduler: tcp://HOST:8786, or local; default: processes here."),
+    ] = None
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            min=1, metavar="N", help="Processes on this machine; default: one per processor."
+        ),
+    ] = None
+
+
+@dataclass(frozen=True)
+class Names:
+    """Where it stands which arm a log is of, and when it was recorded."""
+
+    pattern: Annotated[
+        str | None,
+        typer.Option(help="How the logs' paths end, such as '{arm}/{time}_{temperature}.mcap'."),
+    ] = None
+    table: Annotated[
+        Path | None,
+        typer.Option(help="CSV with columns log, arm, time, firmware, tool, temperature."),
+    ] = None
+
+
+@grouped
 def fleet(
     logs: Annotated[
         list[str],
@@ -21,28 +53,11 @@ def fleet(
     robot: Annotated[
         Path | None, typer.Option(help="Arms' .yaml or .urdf; default: what the logs carry.")
     ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(help="A Dask scheduler: tcp://HOST:8786, or local; default: processes here."),
-    ] = None,
-    workers: Annotated[
-        int | None,
-        typer.Option(
-            min=1, metavar="N", help="Processes on this machine; default: one per processor."
-        ),
-    ] = None,
-    pattern: Annotated[
-        str | None,
-        typer.Option(help="How the logs' paths end, such as '{arm}/{time}_{temperature}.mcap'."),
-    ] = None,
-    table: Annotated[
-        Path | None,
-        typer.Option(help="CSV with columns log, arm, time, firmware, tool, temperature."),
-    ] = None,
-    torque: TorqueChoice = None,
-    joint_states: JointStates = "/joint_states",
+    *,
+    machines: Machines,
+    names: Names,
+    given: Input,
     as_json: Json = False,
-    rename: Rename = None,
     force: Force = False,
 ) -> None:
     """Find which of many arms has changed, in what, and since when.
@@ -52,15 +67,15 @@ def fleet(
     Example: ident fleet logs/ --robot my_arm.yaml --out fleet
     """
     from ident.commands.outputs import folder_written
+    from ident.fleet.engine import Workers
     from ident.fleet.metadata import rules
-    from ident.recordings.loading import Reading
     from ident.regression.progress import shown
     from ident.workflows.fleet.fleet import FILES, PAGES, fleet_logs
 
-    said = rules(pattern, table)
-    reading = Reading(joint_states, torque=torque.value if torque else None, rules=rules_of(rename))
+    said = rules(names.pattern, names.table)
+    who = Workers(machines.scheduler, machines.workers)
     with folder_written(out, (*FILES, PAGES), force), shown() as tell:
-        text = fleet_logs(logs, out, robot, reading, said, scheduler, workers, tell=tell)
+        text = fleet_logs(logs, out, robot, given.reading(), said, who, tell=tell)
     content = json.loads(text)
     for one in content["refused"]:
         typer.echo(f"{one['log']}: {one['remarks'][0].partition(': ')[2]}", err=True)

@@ -3,6 +3,7 @@
 import json
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,50 +12,48 @@ import typer
 from ident.checks.remark import speaks_against_input
 from ident.commands.options import (
     CORRECTED,
-    Force,
-    JointCommands,
-    JointStates,
-    Json,
+    Input,
     Logs,
     Method,
     MethodChoice,
-    Rename,
+    Output,
     Robot,
-    Strict,
-    TorqueChoice,
     hold,
     refuse_with_simulation,
-    rules_of,
     verdict_printed,
     with_input,
 )
-from wamctl.arm.command_line import is_quiet, next_step
+from wamctl.arm.command_line import grouped, is_quiet, next_step
 
 
-def gap(
-    logs: Logs,
+@dataclass(frozen=True)
+class Search:
+    """What the search begins with, and what it keeps."""
+
     model: Annotated[
         Path | None,
         typer.Option(help="A model.yaml trusted so far: find what has changed since."),
-    ] = None,
-    robot: Robot = None,
-    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("gap"),
+    ] = None
     null_runs: Annotated[
         int,
         typer.Option(
             min=0, metavar="N", help="Number of effect-free simulations that set the thresholds."
         ),
-    ] = 4,
+    ] = 4
     with_suspected: Annotated[
         bool, typer.Option("--with-suspected", help="Keep suspected effects in the model.")
-    ] = False,
-    torque: TorqueChoice = None,
-    joint_states: JointStates = "/joint_states",
-    joint_commands: JointCommands = "/joint_commands",
-    as_json: Json = False,
-    strict: Strict = False,
-    rename: Rename = None,
-    force: Force = False,
+    ] = False
+
+
+@grouped
+def gap(
+    logs: Logs,
+    wanted: Search,
+    robot: Robot = None,
+    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("gap"),
+    *,
+    given: Input,
+    output: Output,
     method: MethodChoice = Method.AUTO,
 ) -> None:
     """Find what the model misses, by name, and add it.
@@ -64,30 +63,29 @@ def gap(
     from ident.commands.outputs import folder_written
     from ident.gap.options import Options
     from ident.output_error.missing.settings import GapBySimulation
-    from ident.recordings.loading import Reading
     from ident.workflows.gap import gap_logs
     from ident.workflows.method import method_for
     from wamctl.arm.compilation import compilation_announced
 
-    source = torque.value if torque else None
-    reading = Reading(joint_states, joint_commands, source, rules_of(rename))
+    reading = given.reading()
     names, tell = ("gap.json", "model.yaml", "report.html"), _Told().tell
-    with folder_written(out, names, force), compilation_announced("the search"):
+    with folder_written(out, names, output.force), compilation_announced("the search"):
         chosen, remarks = method, []
         if method is Method.AUTO:
             chosen, remarks = method_for(logs, robot, reading)
         if chosen == Method.SIMULATION:
             from ident.workflows.output_error.gap import gap_simulation
 
-            given = {"--model": model, "--with-suspected": with_suspected}
-            refuse_with_simulation([name for name, value in given.items() if value])
-            settings = GapBySimulation(null_runs=null_runs)
+            unfit = {"--model": wanted.model, "--with-suspected": wanted.with_suspected}
+            refuse_with_simulation([name for name, value in unfit.items() if value])
+            settings = GapBySimulation(null_runs=wanted.null_runs)
             text, sentences = gap_simulation(logs, robot, out, reading, settings, tell, remarks)
         else:
-            options = Options(null_runs=null_runs, with_suspected=with_suspected)
-            text, sentences = gap_logs(logs, (robot, model), out, reading, options, tell)
+            options = Options(null_runs=wanted.null_runs, with_suspected=wanted.with_suspected)
+            arm = (robot, wanted.model)
+            text, sentences = gap_logs(logs, arm, out, reading, options, tell)
     content = json.loads(text)
-    if as_json:
+    if output.as_json:
         typer.echo(text.rstrip())
     else:
         verdict_printed(content, "trust")
@@ -95,7 +93,7 @@ def gap(
             typer.echo(sentence)
         typer.echo(f"{out / 'report.html'}")
     next_step(*_next(content, with_input(logs, robot, reading), out))
-    hold(content["trust"], strict)
+    hold(content["trust"], output.strict)
 
 
 def _next(content: Mapping[str, Any], recordings: Sequence[object], out: Path) -> list[object]:

@@ -2,6 +2,7 @@
 
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -118,6 +119,37 @@ Rename = Annotated[
         help="Replace this part of the log's joint names, to match the arm's.",
     ),
 ]
+
+
+@dataclass(frozen=True)
+class Input:
+    """How logs are read."""
+
+    torque: TorqueChoice = None
+    joint_states: JointStates = "/joint_states"
+    joint_commands: JointCommands = "/joint_commands"
+    rename: Rename = None
+
+    def reading(self) -> "Reading":
+        """The same in the words of `ident.recordings`.
+
+        Raises:
+            ConfigurationError: --rename is not FROM=TO.
+        """
+        from ident.recordings.loading import Reading
+
+        source = self.torque.value if self.torque else None
+        return Reading(self.joint_states, self.joint_commands, source, rules_of(self.rename))
+
+
+@dataclass(frozen=True)
+class Output:
+    """What is printed, when the command fails, and what becomes of earlier results."""
+
+    as_json: Json = False
+    strict: Strict = False
+    force: Force = False
+
 
 CORRECTED = "follow the advice above, then repeat this command"
 """The next step where recordings or arm should be mended first."""

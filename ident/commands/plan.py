@@ -1,6 +1,7 @@
 """`ident plan` and `ident weigh`: the next motion of an investigation, and what it has shown."""
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -8,29 +9,38 @@ import typer
 
 from ident.commands.options import Force, Json, Logs
 from ident.commands.outputs import file_written, folder_written
-from wamctl.arm.command_line import next_step
+from wamctl.arm.command_line import grouped, next_step
 
 
-def plan(
-    logs: Logs,
-    config: Annotated[Path, typer.Option(help="Arm's file, or the bare name of a shipped one.")],
-    gap: Annotated[Path, typer.Option(help="Folder of `ident gap` on the same logs.")],
-    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("plan"),
+@dataclass(frozen=True)
+class Known:
+    """What the investigation knows beyond its logs."""
+
     ran: Annotated[
         list[str] | None,
         typer.Option(metavar="MOTION", help="A motion that is not to be repeated."),
-    ] = None,
+    ] = None
     lead: Annotated[
         str | None,
         typer.Option(help="Rival that leads, such as stribeck:4; by default what --gap says."),
-    ] = None,
+    ] = None
     changed: Annotated[
         str | None,
         typer.Option(
             metavar="CHANGE",
             help="What was done to the arm: load=KG,X,Y,Z (at the tool, [m]) or tilt=X,Y [deg].",
         ),
-    ] = None,
+    ] = None
+
+
+@grouped
+def plan(
+    logs: Logs,
+    config: Annotated[Path, typer.Option(help="Arm's file, or the bare name of a shipped one.")],
+    gap: Annotated[Path, typer.Option(help="Folder of `ident gap` on the same logs.")],
+    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("plan"),
+    *,
+    known: Known,
     as_json: Json = False,
     force: Force = False,
 ) -> None:
@@ -42,10 +52,10 @@ def plan(
     from wamctl.arm.compilation import compilation_announced
     from wamctl.arm.configuration.known_change import known_change
 
-    change = known_change(changed or "again")
+    change = known_change(known.changed or "again")
     names = ("plan.json", "trajectory.yaml", "slow.yaml", "models")
     with folder_written(out, names, force), compilation_announced("the search"):
-        content = plan_logs(logs, gap, config, out, ran or [], _tell, change, lead)
+        content = plan_logs(logs, gap, config, out, known.ran or [], _tell, change, known.lead)
     motion = content["motion"]
     if as_json:
         typer.echo(json.dumps(content, indent=2))

@@ -1,6 +1,7 @@
 """`ident run`: recordings in; model, numbers, and report out."""
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -8,38 +9,33 @@ import typer
 
 from ident.commands.options import (
     Cutoff,
-    Force,
-    JointCommands,
-    JointStates,
-    Json,
+    Input,
     Logs,
     Method,
     MethodChoice,
-    Rename,
+    Output,
     Robot,
     Settings,
-    Strict,
-    TorqueChoice,
     hold,
     next_after,
     refuse_with_simulation,
-    rules_of,
     settings_of,
     verdict_printed,
     with_input,
 )
+from wamctl.arm.command_line import grouped
 
 
-def run(
-    logs: Logs,
-    robot: Robot = None,
-    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("identified"),
+@dataclass(frozen=True)
+class Fit:
+    """How the model is fitted."""
+
     effects: Annotated[
         Path | None,
         typer.Option(
             help="A model.yaml from `ident gap`: its effects are subtracted first, and kept."
         ),
-    ] = None,
+    ] = None
     load: Annotated[
         str | None,
         typer.Option(
@@ -47,53 +43,56 @@ def run(
             help="A further recording with a known load, its centre in the last link's parameter"
             " frame [m]; it tells the drives' gains where efforts are currents (torque_unit: A).",
         ),
-    ] = None,
+    ] = None
     solver: Annotated[
         str | None,
         typer.Option(help="Solver of the feasible fit: direct, or one of cvxpy's, such as SCS."),
-    ] = None,
-    cutoff: Cutoff = None,
-    settings: Settings = None,
-    torque: TorqueChoice = None,
-    joint_states: JointStates = "/joint_states",
-    joint_commands: JointCommands = "/joint_commands",
-    as_json: Json = False,
-    strict: Strict = False,
-    rename: Rename = None,
-    force: Force = False,
+    ] = None
+    cutoff: Cutoff = None
+    settings: Settings = None
+
+
+@grouped
+def run(
+    logs: Logs,
+    robot: Robot = None,
+    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("identified"),
+    *,
+    fit: Fit,
+    given: Input,
+    output: Output,
     method: MethodChoice = Method.AUTO,
 ) -> None:
     """Identify a physically feasible model from recordings.
 
     Example: ident run excitation.mcap --out identified
     """
-    changes = settings_of(cutoff, settings) | ({"solver": solver} if solver else {})
+    changes = settings_of(fit.cutoff, fit.settings)
+    changes |= {"solver": fit.solver} if fit.solver else {}
     from ident.commands.outputs import folder_written
-    from ident.recordings.loading import Reading
     from ident.regression.progress import shown
     from ident.report.run_page import asks_for_gap
     from ident.workflows.method import method_for
     from ident.workflows.run import run_logs
 
-    source = torque.value if torque else None
-    reading = Reading(joint_states, joint_commands, source, rules_of(rename))
-    with folder_written(out, ("run.json", "model.yaml", "report.html"), force), shown() as tell:
+    reading, names = given.reading(), ("run.json", "model.yaml", "report.html")
+    with folder_written(out, names, output.force), shown() as tell:
         chosen, remarks = method, []
         if method is Method.AUTO:
             chosen, remarks = method_for(logs, robot, reading)
         if chosen == Method.SIMULATION:
             from ident.workflows.output_error.run import run_simulation
 
-            given = [name for name, x in (("--effects", effects), ("--load", load)) if x]
-            refuse_with_simulation([*given, *(f"--set {name}" for name in changes)])
+            unfit = [name for name, x in (("--effects", fit.effects), ("--load", fit.load)) if x]
+            refuse_with_simulation([*unfit, *(f"--set {name}" for name in changes)])
             text = run_simulation(logs, robot, out, reading, tell, remarks)
         else:
-            text = run_logs(logs, robot, out, reading, tell, effects, load, **changes)
+            text = run_logs(logs, robot, out, reading, tell, fit.effects, fit.load, **changes)
     content = json.loads(text)
     for log in content["logs"]:
         for remark in log.get("remarks", []):
             typer.echo(f"{log['name']}: {remark}.", err=True)
-    if as_json:
+    if output.as_json:
         typer.echo(text.rstrip())
     else:
         verdict_printed(content)
@@ -102,10 +101,10 @@ def run(
         typer.echo(f"{out / 'report.html'}")
     usual = ["ident validate OTHER.mcap --model", out / "model.yaml"]
     recordings = with_input(logs, robot, reading)
-    if not effects and asks_for_gap(content):
+    if not fit.effects and asks_for_gap(content):
         usual = ["ident gap", *recordings]
     next_after(content["verdict"], content["remarks"], usual, recordings)
-    hold(content["verdict"], strict)
+    hold(content["verdict"], output.strict)
 
 
 def _errors_said(content: dict[str, Any]) -> list[str]:

@@ -8,37 +8,29 @@ import typer
 
 from ident.commands.options import (
     Cutoff,
-    Force,
-    JointCommands,
-    JointStates,
-    Json,
+    Input,
     Logs,
-    Rename,
+    Output,
     Settings,
-    Strict,
-    TorqueChoice,
     hold,
     next_after,
-    rules_of,
     settings_of,
     verdict_printed,
     with_input,
 )
+from wamctl.arm.command_line import grouped
 
 
+@grouped
 def validate(
     logs: Logs,
     model: Annotated[Path, typer.Option(help="A model.yaml from `ident run` or `ident gap`.")],
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("validated"),
     cutoff: Cutoff = None,
     settings: Settings = None,
-    torque: TorqueChoice = None,
-    joint_states: JointStates = "/joint_states",
-    joint_commands: JointCommands = "/joint_commands",
-    as_json: Json = False,
-    strict: Strict = False,
-    rename: Rename = None,
-    force: Force = False,
+    *,
+    given: Input,
+    output: Output,
 ) -> None:
     """Test a model on recordings that it was not fitted on.
 
@@ -47,13 +39,11 @@ def validate(
     changes = settings_of(cutoff, settings)
     from ident.commands.outputs import folder_written
     from ident.output_error.servo_model import is_servo_model
-    from ident.recordings.loading import Reading
     from ident.regression.progress import shown
     from ident.workflows.validate import validate_logs
 
-    source = torque.value if torque else None
-    reading = Reading(joint_states, joint_commands, source, rules_of(rename))
-    with folder_written(out, ("validate.json", "report.html"), force), shown() as tell:
+    reading = given.reading()
+    with folder_written(out, ("validate.json", "report.html"), output.force), shown() as tell:
         if is_servo_model(model):
             from ident.workflows.output_error.validate import validate_simulation
 
@@ -61,7 +51,7 @@ def validate(
         else:
             text = validate_logs(logs, model, out, reading, tell, **changes)
     content = json.loads(text)
-    if as_json:
+    if output.as_json:
         typer.echo(text.rstrip())
     else:
         verdict_printed(content)
@@ -81,4 +71,4 @@ def validate(
     else:
         usual = ["ident gap", *recordings, "--model", model]
     next_after(content["verdict"], content["remarks"], usual, recordings)
-    hold(content["verdict"], strict)
+    hold(content["verdict"], output.strict)

@@ -1,37 +1,46 @@
 """`ident watch`: tells when a trusted model no longer explains an arm, as it happens."""
 
 import json
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from ident.commands.options import JointStates, Json, TorqueChoice
-from wamctl.arm.command_line import next_step
+from wamctl.arm.command_line import grouped, next_step
 
 _CHANGED = 6
 _MOST_NAMED = 2
 
 
-def watch(
-    source: Annotated[
-        str, typer.Argument(help="An MCAP log that may still grow, - for standard input, or ws://.")
-    ],
-    model: Annotated[Path, typer.Option(help="The trusted model.yaml of `ident run`.")],
-    once: Annotated[bool, typer.Option("--once", help="End with the first alarm.")] = False,
+@dataclass(frozen=True)
+class Alarms:
+    """How many false alarms are borne, and when the watch ends."""
+
+    once: Annotated[bool, typer.Option("--once", help="End with the first alarm.")] = False
     false_alarms: Annotated[
         float,
         typer.Option(
             min=1e-6, max=3600.0, metavar="X", help="False alarms to expect in an hour of motion."
         ),
-    ] = 0.01,
+    ] = 0.01
     idle: Annotated[
         float,
         typer.Option(
             min=0.0, metavar="SECONDS", help="A log that has not grown for this long has ended."
         ),
-    ] = 10.0,
+    ] = 10.0
+
+
+@grouped
+def watch(
+    source: Annotated[
+        str, typer.Argument(help="An MCAP log that may still grow, - for standard input, or ws://.")
+    ],
+    model: Annotated[Path, typer.Option(help="The trusted model.yaml of `ident run`.")],
+    *,
+    alarms: Alarms,
     report: Annotated[Path | None, typer.Option(help="Write the alarms as a page, .html.")] = None,
     torque: TorqueChoice = None,
     joint_states: JointStates = "/joint_states",
@@ -48,14 +57,14 @@ def watch(
     from ident.workflows.fleet.watch import watched
 
     reading = Reading(joint_states, torque=torque.value if torque else None)
-    settings = replace(DEFAULT, false_alarms_per_hour=false_alarms)
-    alarms = 0
-    for content in watched(source, model, reading, idle, settings, report):
+    settings = replace(DEFAULT, false_alarms_per_hour=alarms.false_alarms)
+    told = 0
+    for content in watched(source, model, reading, alarms.idle, settings, report):
         typer.echo(json.dumps(content) if as_json else _said(content))
-        alarms += content["kind"] != "end"
-        if alarms and once:
+        told += content["kind"] != "end"
+        if told and alarms.once:
             break
-    if alarms:
+    if told:
         next_step("ident gap", source if Path(source).is_file() else "LOG.mcap", "--model", model)
         raise typer.Exit(_CHANGED)
 

@@ -18,6 +18,7 @@ from concurrent.futures import (
     wait,
 )
 from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import TypeVar
 
@@ -37,6 +38,22 @@ _TRIES = 4
 _AGAIN_S = 2.0
 _MOST_WAITING = 4  # items for each worker
 _CLUSTER_WORKERS = 32  # of a scheduler whose workers come and go
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Who does the work.
+
+    Attributes:
+        scheduler: address of a Dask scheduler, or `local`; None: processes on this machine.
+        count: number of processes on this machine; None: one for each processor.
+    """
+
+    scheduler: str | None = None
+    count: int | None = None
+
+
+THIS_MACHINE = Workers()
 
 
 class LostError(Exception):

@@ -243,7 +243,7 @@ def _follow(functions, settings, drives, truth, friction, spring, noise, goals):
         readings[cycle], asked[cycle] = seen, torque
         torque = given_torque(drives, asked_torque(drives, seen, estimate, goal))
         _cycle(
-            functions, settings, drives.cycle_s, truth, friction, spring, state, dynamic,
+            (functions, settings), drives.cycle_s, (truth, friction, spring), state, dynamic,
             asked[: cycle + 1], noise[cycle],
         )  # fmt: skip
     return readings, asked
@@ -259,8 +259,10 @@ def _driven(q, spring, n):
 
 
 @njit(cache=True)
-def _cycle(functions, settings, cycle_s, truth, friction, spring, state, dynamic, asked, noise):
+def _cycle(hidden, cycle_s, plant, state, dynamic, asked, noise):
     """One cycle: inertia and bias at its middle, friction in smaller steps."""
+    functions, settings = hidden
+    truth, friction, spring = plant
     w, accel, now, coulomb = dynamic
     q, v = state[0], state[1]
     n, size, k = noise.size, q.size, len(asked) - 1

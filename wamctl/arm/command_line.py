@@ -1,17 +1,21 @@
-"""What the three commands have in common: version, quiet, completion of shipped names, commit."""
+"""What the three commands have in common: version, quiet, groups of options, commit."""
 
 import importlib.metadata
+import inspect
 import os
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import MISSING, Field, fields, is_dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar, get_type_hints
 
 import typer
+
+R = TypeVar("R")
 
 CONTEXT: dict[str, Any] = {"help_option_names": ["-h", "--help"]}
 """Settings of every command's context."""
@@ -34,6 +38,50 @@ QuietOption = Annotated[
     bool,
     typer.Option("-q", "--quiet", help="No progress, no advice; before or after the command."),
 ]
+
+
+def grouped(command: Callable[..., R]) -> Callable[..., R]:
+    """The command with an option for each field of the dataclasses that it takes.
+
+    Typer makes an option of each parameter. Where a parameter is annotated with a dataclass, its
+    fields become parameters in its place, with their annotations and defaults, and the command is
+    called with the dataclass made of them. All other parameters stay as they are.
+    """
+    hints = get_type_hints(command, include_extras=True)
+    groups: dict[str, Any] = {name: kind for name, kind in hints.items() if is_dataclass(kind)}
+    parameters: list[inspect.Parameter] = []
+    for given in inspect.signature(command).parameters.values():
+        if given.name in groups:
+            parameters += _options(groups[given.name])
+        else:
+            kept = given.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=hints[given.name])
+            parameters.append(kept)
+
+    def flat(**options: Any) -> R:
+        for name, group in groups.items():
+            options[name] = group(**{f.name: options.pop(f.name) for f in fields(group)})
+        return command(**options)
+
+    flat.__doc__ = command.__doc__
+    flat.__signature__ = inspect.Signature(parameters)  # pyright: ignore[reportFunctionMemberAccess]
+    return flat
+
+
+def _options(group: Any) -> list[inspect.Parameter]:
+    hints = get_type_hints(group, include_extras=True)
+    return [
+        inspect.Parameter(
+            field.name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=_default(field),
+            annotation=hints[field.name],
+        )
+        for field in fields(group)
+    ]
+
+
+def _default(field: Field[Any]) -> Any:
+    return inspect.Parameter.empty if field.default is MISSING else field.default
 
 
 def can_missing(command: str) -> str:

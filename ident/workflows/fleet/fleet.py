@@ -14,7 +14,7 @@ import numpy as np
 
 from ident.checks.remark import Grade
 from ident.fleet.changes import Change
-from ident.fleet.engine import LOCAL, engine
+from ident.fleet.engine import LOCAL, THIS_MACHINE, Workers, engine
 from ident.fleet.fleet import Judged, judge, results
 from ident.fleet.metadata import Rules, iso
 from ident.fleet.reducing import Task, reduce_all
@@ -44,8 +44,7 @@ def fleet_logs(
     robot: Path | None,
     reading: Reading,
     rules: Rules,
-    scheduler: str | None = None,
-    workers: int | None = None,
+    workers: Workers = THIS_MACHINE,
     settings: FleetSettings = DEFAULT,
     tell: Tell = silent,
 ) -> str:
@@ -57,8 +56,7 @@ def fleet_logs(
         robot: file that describes the arms; None: what travels inside the logs.
         reading: topics and torque to read.
         rules: how a log's arm, time, firmware, tool and temperature are known.
-        scheduler: address of a Dask scheduler; None: processes on this machine.
-        workers: number of processes on this machine; None: one for each processor.
+        workers: who reads the logs and judges the arms.
         settings: of the statistics.
         tell: hears what is being done.
 
@@ -74,7 +72,7 @@ def fleet_logs(
     robot = None if robot is None else find_file(robot).resolve()
     key = key_of(robot and fingerprint(robot), reading, settings.reduction)
     store = Store(out / "reduced", key)
-    make, waiting = engine(scheduler, workers)
+    make, waiting = engine(workers.scheduler, workers.count)
     stored: list[Stored] = []
     task = Task(sources[0], robot, reading, settings)
     for one in reduce_all(store, make, waiting, sources, task):
@@ -83,7 +81,8 @@ def fleet_logs(
     entries = [_entry(one, rules) for one in stored]
     entries = _once_each(sorted(entries, key=_order))
     usable = [e for e in entries if e.stored.reduced.verdict != Grade.REFUSED.word]
-    make, waiting = engine(scheduler if scheduler == LOCAL else None, workers)
+    here = workers.scheduler if workers.scheduler == LOCAL else None
+    make, waiting = engine(here, workers.count)
     judged = judge(store, usable, make, waiting, settings, tell)
     found = results(judged, make, waiting, tell)
     asking = Asking(out, robot, reading, settings, tell)

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 from ident.cli import main
-from ident.fleet.engine import LostError, done, engine
+from ident.fleet.engine import LostError, Workers, done, engine
 from ident.fleet.metadata import Rules, rules
 from ident.fleet.settings import FleetSettings
 from ident.recordings.loading import Reading
@@ -196,7 +196,7 @@ def test_processes_and_dask_give_the_same_bytes(logs, tmp_path, monkeypatch):
     def files(*words) -> list[bytes]:
         """The results of a scheduler with so many workers."""
         out = tmp_path / "-".join(map(str, words))
-        work.fleet_logs(some, out, None, Reading(), Rules(), *words, settings=WITHOUT_GAPS)
+        work.fleet_logs(some, out, None, Reading(), Rules(), Workers(*words), settings=WITHOUT_GAPS)
         return [(out / name).read_bytes() for name in FILES]
 
     processes, dask = files(None, 2), files("local", 1)
