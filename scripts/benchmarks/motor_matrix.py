@@ -315,8 +315,8 @@ def main() -> None:
     asked = parser.parse_args()
     arm = load_arm("wam7.yaml")[1]
     found: dict[tuple[str, str], list[Ending]] = defaultdict(list)
-    for seed, load, at_once in product(range(asked.seeds), asked.loads, (False, True)):
-        for case, ending in endings(arm, seed, load, at_once, asked):
+    for seed, load, at_once in product(range(asked.seeds), asked.loads, range(2)):
+        for case, ending in endings(arm, seed, load, bool(at_once), asked):
             found[case.fault, case.phase].append(ending)
             if asked.verbose:
                 most, growth = ending.most.round(2), ending.growth.round(2)
