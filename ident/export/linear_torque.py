@@ -47,13 +47,29 @@ def linear_torque(term: Term, n: int) -> LinearTorque | None:
     return LinearTorque(offset, np.diag(stiffness).copy(), damping)
 
 
+def acting(term: Term, t: float, q: Array, qd: Array, load: Array) -> tuple[Array, Array]:
+    """What a term adds to the drives' resistance and to the joints' friction at one sample.
+
+    Args:
+        term: an effect's torque.
+        t: time [s].
+        q: [rad], shape (n,).
+        qd: [rad/s], shape (n,).
+        load: rigid-body torque [N m], shape (n,).
+
+    Returns:
+        Resistance, and level of Coulomb friction [N m], each of shape (n,).
+    """
+    resistance, level = np.zeros(len(q)), np.zeros(len(q))
+    arguments = (np.ascontiguousarray(x) for x in (q, qd, load))
+    settings = np.array(term.settings, dtype=float)
+    term.function(t, *arguments, term.joint, settings, resistance, level)
+    return resistance, level
+
+
 def _resistance(term: Term, q: Array, qd: Array, load: Array) -> Array:
     """Torque of a term at one sample; not-a-number where it hangs on friction's level or time."""
-    found = []
-    for t in (0.0, 7.0):
-        resistance, level = np.zeros(len(q)), np.zeros(len(q))
-        arguments = (np.ascontiguousarray(x) for x in (q, qd, load))
-        settings = np.array(term.settings, dtype=float)
-        term.function(t, *arguments, term.joint, settings, resistance, level)
-        found.append(np.where(level.any(), np.nan, resistance))
-    return np.where(found[0] == found[1], found[0], np.nan)
+    first, level = acting(term, 0.0, q, qd, load)
+    later, later_level = acting(term, 7.0, q, qd, load)
+    changes = level.any() or later_level.any() or (first != later)
+    return np.where(changes, np.nan, first)

@@ -105,9 +105,13 @@ def _in_mujoco(
     arm.opt.timestep = wire.period_s / _STEPS_PER_CYCLE
     state, n = mujoco.MjData(arm), wanted[0].shape[1]
     state.qpos[:] = last = wanted[0][0]
-    read, velocity = np.empty_like(wanted[0]), np.zeros(n)
+    state.qvel[:] = velocity = wanted[1][0]
+    read = np.empty_like(wanted[0])
     smoothing = 1.0 - np.exp(-2 * np.pi * controller.velocity_cutoff_hz * wire.period_s)
-    torque = _law(controller, last, velocity, velocity)
+    torque = _law(controller, last, velocity, np.zeros(n))
+    for k in np.flatnonzero(arm.actuator_delay[:n]):  # what acts first was asked for long ago
+        before = np.full((arm.actuator_history[k, 0], 1), wire.given(torque)[k])
+        mujoco.mj_initCtrlHistory(arm, state, k, None, before)
     for k, (q, qd, qdd) in enumerate(zip(*wanted, strict=True)):
         read[k] = wire.read(state.qpos)
         velocity = velocity + smoothing * ((read[k] - last) / wire.period_s - velocity)

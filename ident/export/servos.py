@@ -144,6 +144,7 @@ def _add_joints(body: Element, link: Link, model: ServoModel, k: int) -> None:
     joint = add_joint(
         body,
         link,
+        friction=link.coulomb,
         damping=link.viscous,
         armature=value("armature"),
         zero=value("zero"),

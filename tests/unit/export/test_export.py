@@ -33,6 +33,14 @@ STRIBECK = EffectRecord(
     parameters={"extra_friction": 1.5},
     settings={"speed": 0.1, "exponent": 1.0},
 )
+RIPPLE = EffectRecord(
+    name="torque_ripple",
+    variant="torque",
+    joints=(1,),
+    rows=(1,),
+    parameters={"sine": 1.5, "cosine": 0.0},
+    settings={"order": 3.0, "turns": [4.0], "levers": [1.0]},
+)
 SLIDER = """
 <robot name="crane">
   <link name="base"><inertial><mass value="9"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
@@ -186,16 +194,18 @@ def test_a_simulated_step_in_mujoco_follows_the_model() -> None:
 
 
 def test_what_has_no_place_is_said() -> None:
-    model = replace(crane(), effects=bound((STRIBECK,)), moving=np.array([True, False]))
+    model = replace(crane(), effects=bound((STRIBECK, RIPPLE)), moving=np.array([True, False]))
     said = left_out_of_urdf(model)
     assert [re.sub(r"\([\d.e+]+ N m\)", "(x N m)", words) for words in said] == [
         "left out, since URDF has no place for it: rotor inertia (x N m), torque offset (x N m),"
-        " effect stribeck of slew (x N m)",
+        " effect stribeck of slew (x N m), effect torque_ripple of slew (x N m)",
         "gravity is not along -z: set it to 1.0 -2.0 -9.0 m/s^2",
         "held in the recordings, so not identified: reach",
     ]
     (left,) = left_out_of_mjcf(model)[:-1]
-    assert left.startswith("left out, since MJCF has no place for it: effect stribeck of slew (")
+    assert left.startswith(
+        "left out, since MJCF has no place for it: effect torque_ripple of slew ("
+    )
     assert 0.1 < float(left.split("(")[1].split()[0]) < 1.5  # rms of what is at most 1.5 N m
     whole = crane(offset=False, rotor_inertia=False, motor_friction=False)
     assert left_out_of_mjcf(whole) == []
