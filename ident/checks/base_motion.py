@@ -79,7 +79,7 @@ def _pull(case: Case) -> Array:
     for axis in np.eye(3):
         robot = case.with_gravity(axis).robot
         columns = smooth_columns(robot, body, motion, parameters)
-        found.append((columns @ beta[places]) * case.probe.moving)
+        found.append((columns @ beta[places]) * case.probe.counted)
     return np.stack(found, axis=2)
 
 

@@ -68,7 +68,7 @@ class Case:
         tau, raw = (factors * x[:, places] for x in (self.probe.tau, self.probe.raw))
         found = replace(self, probe=replace(self.probe, tau=tau, raw=raw))
         if "columns" in self.__dict__:
-            moved = np.where(self.probe.moving, tau, 0.0)
+            moved = np.where(self.probe.counted, tau, 0.0)
             found.__dict__["columns"] = self.columns.with_torque(moved)
         return found
 

@@ -168,7 +168,8 @@ def _currents(
     """Currents as torque, and the gains."""
     moving = _moving(data)
     chunks = chunks_of(data if load is None else (*data, load.data))
-    case = Case(arm.robot, arm.terms, _probe(chunks, moving))
+    moves = [d.moving for d in (data if load is None else (*data, load.data))]
+    case = Case(arm.robot, arm.terms, _probe(chunks, np.array(moves)))
     weighed = gains(case) if load is None else gains_of_load(case, load.load)
     found = drive_gains(arm, data, weighed, bounds, "weight" if load is None else "load")
     torques = tuple(d.with_torque_times(found.value) for d in data)
@@ -181,7 +182,7 @@ def _physics(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
     if arm.settings.delay_s:
         chunks = [c.with_torque_later(arm.settings.delay_s) for c in chunks]
     still = constant_joints(chunks, moving, bounds)
-    judged = moving & ~still
+    judged = np.array([d.moving & ~still for d in data])
     together = Case(arm.robot, arm.terms, _probe(chunks, judged))
     remarks = conditioning_remarks(arm, data, chunks, together, bounds)
     parts = [[c for c in chunks if c.log == log] for log in range(len(data))]
@@ -199,6 +200,7 @@ def _physics(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
 
 
 def _probe(chunks: Sequence[Chunk], moving: NDArray[np.bool_]) -> Probe:
+    """The probe of chunks in whose recordings these joints move, shape (L, n)."""
     return probe_of(chunks, moving, _cutoff_hz(chunks, moving), _INSTANTS)
 
 
@@ -252,9 +254,9 @@ def _factors_once(of_arm: Sequence[Remark], of_size: Sequence[Remark]) -> list[R
 
 def _cutoff_hz(chunks: Sequence[Chunk], moving: NDArray[np.bool_]) -> float:
     """Cut-off of the probe [Hz], from the motion."""
-    frequencies = []
+    frequencies = [0.0]
     for c in chunks:
-        velocity = np.diff(c.q[:, moving], axis=0)
+        velocity = np.diff(c.q[:, moving[c.log]], axis=0)
         energy = np.abs(np.fft.rfft(velocity * np.hanning(len(velocity))[:, None], axis=0)) ** 2
         share = np.cumsum(energy, axis=0) / np.maximum(energy.sum(axis=0), 1e-300)
         frequency = np.fft.rfftfreq(len(velocity), 1 / c.rate_hz)

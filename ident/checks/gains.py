@@ -26,6 +26,7 @@ class Gains:
         sd: its standard error, by leaving out stretches, shape (n,).
         explained: part of the torque beside friction that the URDF explains, shape (n,).
         weight: square of the URDF's torque beside friction [N^2 m^2], shape (n,).
+        torque: square of the recorded torque beside friction [N^2 m^2], of all joints.
         common: one gain of all joints.
         common_explained: what the URDF explains with it.
     """
@@ -34,6 +35,7 @@ class Gains:
     sd: Array
     explained: Array
     weight: Array
+    torque: float
     common: float
     common_explained: float
 
@@ -46,8 +48,7 @@ def gains(case: Case) -> Gains:
     value, sd, explained, weight = np.zeros((4, n))
     goals = inner = 0.0
     for k in np.flatnonzero(probe.moving):
-        others = _friction(case, int(k))
-        x, y = _beside(others, model[:, k]), _beside(others, probe.tau[:, k])
+        x, y = _beside_friction(case, int(k), model, probe.tau)
         if x @ x < 1e-18 * max(float(model[:, k] @ model[:, k]), 1e-12):
             continue
         weight[k] = x @ x
@@ -57,7 +58,7 @@ def gains(case: Case) -> Gains:
         inner, goals = inner + x @ y, goals + y @ y
     common = inner / weight.sum() if weight.any() else 0.0
     total = common * inner / goals if goals else 0.0
-    return Gains(value, sd, explained, weight, float(common), float(total))
+    return Gains(value, sd, explained, weight, goals, float(common), float(total))
 
 
 @dataclass(frozen=True)
@@ -87,10 +88,9 @@ def load_of(case: Case, found: Gains) -> Load:
     last = last_link(case)
     rows, goals, factors = [], [], []
     for k in np.flatnonzero(found.weight):
-        others = _friction(case, int(k))
-        x, y = _beside(others, model[:, k]), _beside(others, probe.tau[:, k])
+        x, y, own = _beside_friction(case, int(k), model, probe.tau, last)
         size = np.linalg.norm(y)
-        rows.append(_beside(others, last[:, k]) / size)
+        rows.append(own / size)
         goals.append((y - x) / size)
         factors.append(np.sum((y - found.value[k] * x) ** 2) / size**2)
     W, goal = np.concatenate(rows), np.concatenate(goals)
@@ -119,22 +119,19 @@ def of_rotors(case: Case, found: Gains) -> NDArray[np.bool_]:
     model = inverse_dynamics(case.robot, probe.motion.q, probe.motion.qd, probe.motion.qdd)
     better = np.zeros(case.robot.dof, dtype=bool)
     for k in np.flatnonzero(found.weight):
-        others = _friction(case, int(k))
-        x, y, a = (_beside(others, s[:, k]) for s in (model, probe.tau, probe.motion.qdd))
+        x, y, a = _beside_friction(case, int(k), model, probe.tau, probe.motion.qdd)
         rotor = max((y - x) @ a / max(a @ a, 1e-300), 0.0)
         better[k] = np.sum((y - x - rotor * a) ** 2) < np.sum((y - found.value[k] * x) ** 2)
     return better
 
 
-def _friction(case: Case, k: int) -> Array:
-    """Columns of a joint's friction and offset, shape (S, 3)."""
-    probe = case.probe
-    return np.column_stack([probe.motion.qd[:, k], probe.sign[:, k], np.ones(len(probe.t))])
-
-
-def _beside(others: Array, signal: Array) -> Array:
-    """The signal without what the others explain of it."""
-    return signal - others @ np.linalg.lstsq(others, signal, rcond=None)[0]
+def _beside_friction(case: Case, k: int, *signals: Array) -> list[Array]:
+    """A joint's part of some signals without what its friction and offset explain of them."""
+    probe, own = case.probe, case.probe.counted[:, k]
+    friction = [probe.motion.qd[own, k], probe.sign[own, k], np.ones(own.sum())]
+    others = np.column_stack(friction)
+    parts = (signal[own, k] for signal in signals)
+    return [y - others @ np.linalg.lstsq(others, y, rcond=None)[0] for y in parts]
 
 
 def spread(x: Array, y: Array) -> float:

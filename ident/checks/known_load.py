@@ -43,11 +43,12 @@ def gains_of_load(case: Case, load: tuple[float, float, float, float]) -> Gains:
     torque[probe.log != probe.log.max()] = 0.0
     value, sd, explained, weight = np.zeros((4, n))
     for k in np.flatnonzero(probe.moving & torque.any(axis=0)):
-        W, goals = case.columns.W[:, k], np.column_stack([torque[:, k], probe.tau[:, k]])
+        at = probe.counted[:, k]
+        W, goals = case.columns.W[at, k], np.column_stack([torque[at, k], probe.tau[at, k]])
         own = W[:, W.any(axis=0)]
         x, y = (goals - own @ solution(own.T @ own, own.T @ goals)).T
         weight[k] = x @ x
         value[k] = (x @ y) / weight[k]
         sd[k] = spread(x, y)
         explained[k] = 1 - np.sum((y - value[k] * x) ** 2) / max(float(y @ y), 1e-300)
-    return Gains(value, sd, explained, weight, 0.0, 0.0)
+    return Gains(value, sd, explained, weight, 0.0, 0.0, 0.0)

@@ -72,7 +72,7 @@ def unit_remarks(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark
         )
         return [Remark("units", (), text, Grade.REFUSED, advice)]
     return _one_factor(case, found, bounds) or [
-        *_strange(found, bounds),
+        *_strange(case, found, bounds),
         *_apart(case, found, bounds),
     ]
 
@@ -93,9 +93,16 @@ def _one_factor(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark]
     return [Remark("units", (), text, Grade.DOUBTFUL, advice)]
 
 
-def _strange(found: Gains, bounds: CheckSettings) -> list[Remark]:
-    """Torque that is not this arm's, for all that its URDF says."""
+def _strange(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark]:
+    """Torque that is not this arm's, for all that its URDF says.
+
+    The URDF's links have to explain a part of what other links would, or of their own weight.
+    """
     if not found.value.any() or found.common_explained > bounds.cad_doubtful:
+        return []
+    by_others = 1.0 - float(np.sum(case.residual[case.probe.counted] ** 2)) / found.torque
+    wanted = max(by_others, min(found.weight.sum() / found.torque, 1.0))
+    if found.common_explained > bounds.cad_doubtful * wanted:
         return []
     text = (
         f"The URDF's links account for only {100 * max(found.common_explained, 0.0):.0f} % of the"

@@ -83,10 +83,9 @@ def _fit(evidence: RegressionData) -> tuple[Array, Array]:
     """Least squares and standard errors; NaN and infinite for columns without rows."""
     R = merged(evidence.by_joint)
     seen = np.linalg.norm(R[:, :-1], axis=0) > 0
-    beta, sd = np.full(len(seen), np.nan), np.full(len(seen), np.inf)
+    beta = np.full(len(seen), np.nan)
     beta[seen] = _solution(R[:, :-1][:, seen], R[:, -1])
-    sd[seen] = standard_errors(evidence)[seen]
-    return beta, sd
+    return beta, standard_errors(evidence)
 
 
 def _solution(W: Array, tau: Array) -> Array:

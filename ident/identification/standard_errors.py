@@ -28,7 +28,10 @@ _RIDGE = 1e-12
 
 
 def standard_errors(evidence: RegressionData) -> Array:
-    """Standard error of each base parameter of the least-squares solution, shape (b,)."""
+    """Standard error of each base parameter of the least-squares solution, shape (b,).
+
+    Infinite for those that stand in no row, as where every recording holds their joint.
+    """
     triangles = evidence.fitted_triangles
     rows = triangles.reshape(-1, *triangles.shape[-3:])
     grams = np.einsum("snij,snik->sjk", rows, rows)
@@ -52,9 +55,11 @@ def _cluster_robust(grams: Array) -> Array:
     Args:
         grams: inner products of [W | tau] of independent groups of rows, shape (G, b + 1, b + 1).
     """
-    scale = np.sqrt(np.einsum("gjj->j", grams)[:-1])
-    A = grams[:, :-1, :-1] / np.outer(scale, scale)
-    y = grams[:, :-1, -1] / scale
+    length = np.sqrt(np.einsum("gjj->j", grams)[:-1])
+    seen = np.flatnonzero(length > 0)
+    scale, variance = length[seen], np.full(len(length), np.inf)
+    A = grams[np.ix_(np.arange(len(grams)), seen, seen)] / np.outer(scale, scale)
+    y = grams[:, seen, -1] / scale
     lengths, axes = np.linalg.eigh(A.sum(axis=0))
     root = (axes / np.sqrt(np.maximum(lengths, _RIDGE * lengths[-1]))) @ axes.T
     scores = (y - A @ (root @ root @ y.sum(axis=0))) @ root
@@ -63,7 +68,8 @@ def _cluster_robust(grams: Array) -> Array:
     parts /= np.sqrt(1 - np.clip(leverage, 0.0, _MOST_LEVERAGE))
     moves = np.einsum("gij,gj->gi", directions, parts) @ root
     small_sample = stdtrit(max(len(grams) - 1, 1), 0.95) / QUANTILE_90
-    return small_sample**2 * np.sum(moves**2, axis=0) / scale**2
+    variance[seen] = small_sample**2 * np.sum(moves**2, axis=0) / scale**2
+    return variance
 
 
 def _of_reversals(evidence: RegressionData) -> Array:

@@ -18,6 +18,9 @@ _HIGHEST_SHARE = 0.4
 _DIFFERENTIATION = (4.0, 25.0)
 _ENERGY = 0.99
 _MOST_SAMPLES = 1 << 16
+_TRIM = 8
+_LEAST_TRIMS = 4
+_TO_FIT = 1.001  # times the cut-off of which a stretch is as long as it has to be
 
 CURVES = tuple(
     curve for curve, ends in zip(BASIS, ENDING, strict=True) if ends and curve.cutoff in (None, 1)
@@ -67,7 +70,12 @@ class Processing:
     @property
     def trim_s(self) -> float:
         """Length at each end of a recording whose rows are left out [s]: eight time constants."""
-        return 8 * (self.columns or self.motion).time_constant_s
+        return _TRIM * (self.columns or self.motion).time_constant_s
+
+    @property
+    def least_s(self) -> float:
+        """Length of the shortest stretch that is used [s]: half of it is left."""
+        return _LEAST_TRIMS * self.trim_s
 
 
 def processing(arm: Arm, data: Dataset, curves: tuple[SmoothedSign, ...] = CURVES) -> Processing:
@@ -117,9 +125,12 @@ def _cutoff(arm: Arm, data: Dataset) -> tuple[float, str]:
     if arm.harmonic_hz is not None:
         text = f"{_OVER_HARMONIC} times the highest harmonic of the excitation (paper, V-C)"
         return _OVER_HARMONIC * arm.harmonic_hz, text
-    return min(
-        wanted_cutoff_hz(data), highest_cutoff_hz(data)
-    ), f"{_OVER_HARMONIC} times the frequency below which {_ENERGY:.0%} of the velocity lies"
+    wanted = min(wanted_cutoff_hz(data), highest_cutoff_hz(data))
+    fitting = _lowest_cutoff_hz(arm, data)
+    if wanted < fitting < highest_cutoff_hz(data):
+        return fitting, "the lowest whose filter fits into the recording"
+    text = f"{_OVER_HARMONIC} times the frequency below which {_ENERGY:.0%} of the velocity lies"
+    return wanted, text
 
 
 def wanted_cutoff_hz(data: Dataset) -> float:
@@ -130,6 +141,13 @@ def wanted_cutoff_hz(data: Dataset) -> float:
 def highest_cutoff_hz(data: Dataset) -> float:
     """The highest cut-off that is taken without being asked for [Hz]."""
     return _HIGHEST_SHARE * data.rate_hz / 2
+
+
+def _lowest_cutoff_hz(arm: Arm, data: Dataset) -> float:
+    """The lowest cut-off whose filter fits into the longest stretch [Hz]."""
+    longest = max(span.length for span in data.spans) / data.rate_hz
+    of_one_hertz = Lowpass(1.0, arm.settings.filter_order, data.rate_hz).time_constant_s
+    return float(_TO_FIT * _LEAST_TRIMS * _TRIM * of_one_hertz / longest)
 
 
 def highest_frequency(data: Dataset) -> float:

@@ -68,7 +68,8 @@ class Probe:
         sign: the velocity's sign, filtered like the torque, shape (S, n).
         tau: torque, filtered [N m], shape (S, n).
         raw: torque as recorded [N m], shape (S, n).
-        moving: which joints move, shape (n,).
+        counted: whose torque counts: joints that move in the recording of that instant, shape
+            (S, n). One that is held may hold by friction, whose torque no motion tells.
         cutoff_hz: of the filter.
     """
 
@@ -78,15 +79,21 @@ class Probe:
     sign: Array
     tau: Array
     raw: Array
-    moving: NDArray[np.bool_]
+    counted: NDArray[np.bool_]
     cutoff_hz: float
+
+    @property
+    def moving(self) -> NDArray[np.bool_]:
+        """Which joints move in any recording, shape (n,)."""
+        return self.counted.any(axis=0)
 
     def every(self, count: int) -> "Probe":
         """One of so many instants."""
         rows = slice(None, None, count)
         motion = Motion(*(x[rows] for x in (self.motion.q, self.motion.qd, self.motion.qdd)))
         found = replace(self, log=self.log[rows], t=self.t[rows], motion=motion)
-        return replace(found, sign=self.sign[rows], tau=self.tau[rows], raw=self.raw[rows])
+        found = replace(found, sign=self.sign[rows], tau=self.tau[rows], raw=self.raw[rows])
+        return replace(found, counted=self.counted[rows])
 
     def scaled(self, factor: float) -> "Probe":
         """The same motion with all positions multiplied."""
@@ -145,15 +152,16 @@ def probe_of(
 
     Args:
         chunks: of all recordings.
-        moving: which joints move, shape (n,).
+        moving: which joints move in each recording, shape (L, n).
         cutoff_hz: of the low-pass filter.
         instants: number of instants that is wanted, about.
     """
     seconds = sum(len(c.q) / c.rate_hz for c in chunks)
     parts = [_filtered(c, cutoff_hz, seconds / instants) for c in chunks]
     log, t, q, qd, qdd, sign, tau, raw = (np.concatenate(x) for x in zip(*parts, strict=True))
-    motion = Motion(q, qd * moving, qdd * moving)
-    return Probe(log, t, motion, sign * moving, tau, raw, moving, cutoff_hz)
+    counted = moving[log]
+    motion = Motion(q, qd * counted, qdd * counted)
+    return Probe(log, t, motion, sign * counted, tau, raw, counted, cutoff_hz)
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ _ROUNDING = 1e-20
 
 @dataclass(frozen=True)
 class Columns:
-    """The regression of a probe, joint by joint; rows of joints that do not move are zero.
+    """The regression of a probe, joint by joint; rows of joints that are held are zero.
 
     Attributes:
         W: columns of links, friction, and offset, shape (S, n, p).
@@ -69,10 +69,10 @@ def columns_of(robot: Robot, terms: Terms, probe: Probe) -> Columns:
     rows = terms.drive_matrix[coupled]
     shared = [(x @ rows.T)[:, None, :] * rows.T for x in (probe.motion.qd, probe.sign) if len(rows)]
     W = np.concatenate([links, *drives, *shared], axis=2)
-    W[:, ~probe.moving] = 0.0
+    W[~probe.counted] = 0.0
     first = links.shape[2]
     friction = first + np.column_stack([np.arange(n), n + np.arange(n)])
-    tau = np.where(probe.moving, probe.tau, 0.0)
+    tau = np.where(probe.counted, probe.tau, 0.0)
     return Columns(W, friction, tau, _folds(probe))
 
 

@@ -129,7 +129,7 @@ def rows_of(data: Dataset, process: Processing, regressor: Regressor) -> Iterato
     Raises:
         TooShortError: no stretch of the recording is long enough for the filter.
     """
-    least = 4 * process.trim_s
+    least = process.least_s
     longest = max(span.length for span in data.spans) / data.rate_hz
     if longest <= least:
         raise TooShortError(data.name, longest, least, process.cutoff_hz)

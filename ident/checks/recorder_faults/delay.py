@@ -81,7 +81,7 @@ def lag(case: Case, chunks: Sequence[Chunk], bounds: CheckSettings) -> Lag | Non
         return None
     delays = np.array([*(-d for d in reversed(later)), 0.0, *later])
     taus, inside = shifted_torque(chunks, case.probe, delays.tolist())
-    taus = np.where(case.probe.moving, taus, 0.0)
+    taus = np.where(case.probe.counted, taus, 0.0)
     if inside.sum() < _STRETCHES or not taus[delays == 0.0][:, inside].any():
         return None
     columns = replace(case.columns, W=case.columns.W * inside[:, None, None])

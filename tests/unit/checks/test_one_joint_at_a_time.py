@@ -1,0 +1,56 @@
+"""Recordings in which one joint moves and the others are held, which their friction does too."""
+
+import numpy as np
+import pytest
+from chain_arm import Log, inverse, recorded
+
+from ident.checks.examine import examine
+from ident.workflows.run import run_data
+
+JOINTS = 6
+
+
+def alone(joint: int, seed: int = 0) -> Log:
+    """One joint moves; brakes and friction hold the others with a torque of their own."""
+    log, rng = recorded(joints=JOINTS, seconds=20.0, seed=seed), np.random.default_rng(seed + joint)
+    free = log.tau - inverse(log.urdf, log.q, *derivatives(log))
+    q = np.zeros_like(log.q)
+    q[:, joint] = log.q[:, joint]
+    tau = inverse(log.urdf, q, *derivatives(log.with_(q=q)))
+    usual = np.sqrt(np.mean(log.tau**2, axis=0))
+    slow = np.sin(0.3 * log.t[:, None] + rng.uniform(0.0, 6.0, JOINTS))
+    held = usual * (rng.uniform(-0.5, 0.5, JOINTS) + 0.2 * slow + 0.01 * rng.normal(size=q.shape))
+    own = np.arange(JOINTS) == joint
+    return log.with_(q=q, tau=tau + np.where(own, free, held))
+
+
+def derivatives(log: Log) -> tuple[np.ndarray, np.ndarray]:
+    """Velocity and acceleration, the encoder's steps smoothed away."""
+    window = np.hanning(21) / np.hanning(21).sum()
+    smooth = np.apply_along_axis(np.convolve, 0, np.pad(log.q, ((10, 10), (0, 0)), "edge"), window,
+                                 "valid")  # fmt: skip
+    qd = np.gradient(smooth, log.t, axis=0)
+    return qd, np.gradient(qd, log.t, axis=0)
+
+
+def codes(*logs: Log) -> set[str]:
+    arm = logs[0].arm()
+    remarks = examine(arm, [log.dataset(arm, f"log_{i}") for i, log in enumerate(logs)]).remarks
+    return {r.code for r in remarks}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_holds_a_joint_is_taken_for_no_fault(seed):
+    """The torque of held joints fitted another joint's place by chance: all were refused."""
+    each = [alone(k, seed) for k in range(JOINTS)]
+    assert codes(*each) <= {"poor_motion"}
+    assert codes(recorded(joints=JOINTS, seconds=20.0, seed=seed), *each) == set()
+
+
+def test_they_do_no_harm_beside_a_motion_of_all_joints():
+    whole = recorded(joints=JOINTS, seconds=20.0)
+    arm, friction = whole.arm(), []
+    for logs in ([whole], [whole, *(alone(k) for k in range(JOINTS))]):
+        data = [log.dataset(arm, f"log_{i}") for i, log in enumerate(logs)]
+        friction.append(run_data(arm, data).model.parameter("fc"))
+    np.testing.assert_allclose(friction[1], friction[0], rtol=0.2)
