@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 
 from ident.dynamics.regressor import Motion
 from ident.recordings.dataset import Dataset
@@ -28,6 +29,14 @@ _OVERSAMPLING = 20
 
 _HIGHEST_SHARE = 0.4
 """Of the sampling rate: the highest cut-off."""
+
+_STILL = 0.02
+"""Part of its fastest speed that a held joint does not reach in `_ABOUT_S` before and after."""
+
+_ABOUT_S = 0.5
+_LEAST_TIME = 1 / 12
+"""Part of a recording in which a joint has to move: less tells nothing beside the links' many
+parameters."""
 
 _TRIM = 4.0
 """Time constants at both ends of a chunk that are left out."""
@@ -68,8 +77,8 @@ class Probe:
         sign: the velocity's sign, filtered like the torque, shape (S, n).
         tau: torque, filtered [N m], shape (S, n).
         raw: torque as recorded [N m], shape (S, n).
-        counted: whose torque counts: joints that move in the recording of that instant, shape
-            (S, n). One that is held may hold by friction, whose torque no motion tells.
+        counted: whose torque counts: joints that move about that instant, shape (S, n). One that
+            is held may hold by friction, whose torque no motion tells.
         cutoff_hz: of the filter.
     """
 
@@ -158,8 +167,10 @@ def probe_of(
     """
     seconds = sum(len(c.q) / c.rate_hz for c in chunks)
     parts = [_filtered(c, cutoff_hz, seconds / instants) for c in chunks]
-    log, t, q, qd, qdd, sign, tau, raw = (np.concatenate(x) for x in zip(*parts, strict=True))
-    counted = moving[log]
+    log, t, q, qd, qdd, sign, tau, raw, moves = map(np.concatenate, zip(*parts, strict=True))
+    counted = moving[log] & moves
+    for k in np.unique(log):
+        counted[log == k] &= moves[log == k].mean(axis=0) > _LEAST_TIME
     motion = Motion(q, qd * counted, qdd * counted)
     return Probe(log, t, motion, sign * counted, tau, raw, counted, cutoff_hz)
 
@@ -208,7 +219,7 @@ def filtered_torque(chunk: Chunk, cutoff_hz: float) -> tuple[Array, Array]:
 
 
 def _filtered(chunk: Chunk, cutoff_hz: float, step_s: float) -> tuple[Array, ...]:
-    """Recording, time, position and its derivatives, sign, and torque at some of its instants."""
+    """Recording, time, position and its derivatives, sign, torque, and whether each joint moves."""
     rate, count = chunk.rate_hz, len(chunk.q)
     grid = _grid(chunk, cutoff_hz)
     lowpass, every, before = grid.lowpass, grid.every, grid.before
@@ -224,5 +235,7 @@ def _filtered(chunk: Chunk, cutoff_hz: float, step_s: float) -> tuple[Array, ...
     first, end = -(-(before + trim) // every), (before + count - trim) // every
     kept = slice(first, max(end, first + 1), max(1, round(step_s * rate / every)))
     t = chunk.start_s + (np.arange(len(q)) * every - before) / rate
-    t, *rest = (x[kept] for x in (t, q, qd, qdd, sign, tau, raw))
+    about = 2 * round(_ABOUT_S * rate / every) + 1
+    moves = maximum_filter1d(np.abs(qd), about, axis=0) > _STILL * np.abs(qd).max(axis=0)
+    t, *rest = (x[kept] for x in (t, q, qd, qdd, sign, tau, raw, moves))
     return np.full(len(t), chunk.log), t, *rest
