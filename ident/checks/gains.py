@@ -58,7 +58,7 @@ def gains(case: Case) -> Gains:
         inner, goals = inner + x @ y, goals + y @ y
     common = inner / weight.sum() if weight.any() else 0.0
     total = common * inner / goals if goals else 0.0
-    return Gains(value, sd, explained, weight, goals, float(common), float(total))
+    return Gains(value, sd, explained, weight, float(goals), float(common), float(total))
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Whether recordings of one arm agree: each fitted alone, beside a fit of all the others."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -8,13 +8,19 @@ import numpy as np
 
 from ident.estimation.regression_data import RegressionData
 from ident.identification.standard_errors import standard_errors
-from ident.regression.triangles import merged, squared_error, squared_torque
+from ident.regression.triangles import merged, squared_torque
 from ident.signals.arrays import Array
 
 Change = Literal["friction", "load", "other"]
 
 _EXPLAINED = 0.95
 """Share of the excess squared error that freeing only some parameters must take away."""
+
+_OPEN = 1e-4
+"""Part of the largest singular value below which a direction of the parameters is open."""
+
+_ITS_OWN = 1e-3
+"""Part of a parameter in open directions from which it is not known itself."""
 
 _RIDGE = 1e-9
 
@@ -49,6 +55,26 @@ class Comparison:
         return np.nan_to_num(z, nan=0.0, posinf=0.0, neginf=0.0)
 
 
+@dataclass(frozen=True)
+class _Fit:
+    """Least squares of some recordings.
+
+    Attributes:
+        beta: base parameters, shape (b,); zero along what is open.
+        sd: standard error of each, shape (b,); infinite where the motion leaves it open.
+        open: directions of the parameters along which nothing is told, shape (b, m).
+    """
+
+    beta: Array
+    sd: Array
+    open: Array
+
+    @property
+    def told(self) -> Array:
+        """The parameters that are known, shape (b,); NaN for the others."""
+        return np.where(np.isfinite(self.sd), self.beta, np.nan)
+
+
 def compared(evidence: RegressionData) -> list[Comparison]:
     """Each recording beside all others; nothing for a single one."""
     count = len(evidence.logs)
@@ -56,22 +82,30 @@ def compared(evidence: RegressionData) -> list[Comparison]:
 
 
 def _beside(evidence: RegressionData, k: int) -> Comparison:
+    scale = np.linalg.norm(merged(evidence.by_joint)[:, :-1], axis=0)
     own = _of_logs(evidence, [k])
-    rest = _of_logs(evidence, [i for i in range(len(evidence.logs)) if i != k])
-    alone, sd = _fit(own)
-    others, others_sd = _fit(rest)
+    alone = _fit(own, scale)
+    others = _fit(_of_logs(evidence, [i for i in range(len(evidence.logs)) if i != k]), scale)
     R = merged(own.by_joint)
+    W, tau = R[:, :-1], R[:, -1]
+    least = float(np.sum((tau - W @ alone.beta) ** 2))
+
+    def theirs(free: Array) -> float:
+        """Squared error with the others' parameters, open and free ones fitted."""
+        left, X = tau - W @ others.beta, W @ np.column_stack([others.open, free])
+        X = X[:, np.linalg.norm(X, axis=0) > 0]
+        return float(np.sum((left - X @ _solution(X, left)) ** 2)) if X.size else float(left @ left)
+
+    as_they_are = theirs(np.zeros((len(scale), 0)))
     torque = float(squared_torque(R))
-    least = float(squared_error(R, np.nan_to_num(alone)))
-    theirs = float(squared_error(R, np.nan_to_num(others)))
     return Comparison(
-        alone,
-        sd,
-        others,
-        others_sd,
+        alone.told,
+        alone.sd,
+        others.told,
+        others.sd,
         float(np.sqrt(least / torque)),
-        float(np.sqrt(theirs / torque)),
-        _change(evidence, R, np.nan_to_num(others), theirs, least),
+        float(np.sqrt(as_they_are / torque)),
+        _change(evidence, theirs, as_they_are, least),
     )
 
 
@@ -79,13 +113,22 @@ def _of_logs(evidence: RegressionData, chosen: Sequence[int]) -> RegressionData:
     return replace(evidence, logs=tuple(evidence.logs[i] for i in chosen), products=None)
 
 
-def _fit(evidence: RegressionData) -> tuple[Array, Array]:
-    """Least squares and standard errors; NaN and infinite for columns without rows."""
+def _fit(evidence: RegressionData, scale: Array) -> _Fit:
+    """Least squares and standard errors.
+
+    Args:
+        evidence: the recordings.
+        scale: length of each parameter's column in all recordings, shape (b,).
+    """
     R = merged(evidence.by_joint)
-    seen = np.linalg.norm(R[:, :-1], axis=0) > 0
-    beta = np.full(len(seen), np.nan)
-    beta[seen] = _solution(R[:, :-1][:, seen], R[:, -1])
-    return beta, standard_errors(evidence)
+    U, lengths, axes = np.linalg.svd(R[:, :-1] / scale, full_matrices=False)
+    told = lengths > _OPEN * lengths[0]
+    beta = (axes[told].T @ (U[:, told].T @ R[:, -1] / lengths[told])) / scale
+    unknown = 1.0 - np.sum(axes[told] ** 2, axis=0) > _ITS_OWN
+    nowhere = np.linalg.svd(axes[told])[2][told.sum() :]
+    return _Fit(
+        beta, np.where(unknown, np.inf, standard_errors(evidence)), nowhere.T / scale[:, None]
+    )
 
 
 def _solution(W: Array, tau: Array) -> Array:
@@ -94,21 +137,17 @@ def _solution(W: Array, tau: Array) -> Array:
 
 
 def _change(
-    evidence: RegressionData, R: Array, others: Array, theirs: float, least: float
+    evidence: RegressionData, theirs: Callable[[Array], float], as_they_are: float, least: float
 ) -> Change:
     """What has to change beside the others' parameters for the recording to be predicted."""
     base = evidence.base
     friction = [i for i, p in enumerate(base.kept_parameters) if p.kind != "inertial"]
     last = [i for i, p in enumerate(base.parameters) if p.kind == "inertial"][-10:]
     moves: dict[Change, Array] = {
-        "friction": np.eye(len(others))[:, friction],
+        "friction": np.eye(len(base.kept_parameters))[:, friction],
         "load": base.K[:, last],
     }
-    left = R @ np.append(-others, 1.0)
     for name, directions in moves.items():
-        X = R[:, :-1] @ directions
-        X = X[:, np.linalg.norm(X, axis=0) > 0]
-        after = float(np.sum((left - X @ _solution(X, left)) ** 2)) if X.size else theirs
-        if theirs - after > _EXPLAINED * (theirs - least):
+        if as_they_are - theirs(directions) > _EXPLAINED * (as_they_are - least):
             return name
     return "other"

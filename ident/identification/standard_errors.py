@@ -25,6 +25,7 @@ QUANTILE_90 = 1.645
 
 _MOST_LEVERAGE = 0.999
 _RIDGE = 1e-12
+_ROUNDING = 1e-12  # of the longest column: shorter ones hold rounding errors
 
 
 def standard_errors(evidence: RegressionData) -> Array:
@@ -56,7 +57,7 @@ def _cluster_robust(grams: Array) -> Array:
         grams: inner products of [W | tau] of independent groups of rows, shape (G, b + 1, b + 1).
     """
     length = np.sqrt(np.einsum("gjj->j", grams)[:-1])
-    seen = np.flatnonzero(length > 0)
+    seen = np.flatnonzero(length > _ROUNDING * length.max())
     scale, variance = length[seen], np.full(len(length), np.inf)
     A = grams[np.ix_(np.arange(len(grams)), seen, seen)] / np.outer(scale, scale)
     y = grams[:, seen, -1] / scale

@@ -94,7 +94,7 @@ class Probe:
     @property
     def moving(self) -> NDArray[np.bool_]:
         """Which joints move in any recording, shape (n,)."""
-        return self.counted.any(axis=0)
+        return np.logical_or.reduce(self.counted, axis=0)
 
     def every(self, count: int) -> "Probe":
         """One of so many instants."""

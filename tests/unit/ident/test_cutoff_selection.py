@@ -38,3 +38,14 @@ def test_a_cutoff_that_the_motion_tells_is_kept(wam):
     assert with_best_cutoff([measured(wam, 1e-3)], wam.arm) == (wam.arm, None)
     given = wam.arm.with_settings(cutoff_hz=7.0)
     assert with_best_cutoff([measured(wam, 1e-3)], given) == (given, None)
+
+
+def test_the_cutoff_of_a_slow_and_short_motion_lets_its_filter_fit(wam):
+    """One slow way in the whole recording asks for a filter that is longer than that."""
+    t = np.arange(1500) / 500.0
+    q = 0.5 * np.cos(np.pi * t / 3.0)[:, None] * np.ones(7)
+    names = wam.arm.robot.joint_names
+    data = dataset(recording(names, t, q, np.ones_like(q)), names, "log")
+    process = processing(replace(wam.arm, harmonic_hz=None), data)
+    assert process.least_s < 3.0
+    assert process.reason == "the lowest whose filter fits into the recording"
