@@ -20,28 +20,31 @@ _WITHIN = 5.0  # of the joints' median, or of what the arm's file says
 _REWEIGHED = 10
 _TINY = 1e-12
 _MOVING = 0.05  # of the fastest speed
-_TURNING = 0.006  # rad/s: friction that turns round gradually leaves a fit smooth
+_TURNING = {"turning_speed": 0.006, "presliding": 2e-4, "rise_speed": 1e-3}
+"""Friction that turns round gradually leaves a fit smooth [rad, s]."""
+
 _LEAST = 1e-3  # of the stiffness, for what came out negative
 
 
 def neutral(n: int) -> Array:
-    """Settings before any data, shape (22, n)."""
+    """Settings before any data, shape (quantities, n)."""
     return np.array([[q.first] * n for q in QUANTITIES])
 
 
 def first_guess(setup: Setup, known: Array, *, same_servo: bool) -> Array:
-    """Settings of an arm with linear servos and dry friction, shape (22, n).
+    """Settings of an arm with linear servos and dry friction, shape (quantities, n).
 
     Args:
         setup: the recordings.
-        known: settings from elsewhere, shape (22, n); NaN where nothing is known.
+        known: settings from elsewhere, shape (quantities, n); NaN where nothing is known.
         same_servo: whether all joints have the same, so also the same stiffness.
     """
     parts = [smoothed(setup, s) for s in setup.segments]
     q, v, a, load = (np.concatenate(p) for p in zip(*parts, strict=True))
     n = q.shape[1]
     start = neutral(n)
-    start[ROW["turning_speed"]] = _TURNING
+    for name, value in _TURNING.items():
+        start[ROW[name]] = value
     settings = np.where(np.isnan(known), start, known)
     betas, stiffness = np.zeros((5, n)), np.full(n, np.nan)
     for j in range(n):

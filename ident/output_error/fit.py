@@ -103,9 +103,9 @@ class Prior:
     """What is believed before the data: where coordinates lie, and how alike joints are.
 
     Attributes:
-        center: settings around which they lie, shape (22, n).
-        sd: of each coordinate, shape (22, n).
-        alike: of the difference of a coordinate from its mean over joints, shape (22,); inf: not.
+        center: settings around which they lie, shape (quantities, n).
+        sd: of each coordinate, shape (quantities, n).
+        alike: of the difference of a coordinate from its mean over joints, shape (quantities,); inf: not.
     """
 
     center: Array
@@ -118,8 +118,8 @@ class Fit:
     """A fit's end.
 
     Attributes:
-        settings: shape (22, n).
-        free: which of them were fitted, shape (22, n).
+        settings: shape (quantities, n).
+        free: which of them were fitted, shape (quantities, n).
         residuals: [rad], shape (S, n).
         cost: twice the negative logarithm of the posterior, but for a constant.
         rounds: steps that were taken.
@@ -170,8 +170,8 @@ def columns(setup: Setup, settings: Array, free: NDArray[np.bool_], reach: float
 
     Args:
         setup: arm and recordings.
-        settings: around which, shape (22, n).
-        free: of which settings, shape (22, n).
+        settings: around which, shape (quantities, n).
+        free: of which settings, shape (quantities, n).
         reach: size of the changes, as a part of the largest that a fit makes.
     """
     setup = replace(setup, step=max(setup.step, SLOPE_STEP_S))
@@ -215,8 +215,8 @@ def fit(
 
     Args:
         setup: arm and recordings.
-        start: settings, shape (22, n).
-        free: which of them to fit, shape (22, n).
+        start: settings, shape (quantities, n).
+        free: which of them to fit, shape (quantities, n).
         prior: what is believed of them.
         rounds: times that derivatives are taken, about.
         progress: is told round and rms [rad].

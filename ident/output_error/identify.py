@@ -64,7 +64,7 @@ class Prepared:
         arm: kinematics, links, and what its file says of the servos.
         setup: it, along all recordings.
         prior: what is believed before the data; its centre is the first guess.
-        may: what may be fitted, shape (22, n): not what is known, nor joints at rest.
+        may: what may be fitted, shape (quantities, n): not what is known, nor joints at rest.
         moving: which joints moved, shape (n,).
         resolution: smallest step of the positions [rad], shape (n,).
     """
@@ -78,7 +78,7 @@ class Prepared:
 
     @property
     def start(self) -> Array:
-        """The first guess, shape (22, n)."""
+        """The first guess, shape (quantities, n)."""
         return self.prior.center
 
     @property
@@ -221,7 +221,7 @@ def _parts(servo: ServoSection, source: str) -> tuple[Part, ...]:
 
 
 def _given(values: dict, n: int, source: str) -> Array:
-    """Settings that a file gives, NaN elsewhere, shape (22, n)."""
+    """Settings that a file gives, NaN elsewhere, shape (quantities, n)."""
     wrong = [name for name in values if name not in ROW]
     if wrong:
         raise ConfigurationError(

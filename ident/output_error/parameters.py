@@ -56,10 +56,12 @@ QUANTITIES = (
     Quantity("drag", "N m s^2/rad^2", -1e3, 1e3, 0.0, 0.02, "friction per squared speed"),
     Quantity("skew", "N m s/rad", -1e3, 1e3, 0.0, 0.05, "half the damping's change by direction"),
     Quantity("turning_speed", "rad/s", 0.0, 0.2, 0.0, 0.005, "where dry friction is whole"),
+    Quantity("presliding", "rad", 0.0, 0.05, 0.0, 5e-4, "path after which dry friction slips"),
+    Quantity("rise_speed", "rad/s", 0.0, 0.2, 0.0, 0.002, "where half of it has risen further"),
 )
-"""In the order of the rows of a settings array, shape (22, n)."""
+"""In the order of the rows of a settings array, shape (quantities, n)."""
 
-LATER = ("spring", "drag", "skew", "turning_speed")
+LATER = ("spring", "drag", "skew", "turning_speed", "presliding", "rise_speed")
 """Quantities that files of the first version may lack."""
 
 ROW = {quantity.name: i for i, quantity in enumerate(QUANTITIES)}

@@ -5,7 +5,8 @@ formed for the middle of one sample, and held while servo, friction, and play ta
 stand half a step before positions, a step's torque is that of its middle, and damping takes over a
 step what it would take in continuous time: a step that is too coarse would pass for inertia and
 delay. A joint without play or twist moves as one with its rotor; one with them pushes through a
-dead zone with a spring, without rebound. Friction rubs at the rotor. All joints' impulses of a step
+dead zone with a spring, without rebound. Friction rubs at the rotor, through bristles in series with
+a damper: their bend is remembered, and what they carry is whole where the damper's speed is. All joints' impulses of a step
 are found by Gauss-Seidel sweeps, each joint's own exactly.
 """
 
@@ -20,14 +21,15 @@ from ident.signals.arrays import Array
 _SWEEPS = 40
 _HELD_S = 0.025  # for which mass and gravity are held at most: some microradians on a hobby arm
 _NO_PROFILE = 1e5  # rad/s^2
+_CREEP = 1e-6  # rad/s: slower than anything that is seen
 _SETTLED = 1e-4  # of the largest impulse of a step: less than a thousandth of a 12-bit step
 
 (
     STIFFNESS, INTEGRAL, RATE_GAIN, DEAD_ZONE, TORQUE_LIMIT, PROFILE_SPEED,
     PROFILE_ACCELERATION, DELAY, ARMATURE, DAMPING,
     COULOMB, STRIBECK, STRIBECK_SPEED, LOAD_FRICTION, OFFSET, HALF_PLAY, COMPLIANCE, ZERO,
-    SPRING, DRAG, SKEW, TURNING_SPEED,
-) = range(22)  # fmt: skip
+    SPRING, DRAG, SKEW, TURNING_SPEED, PRESLIDING, RISE_SPEED,
+) = range(24)  # fmt: skip
 
 
 class Motion(NamedTuple):
@@ -55,7 +57,7 @@ def simulate(chain, delta, settings, at_link, motion, step, out):
     Args:
         chain: kinematics and gravity.
         delta: the links' parameters, shape (10 n,).
-        settings: rows as `QUANTITIES` has them, shape (22, n).
+        settings: rows as `QUANTITIES` has them, shape (quantities, n).
         at_link: whether each joint's encoder sits behind the gears, shape (n,).
         motion: what is commanded.
         step: longest step [s].
@@ -69,7 +71,7 @@ def simulate(chain, delta, settings, at_link, motion, step, out):
     q, v, rotor, speed = np.empty(n), motion.speed.copy(), np.empty(n), motion.speed.copy()
     impulse, free, momentum, integral = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
     torque, level, middle = np.zeros(n), np.zeros(n), np.zeros(n)
-    share = np.zeros(n)
+    share, bent, turning = np.zeros(n), np.zeros(n), np.zeros(n)
     loose = np.empty(n, dtype=np.bool_)
     at = np.zeros(n, dtype=np.int64)
     goal, pace = np.empty(n), motion.speed.copy()
@@ -107,13 +109,15 @@ def simulate(chain, delta, settings, at_link, motion, step, out):
                     torque[i] -= speed_torque(p, i, speed[i])
                     torque[i] -= (1.0 - share[i]) * p[DAMPING, i] * speed[i]
                     level[i] = h * dry_friction(p, i, speed[i], bias[i])
+                    turning[i] = p[TURNING_SPEED, i] + p[PRESLIDING, i] / h
                     momentum[i] = -h * (bias[i] + p[SPRING, i] * q[i])
                     for j in range(n):
                         momentum[i] += mass[i, j] * v[j]
                     if not loose[i]:
                         momentum[i] += h * torque[i]
                 product(inverse, momentum, free)
-                solve(p, loose, share, inverse, free, level, torque, speed, rotor, q, impulse, h)
+                solve(p, loose, share, inverse, free, level, turning, bent, torque, speed, rotor, q,
+                      impulse, h)  # fmt: skip
                 product(inverse, impulse, v)
                 for i in range(n):
                     v[i] += free[i]
@@ -121,10 +125,14 @@ def simulate(chain, delta, settings, at_link, motion, step, out):
                     if loose[i]:
                         left = p[ARMATURE, i] * speed[i] + h * torque[i] - impulse[i]
                         inertia = p[ARMATURE, i] + h * share[i] * p[DAMPING, i]
-                        speed[i] = slowed(left, level[i], p[TURNING_SPEED, i], inertia)
+                        left += inertia * bent[i]
+                        speed[i] = slowed(left, level[i], turning[i], inertia) - bent[i]
                         rotor[i] += h * speed[i]
                     else:
                         speed[i], rotor[i] = v[i], q[i]
+                    if p[PRESLIDING, i] > 0.0:
+                        carried = min(max((speed[i] + bent[i]) / turning[i], -1.0), 1.0)
+                        bent[i] = carried * p[PRESLIDING, i] / h
         for i in range(n):
             out[k + 1, i] = (q[i] if at_link[i] else rotor[i]) - p[ZERO, i]
 
@@ -177,10 +185,11 @@ def damped(p, loose, mass, a, share, h):
 def dry_friction(p, i, speed, load):
     """Torque that dry friction may take at most [N m]."""
     dry = p[COULOMB, i] + p[LOAD_FRICTION, i] * abs(load)
-    if p[STRIBECK, i] == 0.0:
-        return dry
-    slow = speed / p[STRIBECK_SPEED, i]
-    return dry + p[STRIBECK, i] * np.exp(-slow * slow)
+    if p[STRIBECK, i] > 0.0:
+        slow = speed / p[STRIBECK_SPEED, i]
+        dry += p[STRIBECK, i] * np.exp(-slow * slow)
+    fast = abs(speed) + p[TURNING_SPEED, i] + _CREEP
+    return dry * fast / (fast + p[RISE_SPEED, i])
 
 
 @njit(cache=True)
@@ -238,7 +247,10 @@ def speed_torque(p, i, speed):
 
 @njit(cache=True)
 def slowed(momentum, level, turning, inertia):
-    """Speed that dry friction leaves; below the turning speed it is a damper."""
+    """Speed that dry friction leaves; below the turning speed it is a damper.
+
+    Speeds count from that at which the bristles' bend of the last step would carry nothing.
+    """
     if turning > 0.0:
         slow = momentum / (inertia + level / turning)
         if abs(slow) <= turning:
@@ -247,21 +259,23 @@ def slowed(momentum, level, turning, inertia):
 
 
 @njit(cache=True)
-def solve(p, loose, share, inverse, free, level, torque, speed, rotor, q, impulse, h):
+def solve(
+    p, loose, share, inverse, free, level, turning, bent, torque, speed, rotor, q, impulse, h
+):  # fmt: skip
     """Impulse on each link of a step [N m s]: friction, or what the gears carry."""
     n = free.size
     for _ in range(_SWEEPS):
         change, largest = 0.0, 0.0
         for i in range(n):
-            rest = free[i]
+            rest = free[i] + bent[i]
             for j in range(n):
                 if j != i:
                     rest += inverse[i, j] * impulse[j]
             if loose[i]:
-                new = tie(p, i, share[i], inverse[i, i], rest, level[i], torque[i], speed[i],
-                          rotor[i] - q[i], h)  # fmt: skip
+                new = tie(p, i, share[i], inverse[i, i], rest, level[i], turning[i],
+                          torque[i], speed[i], bent[i], rotor[i] - q[i], h)  # fmt: skip
             else:
-                held = rest / (inverse[i, i] + p[TURNING_SPEED, i] / level[i])
+                held = rest / (inverse[i, i] + turning[i] / level[i])
                 new = -min(max(held, -level[i]), level[i])
             change = max(change, abs(new - impulse[i]))
             largest = max(largest, abs(new))
@@ -271,11 +285,11 @@ def solve(p, loose, share, inverse, free, level, torque, speed, rotor, q, impuls
 
 
 @njit(cache=True)
-def tie(p, i, share, mobility, rest, level, torque, speed, twist, h):
+def tie(p, i, share, mobility, rest, level, turning, torque, speed, bent, twist, h):
     """Impulse through the gears: none within the play; beyond it a spring with a damper."""
     inertia = p[ARMATURE, i] + h * share * p[DAMPING, i]
-    momentum = p[ARMATURE, i] * speed + h * torque
-    half, turning = p[HALF_PLAY, i], p[TURNING_SPEED, i]
+    momentum = p[ARMATURE, i] * speed + h * torque + inertia * bent
+    half = p[HALF_PLAY, i]
     apart = twist + h * (slowed(momentum, level, turning, inertia) - rest)
     if abs(apart) <= half:
         return 0.0

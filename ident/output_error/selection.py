@@ -17,8 +17,11 @@ from ident.output_error.parameters import QUANTITIES, ROW
 from ident.regression.progress import Tell
 from ident.signals.arrays import Array
 
-BASE = ("stiffness", "armature", "damping", "coulomb", "turning_speed", "delay")
-"""What every joint has; nobody knows how its friction turns round, so that this is fitted too."""
+TURNING = ("turning_speed", "presliding", "rise_speed")
+"""How dry friction turns round: nobody knows, so that it is fitted at every joint."""
+
+BASE = ("stiffness", "armature", "damping", "coulomb", *TURNING, "delay")
+"""What every joint has."""
 
 _ROUNDS = 6
 _SHARES = (1.0, 0.5, 0.1)  # of what a part stands in for
@@ -123,9 +126,9 @@ def chosen(
     Args:
         searched: pieces that are fitted.
         other: pieces that judge.
-        start: settings of the base, shape (22, n).
+        start: settings of the base, shape (quantities, n).
         prior: what is believed.
-        may: what may be fitted, shape (22, n): not what is known, nor joints at rest.
+        may: what may be fitted, shape (quantities, n): not what is known, nor joints at rest.
         parts: to be tried.
         same_servo: whether all joints have the same.
         tell: hears what is being done.
@@ -218,7 +221,7 @@ def scanned(
     setup: Setup, best: Fit, part: Part, places: NDArray[np.bool_], prior: Prior,
     *, alike: bool = False,
 ) -> Array:  # fmt: skip
-    """Each joint where it fits best with a part at one of its sizes, shape (22, n).
+    """Each joint where it fits best with a part at one of its sizes, shape (quantities, n).
 
     All else is as in the arm so far, or as in the first guess: settings that were fitted without
     the part may have gone far to make up for it. What it stands in for is also tried smaller.

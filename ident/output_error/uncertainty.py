@@ -27,7 +27,7 @@ class Knowledge:
     """What a fit knows.
 
     Attributes:
-        sd: standard errors in the settings' units, NaN where not fitted, shape (22, n).
+        sd: standard errors in the settings' units, NaN where not fitted, shape (quantities, n).
         torque_factor_sd: of the logarithm of a joint's torque-like settings together, from the
             recordings and the URDF's masses alone, shape (n,).
     """

@@ -103,7 +103,7 @@ NOT_ASKED = {
     "payload": "it needs a model that was trusted before",
     "gravity_tilt": "zeros and offsets of the joints take it",
     "torque_ripple": "not built into the simulation yet",
-    "presliding": "the simulated friction has no memory",
+    "presliding": "every servo model has it",
     "thermal_drift": "the simulated friction does not change with time",
     "coupled_friction": "each joint has a servo of its own",
     "coupled_inertia": "each joint has a servo of its own",

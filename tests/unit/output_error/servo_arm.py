@@ -28,7 +28,7 @@ URDF = """<robot name="two_servos">
 </robot>
 """
 
-_MJCF = f"""<mujoco><option timestep="{TIMESTEP_S}" integrator="implicitfast"/>
+MJCF = f"""<mujoco><option timestep="{TIMESTEP_S}" integrator="implicitfast"/>
   <default><joint axis="0 1 0" damping="{DAMPING}" frictionloss="{COULOMB}" armature="{ARMATURE}"
     solreffriction="0.001 1" solimpfriction="0.9999 0.9999 0.001 0.5 2"/>
     <position kp="{STIFFNESS}"/></default>
@@ -55,7 +55,7 @@ Hidden = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 def recording(seconds: float = 24.0, seed: int = 0, hidden: Hidden | None = None) -> Recording:
     """What such an arm's log holds: commands and 12-bit positions at 50 Hz, no torque."""
-    arm = mujoco.MjModel.from_xml_string(_MJCF)
+    arm = mujoco.MjModel.from_xml_string(MJCF)
     state = mujoco.MjData(arm)
     wanted = commands(seconds, seed)
     state.qpos[:] = wanted[0]

@@ -78,6 +78,30 @@ def test_friction_that_turns_gradually_lets_a_joint_creep(play):
     assert q[t > 0.2] == pytest.approx(0.01 * (1 - np.exp(-rate * t[t > 0.2])), abs=2e-4)
 
 
+@pytest.mark.parametrize("play", [0.0, 1e-6])
+@pytest.mark.parametrize("step", [0.0005, 0.002])
+def test_bristles_give_way_and_come_back(play, step):
+    """Below its friction a joint is held by a spring, and let go it returns: no creep, no loss."""
+    values = {"stiffness": 20.0, "coulomb": 0.25, "damping": 0.5, "presliding": 0.004}
+    held = 0.01 * 20.0 / (20.0 + 0.25 / 0.004)
+    t, q = replay(lambda x: 0.01 if x < 1.0 else 0.0, half_play=play, step=step, **values)
+    assert q[(t > 0.5) & (t < 1.0)] == pytest.approx(held, abs=2e-5)
+    assert q[t > 1.5] == pytest.approx(0.0, abs=2e-5)
+
+
+@pytest.mark.parametrize("play", [0.0, 1e-6])
+@pytest.mark.parametrize(("values", "friction"), [
+    ({"presliding": 0.004}, 0.25),  # all of it, beyond its path
+    ({"presliding": 0.004, "rise_speed": 0.2}, 0.125),  # half of it, at that speed
+])  # fmt: skip
+def test_friction_of_steady_motion(values, friction, play):
+    servo = {"stiffness": 20.0, "coulomb": 0.25, "damping": 0.5, "half_play": play}
+    t, q = replay(lambda x: 0.2 * x, 4.0, **servo, **values)
+    sampled = 0.2 * 0.01  # a command is held, so that it is half a sample late
+    behind = (0.5 * 0.2 + friction) / 20.0 + sampled
+    assert (0.2 * t - q)[-50:] == pytest.approx(behind, abs=3e-4)
+
+
 def test_delay_shifts_the_answer():
     _, early = replay(lambda x: 0.1 if x > 0.5 else 0.0)
     _, late = replay(lambda x: 0.1 if x > 0.5 else 0.0, delay=0.04)
@@ -111,4 +135,4 @@ def test_a_planned_motion_keeps_its_acceleration():
 def test_coordinates_and_settings_belong_together():
     settings = neutral(2)
     assert settings_at(coordinates(settings)) == pytest.approx(settings)
-    assert len(QUANTITIES) == len(ROW) == 22
+    assert len(QUANTITIES) == len(ROW)

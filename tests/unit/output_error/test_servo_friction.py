@@ -1,0 +1,64 @@
+"""Friction that turns round in another way does not pass for inertia or less friction."""
+
+import numpy as np
+import pytest
+from servo_arm import STEP_RAD, URDF
+
+from ident.dynamics.compiled_chain import chain_of
+from ident.output_error.first_guess import first_guess
+from ident.output_error.fit import MotionSegment, Prior, Setup, fit
+from ident.output_error.parameters import QUANTITIES, ROW
+from ident.output_error.plant import Motion
+from ident.output_error.selection import BASE
+from ident.output_error.uncertainty import knowledge
+from wamctl.arm.robot import cad_parameters, load_robot
+
+TRUTH = {"stiffness": 15.0, "damping": 0.6, "coulomb": 0.1, "armature": 0.02}
+INERTIA, WEIGHT = 2e-3 + 0.3 * 0.1**2, 0.3 * 9.81 * 0.1
+STEP_S, PER_SAMPLE, DELAY_STEPS = 0.0005, 40, 30
+BRISTLE_RAD, RISE_RAD_S = 1e-3, 0.004
+
+
+def moved(command: np.ndarray, form: str) -> np.ndarray:
+    """What a 12-bit encoder tells of a servo with a pendulum, one explicit step after the other."""
+    k, d, level, armature = TRUTH.values()
+    q, v, bent, told = command[0], 0.0, 0.0, np.empty_like(command)
+    for i in range(len(command) * PER_SAMPLE):
+        if i % PER_SAMPLE == 0:
+            told[i // PER_SAMPLE] = np.round(q / STEP_RAD) * STEP_RAD
+        goal = command[max(i - DELAY_STEPS, 0) // PER_SAMPLE]
+        if form == "bristles":
+            bent += STEP_S * v * (1 - np.sign(v) * bent / BRISTLE_RAD)
+            friction = level * bent / BRISTLE_RAD
+        else:
+            friction = level * v / (abs(v) + RISE_RAD_S)
+        torque = k * (goal - q) - d * v - friction + WEIGHT * np.cos(q)
+        v += STEP_S * torque / (armature + INERTIA)
+        q += STEP_S * v
+    return told
+
+
+@pytest.mark.parametrize(("form", "tells", "size"), [
+    ("bristles", "presliding", BRISTLE_RAD), ("rising", "rise_speed", RISE_RAD_S),
+])  # fmt: skip
+def test_rotor_and_friction_beside_another_form_of_friction(form, tells, size):
+    robot = load_robot(URDF, ("elbow",))
+    t = np.arange(0.0, 40.0, 0.02)
+    hz, wide = np.array([0.11, 0.37, 0.9, 1.7]), np.array([0.5, 0.25, 0.12, 0.05])
+    phases = np.random.default_rng(5).uniform(0.0, 6.28, 4)
+    command = np.sin(2 * np.pi * np.outer(t, hz) + phases) @ wide
+    q = moved(command, form)[:, None]
+    motion = Motion(t, t.copy(), command[:, None], q[0].copy(), np.zeros(1))
+    segments = (MotionSegment(motion, q, counted=50),)
+    setup = Setup(chain_of(robot), cad_parameters(robot), np.array([True]), segments, 0.001)
+    n = len(QUANTITIES)
+    start = first_guess(setup, np.full((n, 1), np.nan), same_servo=False)
+    prior = Prior(start, np.full((n, 1), 3.0), np.full(n, np.inf))
+    free = np.isin(np.arange(n), [ROW[name] for name in BASE])[:, None]
+    found = fit(setup, start, free, prior)
+    sd = knowledge(setup, found, prior).sd
+    assert found.settings[ROW[tells], 0] == pytest.approx(size, rel=0.5)
+    for name in ("armature", "coulomb"):
+        off = found.settings[ROW[name], 0] - TRUTH[name]
+        assert abs(off) < 0.025 * TRUTH[name], (name, off / TRUTH[name])
+        assert abs(off) < 2.6 * sd[ROW[name], 0], (name, off / sd[ROW[name], 0])
