@@ -105,7 +105,8 @@ class Prior:
     Attributes:
         center: settings around which they lie, shape (quantities, n).
         sd: of each coordinate, shape (quantities, n).
-        alike: of the difference of a coordinate from its mean over joints, shape (quantities,); inf: not.
+        alike: of the difference of a coordinate from its mean over joints, shape (quantities,);
+            inf: not.
     """
 
     center: Array

@@ -5,9 +5,9 @@ formed for the middle of one sample, and held while servo, friction, and play ta
 stand half a step before positions, a step's torque is that of its middle, and damping takes over a
 step what it would take in continuous time: a step that is too coarse would pass for inertia and
 delay. A joint without play or twist moves as one with its rotor; one with them pushes through a
-dead zone with a spring, without rebound. Friction rubs at the rotor, through bristles in series with
-a damper: their bend is remembered, and what they carry is whole where the damper's speed is. All joints' impulses of a step
-are found by Gauss-Seidel sweeps, each joint's own exactly.
+dead zone with a spring, without rebound. Friction rubs at the rotor, through bristles in series
+with a damper; their bend is remembered. All joints' impulses of a step are found by Gauss-Seidel
+sweeps, each joint's own exactly.
 """
 
 from typing import NamedTuple

@@ -31,7 +31,7 @@ class ServoModel:
         arm: the arm's name.
         robot: kinematics and links.
         settings: rows as `QUANTITIES` has them, shape (quantities, n).
-        sd: standard errors in the same units; NaN where a setting was not fitted, shape (quantities, n).
+        sd: standard errors in the same units, shape (quantities, n); NaN where not fitted.
         at_link: whether each joint's encoder sits behind the gears, shape (n,).
         resolution: smallest step of the positions [rad], shape (n,).
         noise: rms of measured against simulated positions in the fit [rad], shape (n,).
