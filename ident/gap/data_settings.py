@@ -1,6 +1,6 @@
 """The settings of `ident gap` that concern the recordings themselves: long logs, faulty samples."""
 
-from ident.gap.setting_fields import Section, count, positive, share
+from ident.model.setting_fields import Section, count, positive, share
 
 
 class LongLogs(Section):
@@ -47,6 +47,15 @@ class DataChecks(Section):
     )
     min_fault_count: int = count(
         4, "Smallest number of faulty samples that is reported [1]. A few may be chance."
+    )
+    min_steps: int = count(8, "Fewest steps of a stretch that is judged [1]: two joints' motion.")
+    step_quantile: float = share(
+        0.02,
+        "Quantile of the changes that are not zero which is the step of an encoder or of a recorded"
+        " torque [1]: not the least, which a single glitch may make.",
+    )
+    jitter_steps: int = count(
+        10, "Steps on both sides of a jump in which a clock that jitters makes up for it [1]."
     )
     repeated_step: float = share(
         0.05,

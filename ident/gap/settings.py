@@ -5,10 +5,10 @@ README of this folder is written from this file by `python -m ident.gap.settings
 """
 
 from ident.gap.data_settings import BrokenTime, DataChecks, LongLogs
-from ident.gap.setting_fields import Section as _Section
-from ident.gap.setting_fields import count as _count
-from ident.gap.setting_fields import positive as _positive
-from ident.gap.setting_fields import share as _share
+from ident.model.setting_fields import Section as _Section
+from ident.model.setting_fields import count as _count
+from ident.model.setting_fields import positive as _positive
+from ident.model.setting_fields import share as _share
 
 
 class Scoring(_Section):
@@ -192,6 +192,9 @@ class Transients(_Section):
         "Squared mean over mean square of a push [1]: half a sine has 0.8, ringing 0.",
     )
     merge_s: float = _positive(0.5, "Intervals closer than this are one event [s].")
+    span_ratio: float = _positive(
+        1.5, "An interval's samples may span this many times its length, if some are missing [1]."
+    )
 
 
 class LackOfFit(_Section):

@@ -13,11 +13,8 @@ from ident.gap.data_settings import DataChecks
 from ident.signals.arrays import Array
 from wamctl.arm.robot import cad_parameters
 
-_FEWEST = 8  # steps of a stretch that is judged
 _ROUNDING = 1e-9  # rad: two motors' counts that cancel leave no more
-_AROUND = 10  # steps on both sides of a jump, in which a clock that jitters makes up for it
 _MODEL_RATE_HZ = 20.0  # the CAD model is compared at this rate
-_SMALLEST_QUANTILE = 0.02  # of the moves that are not zero: the encoder's step
 _USUAL_FACTOR = 1.5  # from the median of an absolute error to its standard deviation
 
 
@@ -58,20 +55,23 @@ def _few(count: int, steps: int, checks: DataChecks) -> bool:
 def _samples(q: Array, name: str, checks: DataChecks) -> list[Fault]:
     """Positions that repeat, or move by two samples' distance, on all joints at once."""
     step = np.diff(q, axis=0)
-    if len(step) < _FEWEST:
+    if len(step) < checks.min_steps:
         return []
     before, after = step[:-4], step[4:]
     expected = 0.25 * (before + step[1:-3] + step[3:-1] + after)
     here = step[2:-2]
-    least = np.maximum([_smallest(s) for s in step.T], _usual(here - expected))
+    least = np.maximum(
+        [_smallest(s, checks.step_quantile) for s in step.T], _usual(here - expected)
+    )
     fast = np.abs(expected) > checks.fast_steps * np.maximum(least, _ROUNDING)
     ratio = here / np.where(fast, expected, np.inf)
     enough = fast.sum(axis=1) >= 2
     repeated = int((enough & (~fast | (np.abs(ratio) < checks.repeated_step)).all(axis=1)).sum())
     jumps = enough & (~fast | (ratio > checks.skipped_step)).all(axis=1)
     skipped = int(jumps.sum())
-    if skipped and _way_gained(q, np.flatnonzero(jumps) + 2) < checks.min_way_gained:
-        skipped = 0
+    if skipped:
+        gained = _way_gained(q, np.flatnonzero(jumps) + 2, checks.jitter_steps)
+        skipped = skipped if gained >= checks.min_way_gained else 0
     if repeated < checks.min_repeated_share * len(step):
         repeated = 0
     if _few(repeated + skipped, len(step), checks):
@@ -83,7 +83,7 @@ def _samples(q: Array, name: str, checks: DataChecks) -> list[Fault]:
     return [Fault(DROPPED_SAMPLES.id, (), text, repeated + skipped)]
 
 
-def _way_gained(q: Array, places: NDArray[np.intp]) -> float:
+def _way_gained(q: Array, places: NDArray[np.intp], beside: int) -> float:
     """Way that a jump adds to the motion around it, in usual steps: mean over all jumps [1].
 
     One where a sample is lost, since all that follows comes a step early. None where the clock
@@ -92,22 +92,23 @@ def _way_gained(q: Array, places: NDArray[np.intp]) -> float:
     Args:
         q: position [rad], shape (S, m).
         places: of the sample ahead of each jump.
+        beside: so many steps before and after it are around it.
     """
-    inside = places[(places >= _AROUND) & (places < len(q) - _AROUND)]
+    inside = places[(places >= beside) & (places < len(q) - beside)]
     if len(inside) == 0:
         return 0.0
     steps = np.diff(q, axis=0)
-    around = steps[inside[:, None] + np.arange(-_AROUND, _AROUND)]
+    around = steps[inside[:, None] + np.arange(-beside, beside)]
     usual = np.median(around, axis=1)
-    way = around.sum(axis=1) - 2 * _AROUND * usual
+    way = around.sum(axis=1) - 2 * beside * usual
     weight = np.abs(usual)
     return float((np.sign(usual) * way).sum() / max(float(weight.sum()), _ROUNDING))
 
 
-def _smallest(step: Array) -> float:
+def _smallest(step: Array, quantile: float) -> float:
     """Smallest move of a joint from sample to sample [rad]: the encoder's step."""
     moved = np.abs(step[np.abs(step) > _ROUNDING])
-    return float(np.quantile(moved, _SMALLEST_QUANTILE)) if len(moved) else 1.0
+    return float(np.quantile(moved, quantile)) if len(moved) else 1.0
 
 
 def _usual(error: Array) -> Array:

@@ -208,7 +208,7 @@ def certainties(
     final = final_estimates(rows, end, settings.significance, state.accepted)
     design = replace(end, accepted=final.effects).design(rows)
     across = across_recordings(design, rows, final.fit, settings.cross_validation)
-    resolution = torque_resolution(source)
+    resolution = torque_resolution(source, settings.data_checks.step_quantile)
     fixed: Sequence[dict[str, Value]] = []
     if any(map(free_parameters, final.effects)):
         tuned = replace(end, accepted=final.effects)
@@ -242,10 +242,10 @@ def deviations(h: Candidate, values: Mapping[str, Value]) -> float:
     return max((abs(v.value) / v.sd if v.sd > 0.0 else np.inf for v in chosen), default=0.0)
 
 
-def torque_resolution(source: Experiment) -> Array:
+def torque_resolution(source: Experiment, quantile: float) -> Array:
     """Largest rounding error of the recorded torque of each joint [N m], shape (n,).
 
-    It is half the step, which is the least usual change.
+    It is half the step, which is this quantile of the changes that are not zero.
     """
     steps = np.full(source.arm.robot.dof, np.inf)
     for data in source.datasets:
@@ -253,12 +253,11 @@ def torque_resolution(source: Experiment) -> Array:
             for j, tau in enumerate(np.abs(np.diff(segment.tau, axis=0)).T):
                 changed = tau[tau > _ROUNDING * np.abs(segment.tau[:, j]).max()]
                 if len(changed):
-                    steps[j] = min(steps[j], float(np.quantile(changed, _SMALLEST)))
+                    steps[j] = min(steps[j], float(np.quantile(changed, quantile)))
     return np.where(np.isfinite(steps), steps / 2, 0.0)
 
 
 _ROUNDING = 1e-6  # of the largest torque: smaller changes are of arithmetic
-_SMALLEST = 0.02  # quantile of the changes that are not zero
 
 
 def _peak(design: DesignMatrix, found: Fit, index: int) -> tuple[float, int]:

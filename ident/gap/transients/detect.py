@@ -23,7 +23,6 @@ from ident.signals.arrays import Array
 _LENGTHS_S = tuple(np.geomspace(0.2, 4.0, 16))  # tried intervals: from a blow to a slow push
 _ROUNDS = 2  # of finding the interval and fitting without it
 _RECTANGLE = 3**-0.5  # standard deviation of what lies anywhere within one (JCGM 100:2008, 4.3.7)
-_SPLIT = 1.5  # rows of an interval may span this many times its length, if samples are missing
 
 
 @dataclass(frozen=True)
@@ -99,7 +98,7 @@ def find_transient(
     chosen = np.zeros(0, dtype=bool)
     for _ in range(_ROUNDS):
         power = _power(design, usual)
-        found = _loudest_interval(power, log, design.t, rows.hop_s)
+        found = _loudest_interval(power, log, design.t, (rows.hop_s, settings.span_ratio))
         if found is None:
             return None
         chosen = _extended(found, power, log, settings.loudness)
@@ -218,12 +217,19 @@ def _power(design: DesignMatrix, usual: Fit) -> tuple[Array, Array]:
 
 
 def _loudest_interval(
-    power: tuple[Array, Array], log: NDArray[np.int64], t: Array, hop_s: float
+    power: tuple[Array, Array], log: NDArray[np.int64], t: Array, spacing: tuple[float, float]
 ) -> NDArray[np.bool_] | None:
     """The interval with the largest likelihood ratio for a variance of its own, shape (R,).
 
     For m values of mean square r it is m (r - 1 - log r), twice the log-likelihood's rise.
+
+    Args:
+        power: squared residuals in units of their noise, and the joints that slide, (R,) each.
+        log: recording of each row, shape (R,).
+        t: of each row [s], shape (R,).
+        spacing: of the rows [s], and times its length that an interval's rows may span.
     """
+    hop_s, span = spacing
     best, chosen = 0.0, None
     sums = [np.concatenate([[0.0], np.cumsum(p)]) for p in power]
     for length in _LENGTHS_S:
@@ -232,7 +238,7 @@ def _loudest_interval(
             break
         squares, joints = (s[width:] - s[:-width] for s in sums)
         same = log[width - 1 :] == log[: len(log) - width + 1]
-        close = t[width - 1 :] - t[: len(t) - width + 1] < _SPLIT * length + hop_s
+        close = t[width - 1 :] - t[: len(t) - width + 1] < span * length + hop_s
         usable = same & close & (squares > joints) & (joints > 0)
         ratio = np.where(usable, squares / np.maximum(joints, 1.0), 1.0)
         value = joints * (ratio - 1.0 - np.log(ratio))

@@ -1,4 +1,4 @@
-"""Kinds of numbers in the settings of the search."""
+"""Kinds of numbers in the settings."""
 
 from typing import Any
 
