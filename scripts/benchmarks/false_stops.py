@@ -9,12 +9,11 @@ Prints how it ended, and per motor the largest torque that the motion did not sh
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import yaml
+from served_arm import program, served
 
 from wamctl.arm.config import find_file, load_arm_file
 from wamctl.arm.recording import read_recording
@@ -96,27 +95,6 @@ def configuration(shipped: str, folder: Path) -> Path:
     return path
 
 
-def program(name: str) -> str:
-    """A command of the project."""
-    return str(Path(sys.executable).with_name(name))
-
-
-@contextmanager
-def served(config: Path, effects: list[Effect], bus: str) -> Iterator[None]:
-    """An arm with hidden effects."""
-    hidden = config.with_name("hidden.yaml")
-    hidden.write_text(yaml.safe_dump({"effects": effects}))
-    command = [program("sim-bus"), "serve", "--config", str(config), "--bus", bus, "--lockstep"]
-    command += ["--hidden", str(hidden), "--stop-with-stdin"]
-    pipe = subprocess.PIPE
-    with subprocess.Popen(command, stdin=pipe, stdout=pipe) as server:
-        if server.stdout:
-            server.stdout.readline()
-        yield
-        if server.stdin:
-            server.stdin.close()
-
-
 def run(config: Path, effects: list[Effect]) -> tuple[str, np.ndarray]:
     """How it ended, and the largest torque left over per motor [N m], shape (n,)."""
     log, bus = config.with_name("log.mcap"), f"simbus:{config.with_name('bus')}"
@@ -124,7 +102,9 @@ def run(config: Path, effects: list[Effect]) -> tuple[str, np.ndarray]:
     arm = load_arm(str(config))[1]
     excite = [program("wamctl"), "excite", "--config", str(config), "--bus", bus, "--lockstep"]
     excite += ["--yes-move-the-arm", arm.file.arm, "--out", str(log)]
-    with served(config, effects, bus):
+    hidden = config.with_name("hidden.yaml")
+    hidden.write_text(yaml.safe_dump({"effects": effects}))
+    with served(config, bus, "--lockstep", "--hidden", str(hidden)):
         done = subprocess.run(excite, capture_output=True, text=True, check=False)
     last = done.stderr.strip().splitlines()[-1] if done.returncode else "to its end"
     recording = read_recording(log)

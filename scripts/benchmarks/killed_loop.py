@@ -12,12 +12,11 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import can
 import numpy as np
+from served_arm import program, served
 
 from wamctl.arm.recording import read_recording
 
@@ -43,24 +42,6 @@ class Listener(can.Listener):
                 self.stopped_s[msg.arbitration_id] = now
 
 
-@contextmanager
-def served(socket: Path) -> Iterator[None]:
-    """The simulated arm in real time."""
-    command = [program("sim-bus"), "serve", "--config", "wam7.yaml", "--bus", f"simbus:{socket}"]
-    pipe = subprocess.PIPE
-    with subprocess.Popen([*command, "--stop-with-stdin"], stdin=pipe, stdout=pipe) as server:
-        if server.stdout:
-            server.stdout.readline()
-        yield
-        if server.stdin:
-            server.stdin.close()
-
-
-def program(name: str) -> str:
-    """A command of the project."""
-    return str(Path(sys.executable).with_name(name))
-
-
 def killed_after(seconds: float, folder: Path) -> tuple[float, float] | None:
     """Time until the drives have stopped, and missing end of the log [s]; None if it ended before.
 
@@ -69,7 +50,10 @@ def killed_after(seconds: float, folder: Path) -> tuple[float, float] | None:
     socket, log, listener = folder / "bus", folder / "log.mcap", Listener()
     command = [program("wamctl"), "excite", "--config", "wam7.yaml", "--bus", f"simbus:{socket}"]
     command += ["--yes-move-the-arm", "wam7", "--out", str(log)]
-    with served(socket), can.Bus(interface="simbus", channel=str(socket)) as bus:
+    with (
+        served("wam7.yaml", f"simbus:{socket}"),
+        can.Bus(interface="simbus", channel=str(socket)) as bus,
+    ):
         notifier = can.Notifier(bus, [listener])
         with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as loop:
             while listener.syncs == 0 and loop.poll() is None:

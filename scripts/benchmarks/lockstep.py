@@ -10,16 +10,16 @@ year 2022: on a busy one, read all figures relative to it.
 """
 
 import json
-import os
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
 
+from served_arm import plain_loop, program, spent_s
+
 PERIOD_S = 0.002
 LOOK_S = 0.05
-TICK_S = 1.0 / os.sysconf("SC_CLK_TCK")
 
 
 def children(pid: int) -> dict[str, int]:
@@ -32,12 +32,6 @@ def children(pid: int) -> dict[str, int]:
             if word in words:
                 found[name] = int(child)
     return found
-
-
-def spent_s(pid: int) -> float:
-    """User and system time of a process [s]."""
-    fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) * TICK_S
 
 
 def watch(run: subprocess.Popen[str]) -> dict[str, float]:
@@ -59,8 +53,16 @@ def watch(run: subprocess.Popen[str]) -> dict[str, float]:
 def main() -> None:
     """Print the figures."""
     config = sys.argv[1] if len(sys.argv) > 1 else "wam7.yaml"
-    program = str(Path(sys.executable).with_name("wamctl"))
-    command = [program, "excite", "--config", config, "--bus", "sim", "--lockstep", "--json"]
+    command = [
+        program("wamctl"),
+        "excite",
+        "--config",
+        config,
+        "--bus",
+        "sim",
+        "--lockstep",
+        "--json",
+    ]
     command += ["--trajectory", sys.argv[2]] if len(sys.argv) > 2 else []
     with tempfile.TemporaryDirectory() as folder:
         log = f"{folder}/log.mcap"
@@ -72,11 +74,7 @@ def main() -> None:
     sys.stdout.write(f"{cycles} cycles: {micros:.0f} us each, {speed:.2f} times real time\n")
     for name, seconds in spent.items():
         sys.stdout.write(f"  {name}: {seconds / cycles * 1e6:.0f} us of processor time a cycle\n")
-    began = time.perf_counter()
-    total = 0
-    for k in range(3_000_000):
-        total += k
-    sys.stdout.write(f"plain loop of 3 million additions: {time.perf_counter() - began:.2f} s\n")
+    sys.stdout.write(plain_loop())
 
 
 if __name__ == "__main__":

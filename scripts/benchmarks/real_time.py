@@ -26,18 +26,13 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import yaml
+from served_arm import TICK_S, program, served, spent_s
 
 from wamctl.arm.config import find_file
 
 HOG = "import os; os.sched_setaffinity(0, {int(__import__('sys').argv[1])})\nwhile True: pass"
 LIMIT = Path("/proc/sys/kernel/sched_rt_runtime_us")
-TICK_S = 1.0 / os.sysconf("SC_CLK_TCK")
 STOLEN = 8  # place of that time in the first line of /proc/stat
-
-
-def program(name: str) -> str:
-    """A command of the project."""
-    return str(Path(sys.executable).with_name(name))
 
 
 def configuration(shipped: str, folder: Path, periods: int, fd: bool) -> Path:
@@ -62,20 +57,13 @@ def configuration(shipped: str, folder: Path, periods: int, fd: bool) -> Path:
 
 
 @contextmanager
-def running(command: list[str]) -> Iterator["subprocess.Popen[str]"]:
-    """A process that is ended with the block."""
-    pipe = subprocess.PIPE
-    with subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True) as process:
+def hog(core: int) -> Iterator[None]:
+    """A process that never rests, until the block ends."""
+    with subprocess.Popen([sys.executable, "-c", HOG, str(core)]) as process:
         try:
-            yield process
+            yield
         finally:
             process.terminate()
-
-
-def spent_s(pid: int) -> float:
-    """User and system time of a process [s]."""
-    fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) * TICK_S
 
 
 def stolen_s() -> float:
@@ -87,18 +75,16 @@ def stolen_s() -> float:
 
 def experiment(config: str, arm: str, bus: str, log: Path) -> None:
     """One experiment on a served arm; prints its figures."""
-    serve = [program("sim-bus"), "serve", "--config", config, "--bus", bus]
     excite = [program("wamctl"), "excite", "--config", config, "--bus", bus, "--json"]
     excite += ["--yes-move-the-arm", arm, "--out", str(log)]
-    with running(serve) as server:
-        if server.stdout:
-            print(server.stdout.readline().strip())
+    with served(config, bus) as (server, ready):
+        print(ready)
         pipe = subprocess.PIPE
         with subprocess.Popen(excite, stdout=pipe, stderr=pipe, text=True) as loop:
-            before, began, stolen = spent_s(server.pid), time.monotonic(), stolen_s()
+            before, began, stolen = spent_s(server), time.monotonic(), stolen_s()
             took = {}
             while loop.poll() is None:
-                took = {"loop": spent_s(loop.pid), "arm": spent_s(server.pid) - before}
+                took = {"loop": spent_s(loop.pid), "arm": spent_s(server) - before}
                 time.sleep(0.5)
             said = loop.stdout.read() if loop.stdout else ""
             sentence = loop.stderr.read().strip() if loop.stderr else ""
@@ -126,7 +112,7 @@ def main() -> None:
         config = str(configuration(asked.config, Path(folder), asked.periods, asked.fd))
         arm = yaml.safe_load(find_file(config).read_text())["arm"]
         for core in sorted(os.sched_getaffinity(0)) if asked.hogs else ():
-            stack.enter_context(running([sys.executable, "-c", HOG, str(core)]))
+            stack.enter_context(hog(core))
         bus = asked.bus or f"simbus:{folder}/bus"
         experiment(config, arm, bus, Path(folder) / "log.mcap")
 

@@ -18,7 +18,7 @@ from typing import Any
 
 import yaml
 
-LEFT_OUT = {"seconds", "settings", "provenance", "logs"}
+LEFT_OUT = {"seconds", "settings", "provenance", "logs", "model"}
 NAMES = ("run.json", "gap.json", "validate.json", "model.yaml")
 
 

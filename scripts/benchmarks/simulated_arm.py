@@ -8,13 +8,12 @@ idle machine of the year 2022: on a busy one, read all figures relative to it.
 """
 
 import struct
-import subprocess
 import sys
 import tempfile
 import time
-from pathlib import Path
 
 import can
+from served_arm import plain_loop, served
 
 PERIOD_S = 0.002
 NODES = range(1, 8)
@@ -77,32 +76,23 @@ def cycle(bus: can.BusABC, torques: bytes) -> None:
 def main() -> None:
     """Print the figures."""
     cycles = int(sys.argv[1]) if len(sys.argv) > 1 else 5000
-    program = str(Path(sys.executable).with_name("sim-bus"))
     with tempfile.TemporaryDirectory() as folder:
         path = f"{folder}/bus"
-        command = [program, "serve", "--config", "wam7.yaml", "--bus", f"simbus:{path}"]
-        pipe = subprocess.PIPE
-        with subprocess.Popen(
-            [*command, "--lockstep", "--stop-with-stdin"], stdin=pipe, stdout=pipe, text=True
-        ) as arm:
-            sys.stdout.write(arm.stdout.readline() if arm.stdout else "")
-            with can.Bus(interface="simbus", channel=path) as bus:
-                enable(bus)
-                torques = struct.pack("<4h", 100, -100, 50, 0)
-                began = time.perf_counter()
-                for _ in range(cycles):
-                    cycle(bus, torques)
-                seconds = time.perf_counter() - began
-            if arm.stdin:
-                arm.stdin.close()
+        with (
+            served("wam7.yaml", f"simbus:{path}", "--lockstep") as (_, ready),
+            can.Bus(interface="simbus", channel=path) as bus,
+        ):
+            sys.stdout.write(f"{ready}\n")
+            enable(bus)
+            torques = struct.pack("<4h", 100, -100, 50, 0)
+            began = time.perf_counter()
+            for _ in range(cycles):
+                cycle(bus, torques)
+            seconds = time.perf_counter() - began
     micros = seconds / cycles * 1e6
     ratio = cycles * PERIOD_S / seconds
     sys.stdout.write(f"{cycles} cycles: {micros:.0f} us each, {ratio:.1f} times real time\n")
-    began = time.perf_counter()
-    total = 0
-    for k in range(3_000_000):
-        total += k
-    sys.stdout.write(f"plain loop of 3 million additions: {time.perf_counter() - began:.2f} s\n")
+    sys.stdout.write(plain_loop())
 
 
 if __name__ == "__main__":
