@@ -94,7 +94,7 @@ def simulate(chain, delta, settings, at_link, motion, step, out):
                 middle[i] = q[i] + 0.5 * span * v[i]
             inverse_dynamics(chain, delta, middle, v, still, w, bias)
             mass_matrix(chain, delta, w, mass)
-            damped(p, loose, mass, a, share, h)
+            damped(p, loose, mass, a, share, turning, h)
             invert(a, inverse)
             for s in range(steps):
                 t = motion.t[k] + part * span + s * h
@@ -106,10 +106,8 @@ def simulate(chain, delta, settings, at_link, motion, step, out):
                         rate = planned(p, i, wanted, goal, pace, h)
                         wanted = aim
                     torque[i] = servo(p, i, wanted - here, rate, integral, h) - p[OFFSET, i]
-                    torque[i] -= speed_torque(p, i, speed[i])
-                    torque[i] -= (1.0 - share[i]) * p[DAMPING, i] * speed[i]
+                    torque[i] -= speed_torque(p, i, speed[i], share[i])
                     level[i] = h * dry_friction(p, i, speed[i], bias[i])
-                    turning[i] = p[TURNING_SPEED, i] + p[PRESLIDING, i] / h
                     momentum[i] = -h * (bias[i] + p[SPRING, i] * q[i])
                     for j in range(n):
                         momentum[i] += mass[i, j] * v[j]
@@ -130,9 +128,7 @@ def simulate(chain, delta, settings, at_link, motion, step, out):
                         rotor[i] += h * speed[i]
                     else:
                         speed[i], rotor[i] = v[i], q[i]
-                    if p[PRESLIDING, i] > 0.0:
-                        carried = min(max((speed[i] + bent[i]) / turning[i], -1.0), 1.0)
-                        bent[i] = carried * p[PRESLIDING, i] / h
+                    bent[i] = bend(p, i, speed[i] + bent[i], turning[i]) / h
         for i in range(n):
             out[k + 1, i] = (q[i] if at_link[i] else rotor[i]) - p[ZERO, i]
 
@@ -159,16 +155,18 @@ def product(matrix, vector, out):
 
 
 @njit(cache=True)
-def damped(p, loose, mass, a, share, h):
+def damped(p, loose, mass, a, share, turning, h):
     """Mass with the rotors of joints without play, and in `a` with their damping over a step.
 
     `share` is the part of the damping that the speed at the end of a step feels; the rest feels
-    the speed at its beginning. It is such that a free joint slows down as in continuous time.
+    the speed at its beginning. It is such that a free joint slows down as in continuous time. A
+    step at the `turning` speed brings dry friction from nothing to its whole.
     """
     n = mass.shape[0]
     for i in range(n):
         for j in range(n):
             a[i, j] = mass[i, j]
+        turning[i] = p[TURNING_SPEED, i] + p[PRESLIDING, i] / h
         inertia = p[ARMATURE, i]
         if not loose[i]:
             inertia += mass[i, i]
@@ -240,9 +238,18 @@ def shrunk(value, by):
 
 
 @njit(cache=True)
-def speed_torque(p, i, speed):
-    """What drag and direction take beside damping [N m]."""
-    return abs(speed) * (p[DRAG, i] * speed + p[SKEW, i])
+def speed_torque(p, i, speed, share):
+    """What drag, direction, and the damping that feels this speed take [N m]."""
+    curved = abs(speed) * (p[DRAG, i] * speed + p[SKEW, i])
+    return curved + (1.0 - share) * p[DAMPING, i] * speed
+
+
+@njit(cache=True)
+def bend(p, i, speed, turning):
+    """How far the bristles are bent after a step [rad]."""
+    if p[PRESLIDING, i] == 0.0:
+        return 0.0
+    return p[PRESLIDING, i] * min(max(speed / turning, -1.0), 1.0)
 
 
 @njit(cache=True)
