@@ -10,7 +10,8 @@ another motion:
 
 - torque: rms error of the model, of `ident run`'s (without the effect), and of the arm's true links
   and friction on the same motion without the effect, which is the noise floor, all at the cut-off
-  of the fit;
+  of the fit; of effects that make a joint stick more, the floor is also told with the true effect,
+  since no model tells the torque of a joint that sticks;
 - replay: rms joint error against the recording of the exported MJCF in MuJoCo, and of our own
   simulation, at the joint where MuJoCo is worst beside it; their ratio there, and rms over the
   joints; and the same two of our own simulation beside itself along a wanted motion a microradian
@@ -34,6 +35,7 @@ import yaml
 from numpy.typing import NDArray
 from own_plant import COULOMB, MOTION, OTHER_MOTION, cell, recorded
 
+from ident.effects.bound_effects import bound
 from ident.export.mjcf import left_out_of_mjcf, to_mjcf
 from ident.export.replay import replay, rms_of
 from ident.gap.data.experiment import experiment
@@ -41,6 +43,7 @@ from ident.gap.options import Options
 from ident.identification.identify import identify, model_of
 from ident.identification.standard_errors import QUANTILE_90
 from ident.model.identified_model import Model, NoEffects
+from ident.model.records import EffectRecord
 from ident.workflows.gap import Gap, counted, gap_of
 from ident.workflows.model_errors import errors_on
 from sim_bus.assembly import load_simulation
@@ -49,6 +52,7 @@ from wamctl.arm.recording import Recording
 
 Array = NDArray[np.floating]
 Draw = Callable[[np.random.Generator], tuple[dict[str, Any], dict[str, float]]]
+Form = tuple[str, dict[str, float], dict[str, float]]
 
 PERIODS = 2
 SPREAD = 0.4
@@ -131,6 +135,22 @@ HIDDEN: dict[str, Draw] = {
 }
 
 
+def _as_stribeck(hidden: dict[str, Any]) -> Form:
+    exponent = {"exponential": 1.0, "gaussian": 2.0}[hidden["form"]]
+    shape = {"speed": hidden["speed_rad_s"], "exponent": exponent, "slow_decay": 0.0}
+    return "", {"extra_friction": hidden["extra_nm"]}, shape
+
+
+def _as_load(hidden: dict[str, Any]) -> Form:
+    return "motor torque", {"coefficient": hidden["share"]}, {"about": hidden["share"]}
+
+
+STICKING: dict[str, Callable[[dict[str, Any]], Form]] = {
+    "stribeck": _as_stribeck,
+    "load_dependent_friction": _as_load,
+}
+
+
 def judged(seed: int, folder: Path, null_runs: int = 4) -> dict[str, Any]:
     """One arm: what was hidden, what was named, and how well model and export predict."""
     family = list(HIDDEN)[seed % len(HIDDEN)]
@@ -162,6 +182,7 @@ def judged(seed: int, folder: Path, null_runs: int = 4) -> dict[str, Any]:
         "verdict": found.content["verdict"],
         "named": [[e["name"], e["joints"]] for e in found.content["effects"]],
         "errors_percent": [e["relative_error_percent"] for e in errors],
+        "floor_with_effect": floor_with_effect(true, family, hidden, other),
         "rms_by_joint": [e["rms_by_joint"] for e in errors],
         "replay_rad": [followed[name][joint] for name in ("mujoco", "own")],
         "replay_joint": joint + 1,
@@ -169,6 +190,26 @@ def judged(seed: int, folder: Path, null_runs: int = 4) -> dict[str, Any]:
         "left_out": left_out_of_mjcf(found.model),
         "deviations": deviations(found, family, values),
     }
+
+
+def floor_with_effect(
+    true: Model, family: str, hidden: dict[str, Any], other: Recording
+) -> float | None:
+    """Error [%] of the true arm with the true effect, of effects that make a joint stick more."""
+    if family not in STICKING:
+        return None
+    variant, parameters, settings = STICKING[family](hidden)
+    joints = tuple(hidden["joints"])
+    record = EffectRecord(
+        name=family,
+        joints=joints,
+        rows=joints,
+        variant=variant,
+        parameters=parameters,
+        settings=settings,
+    )
+    there = counted(experiment([other], ["other"]))
+    return errors_on(replace(true, effects=bound((record,))), there)[0]["relative_error_percent"]
 
 
 def beside(log: Recording) -> Recording:
@@ -222,13 +263,15 @@ def ratios(by_joint: list[float]) -> tuple[float, float]:
 def line(arm: dict[str, Any]) -> str:
     """A row of the table."""
     model, plain, floor = arm["errors_percent"]
+    whole = arm["floor_with_effect"]
+    with_effect = "" if whole is None else f", {model / whole:.2f} with it"
     mujoco, own = arm["replay_rad"]
     worst, over_joints = zip(*map(ratios, arm["replay_ratios"]), strict=True)
     named = ", ".join(f"{name} {joints}" for name, joints in arm["named"]) or "–"
     z = ", ".join(f"{name} {e / sd:+.1f}" for name, (e, sd) in arm["deviations"].items())
     return (
         f"| {arm['seed']} | {arm['hidden']} {arm['joints']} | {named} | {plain:.2f} | {model:.3f}"
-        f" | {floor:.3f} | {model / floor:.2f} | {1e3 * mujoco:.2f} | {1e3 * own:.2f}"
+        f" | {floor:.3f} | {model / floor:.2f}{with_effect} | {1e3 * mujoco:.2f} | {1e3 * own:.2f}"
         f" | {worst[0]:.2f}, {over_joints[0]:.2f} | {worst[1]:.2f}, {over_joints[1]:.2f} | {z} |"
     )
 
@@ -236,13 +279,16 @@ def line(arm: dict[str, Any]) -> str:
 def summary(arms: list[dict[str, Any]]) -> str:
     """How many keep the bounds, and how many intervals hold."""
     torque = sum(a["errors_percent"][0] <= 1.1 * a["errors_percent"][2] for a in arms)
+    best = [max(a["errors_percent"][2], a["floor_with_effect"] or 0.0) for a in arms]
+    whole = sum(a["errors_percent"][0] <= 1.1 * x for a, x in zip(arms, best, strict=True))
     within = [
         [sum(ratios(a["replay_ratios"][i])[k] <= 1.2 for a in arms) for k in (0, 1)] for i in (0, 1)
     ]
     held = [abs(e) < QUANTILE_90 * sd for a in arms for e, sd in a["deviations"].values()]
     replays = "{} at each joint, {} over the joints"
     return (
-        f"{len(arms)} arms: torque within 1.1 times the floor {torque}; replay within 1.2 times our"
+        f"{len(arms)} arms: torque within 1.1 times the floor {torque}, {whole} with"
+        f" the true effect in it; replay within 1.2 times our"
         f" own {replays.format(*within[0])} (our own beside itself {replays.format(*within[1])});"
         f" 90 % intervals of effects hold {sum(held)} of {len(held)}"
     )
