@@ -44,10 +44,12 @@ def decided(rounds: Sequence[Round]) -> Decision | None:
     if last.is_altered:
         return None
     before = whole[-2]
-    doubted = _ahead(last, last.suspected)[0] or _ahead(last)[1] >= last.asked
-    if last.verdict == before.verdict == NO_GAP and not doubted and not _led_by_suspect(last):
+    ahead = last.is_suspicion and bool(_ahead(last, last.suspected)[0])
+    if last.verdict != before.verdict or ahead or _led_by_suspect(last):
+        return None
+    if last.verdict == NO_GAP and _ahead(last)[1] < last.asked:
         return Decision(NO_GAP, True, "Two different motions show no gap.")
-    if last.verdict == before.verdict == UNKNOWN:
+    if last.verdict == UNKNOWN:
         return Decision(UNKNOWN, True, "Two different motions show a gap that has no name.")
     return None
 
@@ -65,7 +67,7 @@ def ended(rounds: Sequence[Round], reason: str) -> Decision:
     if last not in (NO_GAP, UNKNOWN):
         return Decision(AMBIGUOUS, False, f"{text} No answer is confirmed against its rivals.")
     better, nats = _better_than_no_effect(whole[-1])
-    if last == NO_GAP and better:
+    if whole[-1].is_suspicion and better:
         told = f"{words(better)} predicted the motions better than no effect, with odds of"
         return Decision(AMBIGUOUS, False, f"{text} {told} {odds_text(nats)}, but is not confirmed.")
     return Decision(last, False, f"{text} The last verdict is not confirmed.")
@@ -78,7 +80,7 @@ def suspect_that_leads(rounds: Sequence[Round]) -> str:
     it out. Empty: none; what `ident gap` says leads.
     """
     whole = [r for r in rounds if r.verdict]
-    if not whole or whole[-1].verdict != NO_GAP:
+    if not whole or not whole[-1].is_suspicion:
         return ""
     last = whole[-1]
     return _ahead(last, last.suspected)[0] or (last.leader if _led_by_suspect(last) else "")
@@ -94,20 +96,20 @@ def _better_than_no_effect(item: Round) -> tuple[str, float]:
 
 
 def _led_by_suspect(item: Round) -> bool:
-    return item.verdict == NO_GAP and item.leader in item.suspected
+    return item.is_suspicion and item.leader in item.suspected
 
 
 def borne_out(rounds: Sequence[Round]) -> str:
     """The answer that has beaten every other one by what was asked; empty: none has.
 
-    It is what `ident gap` names of all logs, or, where that shows no gap, what it suspects. What
+    It is what `ident gap` names of all logs, or, where that names nothing, what it suspects. What
     `ident gap` calls ambiguous, although it has seen these motions, needs a motion of the changed
     arm, which no search has seen: two models that are wrong alike can predict at different odds.
     """
     last = rounds[-1]
     settled = last.verdict == NAMED or any(r.is_altered for r in rounds)
     found = [last.answer] if settled and last.verdict in (NAMED, AMBIGUOUS) else []
-    found += last.suspected if last.verdict == NO_GAP else []
+    found += last.suspected if last.is_suspicion else []
     for answer in found:
         ahead = known(rounds, answer)
         if ahead and min(ahead.values()) >= _bar(rounds, answer):

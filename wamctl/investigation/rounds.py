@@ -90,11 +90,13 @@ def next_round(site: Site, state: State) -> Round:
     altered = bool(state.pending) and known_change(state.pending).alters_the_model
     if altered:
         verdict, answer, suspected = whole[-1].verdict, whole[-1].answer, whole[-1].suspected
+        unexplained = whole[-1].unexplained
     else:
         site.tell("identifying, and asking for the gap")
         gap = _asked_for_gap([*logs_of(site.out, state), folder / "log.mcap"], folder)
         verdict, answer = _verdict(gap), answer_of(gap)
         suspected = [place_of(e) for e in gap.get("suspected", [])]
+        unexplained = bool(gap.get("unexplained"))
     bets, closed = _weighed(folder, logs, plan) if plan else ({}, {})
     leader = plan.get("leader", "")
     item = Round(
@@ -110,6 +112,7 @@ def next_round(site: Site, state: State) -> Round:
         answer=answer,
         changed=state.pending,
         suspected=suspected,
+        unexplained=unexplained,
     )
     rounds = (*state.rounds, item)
     return replace(item, evidence=known(rounds, leader), odds=_odds(rounds))

@@ -62,6 +62,7 @@ class Round:
         stopped: how a limit ended the motion; None: it did not.
         changed: what the operator had done to the arm before it, in his words; empty: nothing.
         suspected: effects that help prediction, but are too small or unsure for `ident gap`.
+        unexplained: whether `ident gap` sees structure that no effect explains.
     """
 
     reason: str
@@ -79,6 +80,13 @@ class Round:
     stopped: str | None = None
     changed: str = ""
     suspected: Sequence[str] = ()
+    unexplained: bool = False
+
+    @property
+    def is_suspicion(self) -> bool:
+        """Whether nothing is named, and what is suspected may be all there is."""
+        whole = self.verdict == "unknown" and not self.answer and not self.unexplained
+        return self.verdict == "no_gap" or (whole and bool(self.suspected))
 
     @property
     def is_altered(self) -> bool:

@@ -327,6 +327,34 @@ def test_a_suspect_that_predicts_better_leads_and_is_named_once_a_motion_bears_i
     assert [e["name"] for e in found["effects"]] == ["stribeck"]
 
 
+class AllSuspected(Suspecting):
+    """A gap without a name, of which what is suspected may be all."""
+
+    unexplained: tuple[dict[str, int], ...] = ()
+
+    def _gap(self, out: Path, arguments: list[str]) -> None:
+        super()._gap(out, arguments)
+        path = out / "gap.json"
+        more = {"unexplained": list(self.unexplained)}
+        path.write_text(json.dumps(json.loads(path.read_text()) | more))
+
+    def _plan(self, out: Path, arguments: list[str]) -> None:
+        super()._plan(out, arguments if "--lead" in arguments else [*arguments, "--lead", "none"])
+
+
+def test_a_suspect_that_may_be_the_whole_gap_is_named_once_a_motion_bears_it_out(outcome):
+    found = outcome(AllSuspected(["unknown"] * 9, 1.0, {}))
+    assert (found["verdict"], found["confirmed"], len(found["rounds"])) == ("named", True, 2)
+    assert [e["name"] for e in found["effects"]] == ["stribeck"]
+
+
+def test_a_suspect_beside_structure_that_no_effect_explains_is_not_named(outcome):
+    programs = AllSuspected(["unknown"] * 9, 1.0, {})
+    programs.unexplained = ({"joint": 1},)
+    found = outcome(programs)
+    assert (found["verdict"], found["confirmed"], len(found["rounds"])) == ("unknown", True, 2)
+
+
 def test_a_suspect_that_beats_no_effect_but_not_its_rival_is_ambiguous():
     evidence = {"none": 10.0, "joint_spring:1": 0.4}
     common = ("slow", "why", "rounds/04", Cost(), "stribeck:1", 6.0, evidence, {}, {})
