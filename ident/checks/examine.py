@@ -167,9 +167,9 @@ def _currents(
 ) -> tuple[tuple[Dataset, ...], DriveGains, list[Remark]]:
     """Currents as torque, and the gains."""
     moving = _moving(data)
-    chunks = chunks_of(data if load is None else (*data, load.data))
-    moves = [d.moving for d in (data if load is None else (*data, load.data))]
-    case = Case(arm.robot, arm.terms, _probe(chunks, np.array(moves)))
+    shown = data if load is None else (*data, load.data)
+    probe = _probe(chunks_of(shown), np.array([d.moving for d in shown]))
+    case = Case(arm.robot, arm.terms, probe)
     weighed = gains(case) if load is None else gains_of_load(case, load.load)
     found = drive_gains(arm, data, weighed, bounds, "weight" if load is None else "load")
     torques = tuple(d.with_torque_times(found.value) for d in data)

@@ -10,6 +10,7 @@ with a damper; their bend is remembered. All joints' impulses of a step are foun
 sweeps, each joint's own exactly.
 """
 
+from collections import namedtuple
 from typing import NamedTuple
 
 import numpy as np
@@ -50,6 +51,13 @@ class Motion(NamedTuple):
     speed: Array
 
 
+Joints = namedtuple("Joints", "loose q rotor speed torque free level share turning bent")
+"""What a step knows of the joints, shape (n,) each, written in place: whether play or twist is
+between link and rotor; their positions [rad] and the rotor's speed [rad/s]; the motor's torque
+[N m]; the link's speed without the impulses; the largest impulse of friction [N m s]; and, as
+`damped` and `bend` have them, damping and bristles."""
+
+
 @njit(cache=True)
 def simulate(chain, delta, settings, at_link, motion, step, out):
     """Positions that the encoders tell at each instant.
@@ -81,6 +89,7 @@ def simulate(chain, delta, settings, at_link, motion, step, out):
         rotor[i] = q[i]
         out[0, i] = motion.start[i]
         goal[i], _ = commanded(motion, at, i, motion.t[0] - p[DELAY, i], step)
+    joints = Joints(loose, q, rotor, speed, torque, free, level, share, turning, bent)
     inverse_dynamics(chain, delta, q, still, still, w, bias)
     twisted(p, at_link, loose, bias, q, rotor)
     for k in range(samples - 1):
@@ -114,8 +123,7 @@ def simulate(chain, delta, settings, at_link, motion, step, out):
                     if not loose[i]:
                         momentum[i] += h * torque[i]
                 product(inverse, momentum, free)
-                solve(p, loose, share, inverse, free, level, turning, bent, torque, speed, rotor, q,
-                      impulse, h)  # fmt: skip
+                solve(p, joints, inverse, impulse, h)
                 product(inverse, impulse, v)
                 for i in range(n):
                     v[i] += free[i]
@@ -266,23 +274,20 @@ def slowed(momentum, level, turning, inertia):
 
 
 @njit(cache=True)
-def solve(
-    p, loose, share, inverse, free, level, turning, bent, torque, speed, rotor, q, impulse, h
-):  # fmt: skip
+def solve(p, joints, inverse, impulse, h):
     """Impulse on each link of a step [N m s]: friction, or what the gears carry."""
-    n = free.size
+    level, n = joints.level, impulse.size
     for _ in range(_SWEEPS):
         change, largest = 0.0, 0.0
         for i in range(n):
-            rest = free[i] + bent[i]
+            rest = joints.free[i] + joints.bent[i]
             for j in range(n):
                 if j != i:
                     rest += inverse[i, j] * impulse[j]
-            if loose[i]:
-                new = tie(p, i, share[i], inverse[i, i], rest, level[i], turning[i],
-                          torque[i], speed[i], bent[i], rotor[i] - q[i], h)  # fmt: skip
+            if joints.loose[i]:
+                new = tie(p, i, joints, inverse[i, i], rest, h)
             else:
-                held = rest / (inverse[i, i] + turning[i] / level[i])
+                held = rest / (inverse[i, i] + joints.turning[i] / level[i])
                 new = -min(max(held, -level[i]), level[i])
             change = max(change, abs(new - impulse[i]))
             largest = max(largest, abs(new))
@@ -292,10 +297,12 @@ def solve(
 
 
 @njit(cache=True)
-def tie(p, i, share, mobility, rest, level, turning, torque, speed, bent, twist, h):
+def tie(p, i, joints, mobility, rest, h):
     """Impulse through the gears: none within the play; beyond it a spring with a damper."""
-    inertia = p[ARMATURE, i] + h * share * p[DAMPING, i]
-    momentum = p[ARMATURE, i] * speed + h * torque + inertia * bent
+    level, turning = joints.level[i], joints.turning[i]
+    twist = joints.rotor[i] - joints.q[i]
+    inertia = p[ARMATURE, i] + h * joints.share[i] * p[DAMPING, i]
+    momentum = p[ARMATURE, i] * joints.speed[i] + h * joints.torque[i] + inertia * joints.bent[i]
     half = p[HALF_PLAY, i]
     apart = twist + h * (slowed(momentum, level, turning, inertia) - rest)
     if abs(apart) <= half:

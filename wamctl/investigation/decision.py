@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from wamctl.investigation.evidence import ALPHA, asked, odds_text, signed_evidence, words
-from wamctl.investigation.state import Round
+from wamctl.investigation.state import AMBIGUOUS, NAMED, NO_GAP, UNKNOWN, Round
 
-NAMED, NO_GAP, AMBIGUOUS, UNKNOWN = "named", "no_gap", "ambiguous", "unknown"
 NONE = "none"
 
 

@@ -9,8 +9,8 @@ import yaml
 from wamctl.arm.configuration.known_change import WORDS, KnownChange, known_change
 from wamctl.arm.configuration.yaml_file import shipped_file
 from wamctl.investigation.budget import Budget
-from wamctl.investigation.decision import AMBIGUOUS, Decision
-from wamctl.investigation.state import Request, State, made
+from wamctl.investigation.decision import Decision
+from wamctl.investigation.state import AMBIGUOUS, Request, State, made
 
 _EMBEDDED = "sim"
 

@@ -13,7 +13,7 @@ from wamctl.arm.configuration.known_change import known_change
 from wamctl.arm.errors import DataError, UserError
 from wamctl.experiment.loop import Arm
 from wamctl.investigation.budget import Cost, cost_of
-from wamctl.investigation.decision import NAMED, NO_GAP, asked_of, known, suspect_that_leads
+from wamctl.investigation.decision import NONE, asked_of, known, suspect_that_leads
 from wamctl.investigation.evidence import (
     SEARCH_NATS,
     odds,
@@ -23,9 +23,8 @@ from wamctl.investigation.evidence import (
 )
 from wamctl.investigation.intervention import with_change
 from wamctl.investigation.programs import STOPPED, ProgramError, call
-from wamctl.investigation.state import Round, State, made
+from wamctl.investigation.state import NAMED, NO_GAP, UNKNOWN, Round, State, made
 
-_NONE, _UNKNOWN = "none", "unknown"
 _EVENTS = ("contact", "dropped_samples")
 _FIRST = "The first motion: what does the model miss at all?"
 
@@ -318,7 +317,7 @@ def _odds(rounds: Sequence[Round]) -> dict[str, float]:
     for item in rounds:
         for rival, won in item.bets.items():
             pairs.setdefault((item.leader, rival), []).extend(won)
-    pairs = {p: b for p, b in pairs.items() if p[0] != _UNKNOWN or signed_evidence(b) > 0.0}
+    pairs = {p: b for p, b in pairs.items() if p[0] != UNKNOWN or signed_evidence(b) > 0.0}
     last = rounds[-1]
-    likely = _UNKNOWN if last.verdict == _UNKNOWN else last.answer or _NONE
-    return odds({_NONE: 0.0, _UNKNOWN: 0.0} | {likely: SEARCH_NATS}, pairs)
+    likely = UNKNOWN if last.verdict == UNKNOWN else last.answer or NONE
+    return odds({NONE: 0.0, UNKNOWN: 0.0} | {likely: SEARCH_NATS}, pairs)

@@ -15,6 +15,7 @@ from wamctl.errors import UsageError
 from wamctl.investigation.budget import Cost
 
 FILE = "state.json"
+NAMED, NO_GAP, AMBIGUOUS, UNKNOWN = "named", "no_gap", "ambiguous", "unknown"
 _VERSION = 1
 _UNFINISHED = ".unfinished-"
 
@@ -85,8 +86,8 @@ class Round:
     @property
     def is_suspicion(self) -> bool:
         """Whether nothing is named, and what is suspected may be all there is."""
-        whole = self.verdict == "unknown" and not self.answer and not self.unexplained
-        return self.verdict == "no_gap" or (whole and bool(self.suspected))
+        whole = self.verdict == UNKNOWN and not self.answer and not self.unexplained
+        return self.verdict == NO_GAP or (whole and bool(self.suspected))
 
     @property
     def is_altered(self) -> bool:
