@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ident.checks.base_motion import base_remarks
 from ident.checks.case import Case
-from ident.checks.conditioning import conditioning_remarks
+from ident.checks.conditioning import conditioning_remarks, scaled_condition
 from ident.checks.currents import current_remarks, drive_gains
 from ident.checks.gains import gains
 from ident.checks.hypotheses import by_weight, least_error, scanned
@@ -187,11 +187,14 @@ def _physics(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
     remarks = conditioning_remarks(arm, data, chunks, together, bounds)
     parts = [[c for c in chunks if c.log == log] for log in range(len(data))]
     cases = [replace(together, probe=_probe(own, judged)) for own in parts]
-    signed = [_signed(case, own, bounds) for case, own in zip(cases, parts, strict=True)]
+    bound, both = bounds.condition_doubtful, list(zip(data, cases, strict=True))
+    tells = [not remarks and scaled_condition(arm, [d], c) < bound for d, c in both]
+    told = zip(cases, parts, tells, strict=True)
+    signed = [_signed(case, own, t or len(data) == 1, bounds) for case, own, t in told]
     if len(data) > 1:
         signed = of_one_arm(together, signed, bounds)
-    mended, in_ampere, judge = [], arm.settings.torque_unit == "A", not remarks
-    for one, case, own, found in zip(data, cases, parts, signed, strict=True):
+    mended, in_ampere = [], arm.settings.torque_unit == "A"
+    for one, case, own, found, judge in zip(data, cases, parts, signed, tells, strict=True):
         clipped = clipped_torque(case, own, bounds) if judge else []
         factors, more = _of_one(found, clipped, bounds, judge, in_ampere)
         mended.append(one if (factors == 1.0).all() else one.with_torque_times(factors))
@@ -264,13 +267,15 @@ def _cutoff_hz(chunks: Sequence[Chunk], moving: NDArray[np.bool_]) -> float:
     return float(np.clip(_OVER_MOTION * max(frequencies), *_CUTOFFS_HZ))
 
 
-def _signed(case: Case, chunks: Sequence[Chunk], bounds: CheckSettings) -> Signed:
-    """The case without wrong signs and swapped columns."""
+def _signed(case: Case, chunks: Sequence[Chunk], tells: bool, bounds: CheckSettings) -> Signed:
+    """The case without wrong signs, and, if its motion tells parameters apart, swapped columns."""
     signs = np.ones(case.robot.dof)
-    late = lag(case, chunks, bounds)
+    late = lag(case, chunks, bounds) if tells else None
     case, reversed_, remarks = all_reversed(case, bounds)
     signs *= -1.0 if reversed_ else 1.0
-    wrong = case.total > bounds.scan_from or (case.by_joint > bounds.scan_joint).any()
+    wrong = tells and (
+        case.total > bounds.scan_from or bool((case.by_joint > bounds.scan_joint).any())
+    )
     if late and not (wrong and least_error(case) < late.error_ratio * case.error):
         return Signed(case, signs, [*remarks, late.remark(case.robot.joint_names)])
     if wrong:

@@ -235,7 +235,8 @@ def _filtered(chunk: Chunk, cutoff_hz: float, step_s: float) -> tuple[Array, ...
     first, end = -(-(before + trim) // every), (before + count - trim) // every
     kept = slice(first, max(end, first + 1), max(1, round(step_s * rate / every)))
     t = chunk.start_s + (np.arange(len(q)) * every - before) / rate
-    about = 2 * round(_ABOUT_S * rate / every) + 1
-    moves = maximum_filter1d(np.abs(qd), about, axis=0) > _STILL * np.abs(qd).max(axis=0)
+    speed, about = np.abs(qd), 2 * round(_ABOUT_S * rate / every) + 1
+    fastest = speed[first : max(end, first + 1)].max(axis=0)  # beyond lies what the filter needs
+    moves = maximum_filter1d(speed, about, axis=0) > _STILL * fastest
     t, *rest = (x[kept] for x in (t, q, qd, qdd, sign, tau, raw, moves))
     return np.full(len(t), chunk.log), t, *rest

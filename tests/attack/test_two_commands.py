@@ -90,10 +90,9 @@ class Launcher:
         self.process.stdin.flush()
         return int(self.process.stdout.readline())
 
-    @property
-    def said(self) -> str:
-        """What the command that was started last has printed."""
-        return (self.folder / f"{self.started}.out").read_text()
+    def said(self, number: int) -> str:
+        """What the command that was started as this one has printed."""
+        return (self.folder / f"{number}.out").read_text()
 
 
 def configuration(folder: Path) -> Path:
@@ -143,7 +142,7 @@ def launcher(tmp_path_factory):
 @pytest.mark.parametrize("first", COMMANDS)
 def test_a_second_command_is_refused_and_the_first_goes_on(launcher, first):
     """The first one stands still for as long as it takes to see the others refused."""
-    pid = launcher.start(first)
+    pid, number = launcher.start(first), launcher.started
     wait_until_locked(launcher.bus)
     os.kill(pid, signal.SIGSTOP)
     try:
@@ -153,7 +152,7 @@ def test_a_second_command_is_refused_and_the_first_goes_on(launcher, first):
     if first in ("monitor", "excite", "investigate"):
         time.sleep(0.8)
         os.kill(pid, signal.SIGTERM)
-    assert launcher.code(pid) in ENDS[first]
+    assert launcher.code(pid) in ENDS[first], launcher.said(number)
 
 
 def all_others_are_refused(launcher: Launcher) -> None:
@@ -161,4 +160,4 @@ def all_others_are_refused(launcher: Launcher) -> None:
     for second in COMMANDS:
         other = launcher.start(second)
         assert launcher.code(other) == 4
-        assert launcher.said.strip().splitlines()[-1].startswith(sentence)
+        assert launcher.said(launcher.started).strip().splitlines()[-1].startswith(sentence)

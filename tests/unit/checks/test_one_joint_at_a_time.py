@@ -5,6 +5,7 @@ import pytest
 from chain_arm import Log, inverse, recorded
 
 from ident.checks.examine import examine
+from ident.regression.probe import chunks_of, probe_of
 from ident.workflows.run import run_data
 
 JOINTS = 6
@@ -66,3 +67,11 @@ def test_a_joint_that_moves_at_the_end_of_a_recording_only_is_judged_while_it_mo
     q, tau = (np.concatenate([getattr(long, x), getattr(short, x)[end]]) for x in ("q", "tau"))
     both = long.with_(t=np.arange(len(q)) / 100.0, q=q, tau=tau)
     assert codes(recorded(joints=JOINTS, seconds=20.0), both) == set()
+
+
+def test_joints_that_move_slowly_all_the_time_count_all_the_time():
+    """What the filter is given beyond both ends of a recording is faster than the motion."""
+    log = recorded(joints=JOINTS, seconds=60.0, rate_hz=20.0, speed=0.1, seed=2)
+    data = log.dataset(log.arm())
+    probe = probe_of(chunks_of([data]), data.moving[None], 1.0, 500)
+    assert probe.counted.mean(axis=0).min() > 0.98
