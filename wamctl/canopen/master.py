@@ -5,7 +5,6 @@ from pathlib import Path
 from types import MappingProxyType
 
 import can
-import canopen
 import numpy as np
 
 from wamctl.arm.arrays import Array
@@ -49,10 +48,8 @@ class CanopenDrives:
     ) -> None:
         self.names = tuple(f"drive {k} (node {node})" for k, node in enumerate(drives.node_ids, 1))
         self._bus, self._arm, self._drives, self._channel = bus, arm, drives, channel
-        self._network = canopen.Network(bus)
         self._nodes = [
-            sdo.add_node(self._network, node, od.load_dictionary(dictionary, node))
-            for node in drives.node_ids
+            sdo.Node(bus, node, od.load_dictionary(dictionary, node)) for node in drives.node_ids
         ]
         self._cycle = Cycle(bus, drives, self.names, channel, arm.bus)
 
@@ -69,9 +66,9 @@ class CanopenDrives:
         """
         notes: list[str] = []
 
-        def one(slot: int, node: canopen.RemoteNode) -> None:
+        def one(slot: int, node: sdo.Node) -> None:
             wanted = set_up.expected(self._arm, self._drives, slot)
-            node.nmt.send_command(_PRE_OPERATIONAL)
+            self._command(_PRE_OPERATIONAL, node)
             differences = set_up.identify(node, wanted)
             if differences:
                 raise BusError("; ".join(differences))
@@ -122,7 +119,7 @@ class CanopenDrives:
     def _counts(self) -> Array:
         counts = np.zeros(len(self._nodes))
 
-        def one(slot: int, node: canopen.RemoteNode) -> None:
+        def one(slot: int, node: sdo.Node) -> None:
             counts[slot] = sdo.read(node, od.POSITION)
 
         self._for_all(one)
@@ -137,8 +134,7 @@ class CanopenDrives:
             DrivesError: a drive refuses the watch.
         """
         self._for_all(lambda _, node: sdo.write(node, od.SYNC_LOSS, self._drives.sync_loss_ms))
-        for node in self._nodes:
-            node.nmt.send_command(_START)
+        self._for_all(lambda _, node: self._command(_START, node))
         self._cycle.start()
         self._cycle.send(np.zeros(len(self._nodes)))
 
@@ -165,8 +161,7 @@ class CanopenDrives:
 
     def cut_off_frames(self) -> list[can.Message]:
         """The frames of `cut_off`, for another process to send; nothing changes here."""
-        data = [bytes((_PRE_OPERATIONAL, node)) for node in self._drives.node_ids]
-        to_idle = [can.Message(arbitration_id=ids.NMT, is_extended_id=False, data=d) for d in data]
+        to_idle = [_order(_PRE_OPERATIONAL, node) for node in self._nodes]
         return [*self._cycle.zero_torque_frames(), *to_idle]
 
     def cut_off(self) -> None:
@@ -178,7 +173,18 @@ class CanopenDrives:
             except (can.CanError, OSError):
                 continue  # the others may get through; the drives' own watch does the rest
 
-    def _for_all(self, step: Callable[[int, canopen.RemoteNode], None]) -> None:
+    def _command(self, order: int, node: sdo.Node) -> None:
+        try:
+            self._bus.send(_order(order, node))
+        except (can.CanError, OSError) as error:
+            raise BusError(f"its NMT state could not be changed ({error})") from error
+
+    def _for_all(self, step: Callable[[int, sdo.Node], None]) -> None:
         """One step of the set-up for every drive; raises all their faults together."""
-        with sdo.listening(self._bus, self._network):
-            for_every_drive(self.names, lambda k: step(k, self._nodes[k]), self._channel)
+        for_every_drive(self.names, lambda k: step(k, self._nodes[k]), self._channel)
+
+
+def _order(order: int, node: sdo.Node) -> can.Message:
+    """An order to a drive's network management (NMT)."""
+    data = bytes((order, node.number))
+    return can.Message(arbitration_id=ids.NMT, is_extended_id=False, data=data)

@@ -3,8 +3,6 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import canopen
-
 from wamctl.arm.config import ArmFile, CanopenDrivesSection
 from wamctl.canopen import dictionary as od
 from wamctl.canopen import ds402, emcy, pdo, sdo
@@ -48,7 +46,7 @@ def expected(arm: ArmFile, drives: CanopenDrivesSection, slot: int) -> Expected:
     )
 
 
-def identify(node: canopen.RemoteNode, wanted: Expected) -> list[str]:
+def identify(node: sdo.Node, wanted: Expected) -> list[str]:
     """Compare the drive with what is expected; returns every difference, as ends of sentences.
 
     Raises:
@@ -57,7 +55,7 @@ def identify(node: canopen.RemoteNode, wanted: Expected) -> list[str]:
     return [fault for fault in _differences(node, wanted) if fault]
 
 
-def _differences(node: canopen.RemoteNode, wanted: Expected) -> Iterator[str]:
+def _differences(node: sdo.Node, wanted: Expected) -> Iterator[str]:
     profile = sdo.read(node, od.DEVICE_TYPE) & 0xFFFF
     if profile != od.SERVO_PROFILE:
         yield f"is a CiA {profile} device, not a drive (CiA {od.SERVO_PROFILE})"
@@ -78,7 +76,7 @@ def _differences(node: canopen.RemoteNode, wanted: Expected) -> Iterator[str]:
         )
 
 
-def reset_fault(node: canopen.RemoteNode) -> str | None:
+def reset_fault(node: sdo.Node) -> str | None:
     """Take an old fault away, ending at SWITCH ON DISABLED; returns what it was, None if none.
 
     Raises:
@@ -97,7 +95,7 @@ def reset_fault(node: canopen.RemoteNode) -> str | None:
     return what
 
 
-def configure(node: canopen.RemoteNode, wanted: Expected) -> None:
+def configure(node: sdo.Node, wanted: Expected) -> None:
     """Write and read back all settings; the drive must be PRE-OPERATIONAL.
 
     Raises:
@@ -110,7 +108,7 @@ def configure(node: canopen.RemoteNode, wanted: Expected) -> None:
         raise BusError(f"shows mode {mode} instead of {ds402.TORQUE_MODE} (object 0x6061:0)")
 
 
-def verify(node: canopen.RemoteNode, wanted: Expected) -> None:
+def verify(node: sdo.Node, wanted: Expected) -> None:
     """See whether a configured drive still has its settings, and no fault.
 
     Raises:
@@ -129,5 +127,5 @@ def verify(node: canopen.RemoteNode, wanted: Expected) -> None:
             )
 
 
-def _state(node: canopen.RemoteNode) -> State | None:
+def _state(node: sdo.Node) -> State | None:
     return ds402.state(sdo.read(node, od.STATUSWORD))

@@ -1,7 +1,8 @@
 """Opening a CAN bus from its word, `INTERFACE:CHANNEL`."""
 
 import errno
-from collections.abc import Sequence
+import time
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
@@ -143,3 +144,21 @@ def next_frame(bus: can.BusABC, timing: CycleTiming) -> can.Message | None:
     if isinstance(bus, BurstBus) and bus.has_arrived:
         return bus.recv(0.0)
     return bus.recv(max(0.0, timing.remaining()))
+
+
+def heard_within(bus: can.BusABC, patience_s: float) -> Iterator[can.Message]:
+    """Frames that come within a time [s], and whatever has arrived when it is over.
+
+    Where this program stood still meanwhile, nobody was silent.
+
+    Raises:
+        can.CanError: the bus does not receive.
+    """
+    end_s = time.monotonic() + patience_s
+    while True:
+        left_s = end_s - time.monotonic()
+        frame = bus.recv(max(0.0, left_s))
+        if frame is not None:
+            yield frame
+        elif left_s <= 0.0:
+            return

@@ -3,14 +3,13 @@
 import hashlib
 import os
 import socket
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import can
 
-from wamctl.drives.bus import Channel
+from wamctl.drives.bus import Channel, heard_within
 from wamctl.errors import BusError
 
 LISTENING_S = 0.25
@@ -79,11 +78,9 @@ def check_silence(bus: can.BusABC, channel: Channel, is_own: Callable[[can.Messa
     Raises:
         BusError: another master is at work, or the bus does not receive.
     """
-    end_s = time.monotonic() + LISTENING_S
     try:
-        while (left_s := end_s - time.monotonic()) > 0:
-            frame = bus.recv(left_s)
-            if frame is not None and is_own(frame):
+        for frame in heard_within(bus, LISTENING_S):
+            if is_own(frame):
                 raise BusError(
                     f"Another program commands the drives on bus {channel}: it sent frame "
                     f"{frame.arbitration_id:#05x}. Nothing was sent."

@@ -1,10 +1,11 @@
 """Questions and settings on a quiet bus, one Puck at a time: for set-up, not for the cycle."""
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
 import can
 
+from wamctl.drives.bus import heard_within
 from wamctl.errors import BusError, SilentDriveError
 from wamctl.puck import frames
 from wamctl.puck.properties import SAFE_ON_EVERY_VERSION, Properties
@@ -112,22 +113,15 @@ class Exchange:
 
     def _heard_within(self, duration_s: float) -> set[int]:
         """Identifiers of the frames that come in within a time."""
-        heard, end = set(), time.monotonic() + duration_s
-        while (left := end - time.monotonic()) > 0:
-            frame = self._receive(left)
-            if frame is not None:
-                heard.add(frame.arbitration_id)
-        return heard
+        return {frame.arbitration_id for frame in self._received(duration_s)}
 
     def _answer(
         self, node: int, property_id: int, what: str, is_it: Callable[[can.Message], bool]
     ) -> bytes:
         for _ in range(ATTEMPTS):
             self._send(frames.to_node(node), frames.encode_get(property_id))
-            end = time.monotonic() + PATIENCE_S
-            while (left := end - time.monotonic()) > 0:
-                frame = self._receive(left)
-                if frame is not None and is_it(frame):
+            for frame in self._received(PATIENCE_S):
+                if is_it(frame):
                     return bytes(frame.data)
         raise SilentDriveError(
             f"does not answer a question for {what} ({ATTEMPTS} times {PATIENCE_S * 1e3:.0f} ms)"
@@ -139,9 +133,8 @@ class Exchange:
         except (can.CanError, OSError) as error:
             raise BusError(f"cannot be reached: the bus does not send ({error})") from error
 
-    def _receive(self, patience_s: float) -> can.Message | None:
+    def _received(self, patience_s: float) -> Iterator[can.Message]:
         try:
-            frame = self._bus.recv(patience_s)
+            yield from filter(is_plain, heard_within(self._bus, patience_s))
         except (can.CanError, OSError) as error:
             raise BusError(f"cannot be heard: the bus does not receive ({error})") from error
-        return frame if frame is not None and is_plain(frame) else None

@@ -168,8 +168,8 @@ def last_diagnostics(path):
         ),
         (
             {"fault": "wrong_node", "node": 6, "becomes": 60},
-            "drive 6 (node 6): no answer about object 0x1000:0 within 0.3 s, 3 times (No SDO "
-            "response received) (bus {word}). No drive was enabled.",
+            "drive 6 (node 6): no answer about object 0x1000:0 within 0.3 s, 3 times "
+            "(bus {word}). No drive was enabled.",
         ),
     ],
     ids=["wrong_identity", "wrong_node"],
