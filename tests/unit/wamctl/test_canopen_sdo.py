@@ -99,7 +99,7 @@ def test_answers_from_before_the_question_are_left_out(drive):
 def test_a_refused_question_says_why(drive):
     node = drive()
     node.bus.send = lambda frame: node.bus.answer(0x80, 0x6064, 0, 0x06020000)
-    with pytest.raises(BusError, match="object 0x6064:0 was refused .*Object does not exist"):
+    with pytest.raises(BusError, match=r"object 0x6064:0 was refused .*Object does not exist"):
         sdo.read(node, od.POSITION)
 
 
