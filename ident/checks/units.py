@@ -71,10 +71,9 @@ def unit_remarks(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark
             " estimated."
         )
         return [Remark("units", (), text, Grade.REFUSED, advice)]
-    return _one_factor(case, found, bounds) or [
-        *_strange(case, found, bounds),
-        *_apart(case, found, bounds),
-    ]
+    apart = _apart(case, found, bounds)
+    one = [] if apart else _one_factor(case, found, bounds)
+    return one or [*_strange(case, found, bounds), *apart]
 
 
 def _one_factor(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark]:
@@ -137,7 +136,7 @@ def _apart(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark]:
         return []
     listed = joined([f"{found.value[k]:.3g} ± {found.sd[k]:.2g}" for k in places])
     rest = np.flatnonzero(sure & ~odd)
-    others = f"{np.nanmin(size[rest]):.2g} to {np.nanmax(size[rest]):.2g}"
+    others = " to ".join(dict.fromkeys(f"{f(size[rest]):.2g}" for f in (np.min, np.max)))
     load, names = load_of(case, found), case.robot.joint_names
     currents = (
         "these are currents or motor torques with a different factor at each joint (with such"

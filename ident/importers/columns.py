@@ -127,9 +127,21 @@ def _stacked(part: SeriesSection, table: Table, n: int) -> Array | str:
 
 
 def _lacks(names: list[Name], table: Table) -> str:
-    return (
-        f"has no column {', '.join(map(repr, names))}; its columns are {', '.join(table.available)}"
-    )
+    wanted, there = ", ".join(map(repr, names)), ", ".join(table.available)
+    if all(map(_is_number, table.available)):
+        return (
+            f"has no column {wanted}, and its first line holds numbers: if it is no header, write"
+            f" `header: false` and count the columns from 1 to {len(table.available)}"
+        )
+    return f"has no column {wanted}; its columns are {there}"
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
 
 
 def _chosen_rows(source: Path, plan: Mapping, series: dict[str, Array]) -> MappedColumns:

@@ -115,7 +115,8 @@ class Mapping(Section):
 
     robot: str | None = Field(
         default=None,
-        description="the arm's file, which travels inside the log: beside this one, or shipped",
+        description="the arm's file or its URDF, which travels inside the log: beside this one, or"
+        " shipped",
     )
     joints: tuple[str, ...] = Field(
         default=(), description="joint of each column; empty: the arm's joints"

@@ -117,26 +117,22 @@ def _arm(plan: Mapping, where: Path) -> _Arm:
     if plan.robot is None:
         return _Arm(plan.joints, {})
     near = beside(where, plan.robot)
-    config = near if near.is_file() else find_file(plan.robot)
-    section = load_robot_file(config).robot
-    urdf_path = beside(config, section.urdf)
+    file = near if near.is_file() else find_file(plan.robot)
+    joints, urdf_path, attachments = plan.joints, file, {}
+    if file.suffix in (".yaml", ".yml"):
+        section = load_robot_file(file).robot
+        joints, urdf_path = section.joints, beside(file, section.urdf)
+        attachments["config.yaml"] = file.read_bytes()
     try:
         urdf = urdf_path.read_bytes()
     except OSError as error:
         raise ConfigurationError(urdf_path, [f"cannot be read ({error.strerror})"]) from error
-    robot = load_robot(urdf.decode("utf-8", errors="replace"), section.joints, source=urdf_path)
+    robot = load_robot(urdf.decode("utf-8", errors="replace"), joints, source=urdf_path)
     if plan.joints and set(plan.joints) != set(robot.joint_names):
-        raise ConfigurationError(
-            where,
-            [
-                f"joints: {', '.join(plan.joints)} are not those of {config.name}, which are"
-                f" {', '.join(robot.joint_names)}"
-            ],
-        )
-    return _Arm(
-        plan.joints or robot.joint_names,
-        {"config.yaml": config.read_bytes(), "robot.urdf": urdf},
-    )
+        named, known = ", ".join(plan.joints), ", ".join(robot.joint_names)
+        fault = f"joints: {named} are not those of {file.name}, which are {known}"
+        raise ConfigurationError(where, [fault])
+    return _Arm(plan.joints or robot.joint_names, attachments | {"robot.urdf": urdf})
 
 
 def _joint_side(part: SeriesSection, raw: Array, plan: Mapping) -> Array:

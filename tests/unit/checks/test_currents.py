@@ -7,6 +7,7 @@ import pytest
 from chain_arm import recorded, urdf_of
 
 import ident
+from ident.checks.examine import examine
 from ident.cli import main
 from ident.identification.validation import arm_of
 from ident.workflows.run import run_data
@@ -62,6 +63,15 @@ def test_parameters_in_ampere_do_not_depend_on_the_masses_of_the_urdf():
         assert b["nm_per_ampere"] == pytest.approx(0.5 * a["nm_per_ampere"], rel=0.1)
     for a, b in zip(first["base_parameters"], second["base_parameters"], strict=True):
         assert abs(a["ols_ampere"] - b["ols_ampere"]) < 0.2 * a["sd_ampere"]
+
+
+def test_one_factor_of_all_joints_is_not_said_where_a_light_joint_has_another():
+    log = recorded(joints=6, seconds=20.0)
+    data = log.with_(tau=log.tau * np.array([1.6, 1.6, 1.6, 1.6, 1.6, 10.0])).dataset(log.arm())
+    (remark,) = examine(log.arm(), [data]).remarks
+    assert remark.code == "current_not_torque"
+    assert "joint 6 is 9.99 ±" in remark.sentence
+    assert "joints 1, 2, 3, 4, and 5 1.6 times" in remark.sentence
 
 
 def test_without_masses_one_factor_stays_open():

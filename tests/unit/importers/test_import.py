@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 
 from ident.commands.import_table import import_table
 from ident.importers.recording import import_recording
+from wamctl.arm.config import find_file
 from wamctl.arm.errors import ConfigurationError, DataError, UserError
 from wamctl.arm.recording import read_recording
 
@@ -336,6 +337,35 @@ def test_the_arm_travels_inside_the_log(tmp_path: Path) -> None:
     assert refused(source, content | {"joints": other}, ConfigurationError) == (
         f"{tmp_path / 'map.yaml'}: joints: j1, j2, j3, j4, j5, j6, j7 are not those of"
         " xmate7p.yaml, which are joint1, joint2, joint3, joint4, joint5, joint6, joint7."
+    )
+
+
+def test_a_plain_urdf_is_an_arm_too(tmp_path: Path) -> None:
+    columns = {f"x{k}": T for k in range(1, 8)}
+    source, names = table(tmp_path / "data.csv", columns), {"columns": list(columns)}
+    (tmp_path / "mine.urdf").write_text(find_file("xmate7p.urdf").read_text())
+    content = {"robot": "mine.urdf", "time": {"rate_hz": 50}, "position": names, "effort": names}
+    recording = imported(source, content)
+    assert recording.joint_names == tuple(f"joint{k}" for k in range(1, 8))
+    assert recording.attachments.keys() == {"robot.urdf", "mapping.yaml"}
+
+
+def test_a_table_without_a_header_is_told(tmp_path: Path) -> None:
+    source = tmp_path / "data.csv"
+    np.savetxt(source, np.column_stack([T, T, T]), delimiter=",", fmt="%.6f")
+    content = {"joints": ["a"], "time": {"column": 0}, "position": {"columns": [1]}}
+    assert refused(source, content | {"effort": {"columns": [2]}}, ConfigurationError) == (
+        f"{tmp_path / 'map.yaml'}: time.column: data.csv has no column 0, and its first line holds"
+        " numbers: if it is no header, write `header: false` and count the columns from 1 to 3."
+    )
+
+
+def test_a_text_of_another_kind_is_no_mapping(tmp_path: Path) -> None:
+    (tmp_path / "mine.urdf").write_text('<robot name="mine">\n  <link name="base"/>\n</robot>\n')
+    with pytest.raises(ConfigurationError) as caught:
+        import_recording(basic_table(tmp_path), tmp_path / "mine.urdf", tmp_path / "log.mcap")
+    assert str(caught.value) == (
+        f"{tmp_path / 'mine.urdf'}: holds no keys with values, as YAML files here do."
     )
 
 

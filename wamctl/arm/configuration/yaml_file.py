@@ -14,6 +14,8 @@ M = TypeVar("M", bound=BaseModel)
 
 
 _PACKAGE = Path(__file__).parents[2]
+_LONGEST_VALUE = 80
+"""Characters of a wrong value that a message repeats: to YAML, a text of any kind is one word."""
 
 
 def shipped_file(name: str) -> Path:
@@ -90,6 +92,8 @@ def validate(kind: type[M], content: object, source: Path | str) -> M:
     Raises:
         ConfigurationError: every fault at once, each with its place in the file.
     """
+    if not isinstance(content, dict):
+        raise ConfigurationError(source, ["holds no keys with values, as YAML files here do"])
     try:
         return kind.model_validate(content)
     except ValidationError as error:
@@ -99,9 +103,9 @@ def validate(kind: type[M], content: object, source: Path | str) -> M:
 
 
 def _message(error: ErrorDetails) -> str:
-    """What is wrong, with the value where that is a word or a number."""
+    """What is wrong, with the value where that is a number or a short word."""
     text, given = error["msg"].partition(", unable to parse")[0], error["input"]
-    if isinstance(given, str | int | float):
+    if isinstance(given, str | int | float) and len(repr(given)) <= _LONGEST_VALUE:
         return text.replace("Input should be", f"{given!r} should be", 1)
     return text
 
