@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
+import numpy as np
+
 from ident.estimation.feasible_sdp import nearest_to_cad
 from ident.estimation.least_squares import ESTIMATORS, wanted_estimators
 from ident.estimation.problem import Estimate, with_beta
@@ -13,7 +15,7 @@ from ident.estimation.reversal_shapes import KnownShapes
 from ident.identification.cross_validation import HeldOut, check_held_out
 from ident.identification.identifiability import Identifiability, identifiability
 from ident.identification.prediction_error import Assessment, assess
-from ident.identification.standard_errors import standard_errors
+from ident.identification.standard_errors import joint_errors
 from ident.identification.term_selection import Trial, with_needed_terms
 from ident.identification.torque_delay import Delay, delay
 from ident.identification.validation import fit_filter
@@ -37,6 +39,7 @@ class Identification:
         assessments: by estimator.
         held_out: by estimator.
         sd: standard error of each OLS base parameter, shape (b,).
+        errors: the fit's part of it, as a root of the covariance, shape (b, k).
         condition_number: of W.
         sweep: what velocity culling does.
         delays: of each recording.
@@ -50,6 +53,7 @@ class Identification:
     assessments: dict[str, Assessment]
     held_out: dict[str, HeldOut]
     sd: Array
+    errors: Array
     condition_number: float
     sweep: Sweep
     delays: tuple[Delay, ...]
@@ -90,13 +94,15 @@ def identify(data: Sequence[Dataset], arm: Arm, tell: Tell = silent) -> Identifi
     estimates = {name: ESTIMATORS[name](evidence) for name in names}
     chosen = arm.settings.estimator
     estimates[chosen] = nearest_to_cad(evidence.problem(), estimates[chosen])
-    problem, sd = evidence.problem(), standard_errors(evidence)
+    problem, errors = evidence.problem(), joint_errors(evidence)
+    sd = np.linalg.norm(errors, axis=1)
     return Identification(
         evidence=evidence,
         estimates=estimates,
         assessments={name: assess(evidence, estimate) for name, estimate in estimates.items()},
         held_out=check_held_out(evidence, names),
         sd=sd,
+        errors=errors,
         condition_number=condition_number(problem.R),
         sweep=culling,
         delays=tuple(delay(log) for log in evidence.logs),
@@ -118,6 +124,8 @@ def model_of(found: Identification) -> Model:
     delta = chosen.delta
     if delta is None:
         delta = with_beta(evidence.base, evidence.prior, chosen.beta)
+    errors = np.zeros((len(delta), found.errors.shape[1]))
+    errors[list(evidence.base.kept)] = np.where(np.isfinite(found.errors), found.errors, 0.0)
     return Model(
         arm=evidence.arm.name,
         estimator=name,
@@ -126,6 +134,7 @@ def model_of(found: Identification) -> Model:
         delta=delta,
         moving=evidence.moving,
         base_parameters=_table(found),
+        errors=errors,
         filter=fit_filter(process, KnownShapes(process.curves, evidence.reversals.shapes)),
         noise=found.assessments[name].filtered.rms_by_joint,
         logs=tuple(log.data.name for log in evidence.logs),

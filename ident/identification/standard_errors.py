@@ -33,14 +33,35 @@ def standard_errors(evidence: RegressionData) -> Array:
 
     Infinite for those that stand in no row, as where every recording holds their joint.
     """
+    return np.linalg.norm(joint_errors(evidence), axis=1)
+
+
+def joint_errors(evidence: RegressionData) -> Array:
+    """Triangular root of the covariance of the base parameters, shape (b, k).
+
+    Each column is what an independent error of size one does to all parameters; the length of a row
+    is the standard error of its parameter, infinite where it stands in no row. Parameters go
+    together as they do over stretches apart and over the treatments of reversals.
+    """
     triangles = evidence.fitted_triangles
     rows = triangles.reshape(-1, *triangles.shape[-3:])
     grams = np.einsum("snij,snik->sjk", rows, rows)
     motion = repeated_stretches([log.reduction for log in evidence.logs])
-    together = _cluster_robust(_summed(grams, motion.groups.ravel()))
-    apart = _cluster_robust(_summed(grams, np.arange(len(grams))))
-    variance = np.maximum(apart, motion.inflation * together)
-    return np.sqrt(variance + _of_reversals(evidence))
+    together = _squares(_cluster_robust(_summed(grams, motion.groups.ravel())))
+    moves = _cluster_robust(_summed(grams, np.arange(len(grams))))
+    reversals = _of_reversals(evidence)
+    sd = np.sqrt(np.maximum(_squares(moves), motion.inflation * together) + _squares(reversals))
+    seen = np.isfinite(sd)
+    root = np.linalg.qr(np.where(seen, np.concatenate([moves, reversals]), 0.0)).R.T
+    lengths = np.linalg.norm(root, axis=1)
+    root *= (np.where(seen, sd, 0.0) / np.where(lengths > 0.0, lengths, 1.0))[:, None]
+    root[~seen, 0] = np.inf
+    return root
+
+
+def _squares(moves: Array) -> Array:
+    """Variances, shape (b,), from independent moves of the parameters, shape (k, b)."""
+    return np.sum(moves**2, axis=0)
 
 
 def _summed(grams: Array, group: NDArray[np.int64]) -> Array:
@@ -51,14 +72,16 @@ def _summed(grams: Array, group: NDArray[np.int64]) -> Array:
 
 
 def _cluster_robust(grams: Array) -> Array:
-    """Variances that make 90 % intervals of the normal quantile hold, shape (b,).
+    """Moves of the parameters, shape (G, b): the sum of their squares is the variance.
+
+    It makes 90 % intervals of the normal quantile hold; infinite where no row tells a parameter.
 
     Args:
         grams: inner products of [W | tau] of independent groups of rows, shape (G, b + 1, b + 1).
     """
     length = np.sqrt(np.einsum("gjj->j", grams)[:-1])
     seen = np.flatnonzero(length > _ROUNDING * length.max())
-    scale, variance = length[seen], np.full(len(length), np.inf)
+    scale, found = length[seen], np.full((len(grams), len(length)), np.inf)
     A = grams[np.ix_(np.arange(len(grams)), seen, seen)] / np.outer(scale, scale)
     y = grams[:, seen, -1] / scale
     lengths, axes = np.linalg.eigh(A.sum(axis=0))
@@ -67,22 +90,23 @@ def _cluster_robust(grams: Array) -> Array:
     leverage, directions = np.linalg.eigh(root @ A @ root)
     parts = np.einsum("gji,gj->gi", directions, scores)
     parts /= np.sqrt(1 - np.clip(leverage, 0.0, _MOST_LEVERAGE))
-    moves = np.einsum("gij,gj->gi", directions, parts) @ root
+    moves = np.einsum("gij,gj->gi", directions, parts) @ root / scale
     small_sample = stdtrit(max(len(grams) - 1, 1), 0.95) / QUANTILE_90
-    variance[seen] = small_sample**2 * np.sum(moves**2, axis=0) / scale**2
-    return variance
+    found[:, seen] = small_sample * moves
+    return found
 
 
 def _of_reversals(evidence: RegressionData) -> Array:
-    """Mean square of what the parameters move by with other curves and weights, shape (b,).
+    """What the parameters move by with other curves and weights, shape (k, b).
 
     The weights take errors near a reversal for noise. Where they come again with each reversal, as
     those of a joint that sticks, steeper weights are right; both count alike.
     """
     if evidence.products is None:
-        return np.zeros(len(evidence.base.kept))
+        return np.zeros((0, len(evidence.base.kept)))
     products, chosen = evidence.products, evidence.reversals
     beta = least_squares_with(products, chosen)
-    curves = np.mean([(x - beta) ** 2 for x in other_solutions(products)], axis=0)
+    curves = list(other_solutions(products))
     steeper = least_squares_with(products, replace(chosen, weights=chosen.weights**2))
-    return curves + 0.5 * (steeper - beta) ** 2
+    shares = np.sqrt([*(1 / len(curves) for _ in curves), 0.5])
+    return shares[:, None] * (np.array([*curves, steeper]) - beta)

@@ -12,7 +12,7 @@ from ident.dynamics.regressor import Motion, all_columns, smooth_columns
 from ident.model.arm import TERM_NAMES
 from ident.model.fit_filter import Filter, smooth_motion
 from ident.model.readable_yaml import write_yaml
-from ident.model.records import BaseParameter, EffectRecord
+from ident.model.records import BaseParameter, EffectRecord, errors_content
 from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.inertial import INERTIAL_NAMES
@@ -80,6 +80,9 @@ class Model:
         gains_nm_per_a: torque per ampere of each joint, where the recordings held currents; empty:
             they held torque.
         effects: effects beyond (3), as `ident gap` finds them.
+        errors: of delta in the fit, shape (p, k): each column is what an independent error of size
+            one does to the parameters that the base parameters are named after; k is 0 where the
+            errors are not known.
     """
 
     arm: str
@@ -94,6 +97,7 @@ class Model:
     logs: tuple[str, ...]
     gains_nm_per_a: tuple[float, ...] = ()
     effects: ModelEffects = field(default=NoEffects())
+    errors: Array = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
 
     def __post_init__(self) -> None:
         """Refuses parameters that do not fit the arm."""
@@ -314,6 +318,7 @@ def _content(model: Model) -> dict[str, Any]:
         "motor_friction": terms.motor_friction,
         "links": [_link(model, k) for k in range(1, robot.dof + 1)],
         "base_parameters": [vars(b) for b in model.base_parameters],
+        **errors_content(model.parameters, model.errors),
         "filter": vars(model.filter)
         | {"reversals": [[vars(part) for part in joint] for joint in model.filter.reversals]},
         "logs": list(model.logs),

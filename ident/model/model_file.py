@@ -10,7 +10,7 @@ from ident.dynamics.parameters import Terms, standard_parameters
 from ident.model.arm import TERM_NAMES
 from ident.model.fit_filter import Filter
 from ident.model.identified_model import FORMAT, VERSION, Model, ModelEffects
-from ident.model.records import BaseParameter, EffectRecord
+from ident.model.records import BaseParameter, EffectRecord, errors_from
 from wamctl.arm.config import Section, Vector, read_yaml, validate
 from wamctl.arm.errors import ConfigurationError, DataError
 from wamctl.arm.robot import load_robot
@@ -39,6 +39,7 @@ class _ModelFile(Section):
     motor_friction: bool
     links: tuple[_Link, ...]
     base_parameters: tuple[BaseParameter, ...]
+    errors: dict[str, tuple[float, ...]] = Field(default={})
     filter: Filter
     logs: tuple[str, ...]
     gains_nm_per_a: tuple[float, ...] = Field(default=())
@@ -109,4 +110,5 @@ def _model(file: _ModelFile, source: str, bind: Bind) -> Model:
         logs=file.logs,
         gains_nm_per_a=file.gains_nm_per_a,
         effects=bind(file.effects),
+        errors=errors_from(standard_parameters(robot, terms), file.errors),
     )

@@ -1,10 +1,14 @@
 """Rows of `model.yaml`: base parameters and effects."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from pydantic import Field
 
+from ident.dynamics.parameters import Parameter
+from ident.signals.arrays import Array
 from wamctl.arm.config import Section
 
 
@@ -47,3 +51,28 @@ class EffectRecord(Section):
     units: dict[str, str] = Field(default={})
     settings: dict[str, Any] = Field(default={})
     rows: tuple[int, ...]
+
+
+def errors_content(parameters: Sequence[Parameter], errors: Array) -> dict[str, Any]:
+    """What `model.yaml` holds of the errors of delta: rows of a triangle by parameter.
+
+    Args:
+        parameters: the entries of delta.
+        errors: shape (p, k); no columns where they are not known.
+    """
+    rows = {
+        p.name: [float(f"{x:.4g}") for x in np.trim_zeros(row, "b")]
+        for p, row in zip(parameters, errors, strict=False)
+        if row.any()
+    }
+    return {"errors": rows} if rows else {}
+
+
+def errors_from(parameters: Sequence[Parameter], rows: Mapping[str, Sequence[float]]) -> Array:
+    """The errors of delta, shape (p, k), from the rows of `model.yaml`."""
+    columns = max(map(len, rows.values()), default=0)
+    found = np.zeros((len(parameters), columns))
+    for row, p in zip(found, parameters, strict=True):
+        known = rows.get(p.name, ())
+        row[: len(known)] = known
+    return found

@@ -1,35 +1,64 @@
-"""Torque that a reference model predicts, to be subtracted before the search."""
+"""Torque that a reference model predicts, to be subtracted before the search, and its errors."""
 
-from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from ident.dynamics.compiled_chain import Chain, chain_of, torques
+from ident.dynamics.regressor import Motion, all_columns
 from ident.effects.smoothed_segment import SmoothedSegment
 from ident.gap.data.experiment import Experiment
 from ident.model.identified_model import Model
 from ident.signals.arrays import Array
 
-PredictedTorque = Callable[[SmoothedSegment], Array]
+_FITTED_ANEW = ("fv", "fc")
 
 
-def reference_torque(source: Experiment) -> tuple[PredictedTorque, Array] | None:
-    """Torque of the reference model, and its error per joint [N m], shape (n,).
+@dataclass(frozen=True)
+class ReferenceTorque:
+    """Torque of a reference model beside new recordings.
 
-    None without a reference model. The error is the residual of the model's own fit. The joints'
-    viscous and Coulomb friction are left out: they change from day to day and are fitted anew.
+    The joints' viscous and Coulomb friction are left out: they change from day to day and are
+    fitted anew.
+
+    Attributes:
+        model: the reference.
+        chain: its links.
     """
+
+    model: Model
+    chain: Chain
+
+    @property
+    def noise(self) -> Array:
+        """The residual of the model's own fit per joint [N m], shape (n,)."""
+        return np.nan_to_num(self.model.noise)
+
+    def torque(self, s: SmoothedSegment) -> Array:
+        """What the model predicts [N m], shape (S, n)."""
+        model = self.model
+        drive = model.terms.drive_matrix
+        motion = (np.ascontiguousarray(a) for a in (s.q, s.qd, s.qdd))
+        speed = s.qd @ drive.T
+        motor = model.parameter("fvm") * speed + model.parameter("fcm") * np.sign(speed)
+        motor = motor + model.parameter("ia") * (s.qdd @ drive.T)
+        links = torques(self.chain, model.inertial, *motion)
+        return links + model.parameter("fo") + motor @ drive
+
+    def errors(self, q: Array, qd: Array, qdd: Array) -> Array:
+        """What independent errors of size one in its parameters do [N m], shape (S, n, k)."""
+        model = self.model
+        known = [
+            i
+            for i, (p, row) in enumerate(zip(model.parameters, model.errors, strict=False))
+            if row.any() and p.kind not in _FITTED_ANEW
+        ]
+        parameters = [model.parameters[i] for i in known]
+        motion = Motion(*map(np.ascontiguousarray, (q, qd, qdd)))
+        return all_columns(model.robot, model.terms, motion, parameters) @ model.errors[known]
+
+
+def reference_torque(source: Experiment) -> ReferenceTorque | None:
+    """Torque of the reference model; None without one."""
     model = source.reference_model
-    if model is None:
-        return None
-    chain = chain_of(source.arm.robot)
-    return lambda segment: _torque(model, chain, segment), np.nan_to_num(model.noise)
-
-
-def _torque(model: Model, chain: Chain, s: SmoothedSegment) -> Array:
-    drive = model.terms.drive_matrix
-    motion = (np.ascontiguousarray(a) for a in (s.q, s.qd, s.qdd))
-    speed = s.qd @ drive.T
-    motor = model.parameter("fvm") * speed + model.parameter("fcm") * np.sign(speed)
-    motor = motor + model.parameter("ia") * (s.qdd @ drive.T)
-    return torques(chain, model.inertial, *motion) + model.parameter("fo") + motor @ drive
+    return None if model is None else ReferenceTorque(model, chain_of(source.arm.robot))

@@ -11,7 +11,7 @@ from ident.effects.observation import ArmFacts, Observed
 from ident.effects.observing import CurrentModel, observed
 from ident.effects.reversal_friction import BASIS
 from ident.effects.smoothed_segment import SmoothedSegment
-from ident.gap.data.reference_model import PredictedTorque
+from ident.gap.data.reference_model import ReferenceTorque
 from ident.gap.data.windows import Windows, body_step
 from ident.signals.arrays import Array
 
@@ -57,7 +57,9 @@ class WindowedRows:
         base: windowed base columns, per segment, shape (R, n, b).
         reversals: windowed reversal curves, per segment, shape (R, n, T).
         viscous, torque: per segment, shape (R, n).
-        reference_error: error of a reference model [N m], shape (n,), or None.
+        reference_error: residual of a reference model's own fit [N m], shape (n,), or None.
+        parameter_errors: windowed torque [N m] of independent errors of its parameters, each of
+            size one, per segment, shape (R, n, k); k is 0 without such a model.
         excluded: rows that no fit may use, shape (R,), or None.
         cache: windowed columns of effects.
     """
@@ -69,6 +71,7 @@ class WindowedRows:
     reversals: tuple[Array, ...]
     viscous: tuple[Array, ...]
     torque: tuple[Array, ...]
+    parameter_errors: tuple[Array, ...]
     reference_error: Array | None = None
     excluded: NDArray[np.bool_] | None = None
     cache: ColumnCache = field(default_factory=ColumnCache, repr=False, compare=False)
@@ -89,7 +92,7 @@ def windowed_rows(
     windows: Windows,
     facts: ArmFacts,
     base_parameters: NDArray[np.int64],
-    reference: tuple[PredictedTorque, Array] | None = None,
+    reference: ReferenceTorque | None = None,
 ) -> WindowedRows:
     """Rows of the rigid-body model with friction.
 
@@ -98,18 +101,18 @@ def windowed_rows(
         windows: the averaging windows.
         facts: of the arm.
         base_parameters: the inertial parameters to be fitted.
-        reference: of a reference model: its torque [N m], shape (S, n), which is subtracted from
-            the measured one, and its error [N m], shape (n,).
+        reference: of a reference model: its torque is subtracted from the measured one.
     """
     every = body_step(windows)
     coarse, middle = windows.coarser(every), slice(every // 2, None, every)
     still = np.where(facts.moving, 1.0, 0.0)
-    base = []
+    base, errors = [], []
     for s in segments:
         motion = (s.q[middle], s.qd[middle] * still, s.qdd[middle] * still)
         columns = regressor(facts.chain, *(np.ascontiguousarray(m) for m in motion))
         base.append(coarse.mean(columns[:, :, base_parameters]))
-    predicted = None if reference is None else reference[0]
+        wrong = np.zeros((*motion[0].shape, 0)) if reference is None else reference.errors(*motion)
+        errors.append(coarse.mean(wrong))
     return WindowedRows(
         tuple(segments),
         windows,
@@ -117,8 +120,12 @@ def windowed_rows(
         tuple(base),
         tuple(_reversal_columns(s, windows) for s in segments),
         tuple(windows.mean(s.qd) for s in segments),
-        tuple(windows.mean(s.tau if predicted is None else s.tau - predicted(s)) for s in segments),
-        None if reference is None else reference[1],
+        tuple(
+            windows.mean(s.tau if reference is None else s.tau - reference.torque(s))
+            for s in segments
+        ),
+        tuple(errors),
+        None if reference is None else reference.noise,
     )
 
 

@@ -2,7 +2,8 @@
 
 The model is linearised in the nonlinear parameters by central differences. The covariance is the
 cluster-robust (sandwich) one, with scores summed over blocks of time and all joints, since
-residuals of neighbouring rows are correlated (Liang and Zeger 1986).
+residuals of neighbouring rows are correlated (Liang and Zeger 1986). Beside a reference model it
+has a second part: what an error of the reference's parameters does to the unknowns.
 """
 
 from collections.abc import Sequence
@@ -91,6 +92,8 @@ def solution(rows: WindowedRows, at: Linearised, block_s: float) -> tuple[Array,
     normal, right = np.zeros((total, total)), np.zeros(total)
     block = _blocks(rows, at.design, block_s)
     scores = np.zeros((block.max() + 1, total))
+    wrong = np.concatenate(rows.parameter_errors)
+    known = np.zeros((total, wrong.shape[2]))
     for j, model in enumerate(joint_columns(at.design.equations, at.fit.structure)):
         columns = at.design.columns[j]
         if len(columns) == 0:
@@ -107,10 +110,11 @@ def solution(rows: WindowedRows, at: Linearised, block_s: float) -> tuple[Array,
         parts = np.zeros((len(scores), len(where)))
         np.add.at(parts, block, weighted * error[:, None])
         scores[:, where] += parts
+        known[where] += weighted.T @ wrong[:, j]
     inverse = solve(normal, np.eye(total))
     count = len(np.unique(block))
     inflation = count / max(count - total / at.design.equations.dof, 1.0)
-    covariance = inverse @ (scores.T @ scores) @ inverse.T * inflation
+    covariance = inverse @ (scores.T @ scores * inflation + known @ known.T) @ inverse.T
     return solve(normal, right), covariance
 
 

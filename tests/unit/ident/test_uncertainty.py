@@ -8,7 +8,7 @@ from synthetic_arm import recording
 from ident.dynamics.parameters import Terms
 from ident.estimation.problem import ordinary
 from ident.estimation.regression_data import reduce_recordings
-from ident.identification.standard_errors import QUANTILE_90, standard_errors
+from ident.identification.standard_errors import QUANTILE_90, joint_errors
 from ident.model.arm import Arm
 from ident.recordings.dataset import dataset
 from wamctl.arm.config import IdentificationSection
@@ -37,7 +37,7 @@ def correlated(rng, shape):
 
 @pytest.fixture(scope="module")
 def runs():
-    """Errors of the OLS parameters, their standard errors, and those of white noise, by run."""
+    """Errors of the OLS parameters, a root of their covariance, white noise's errors, by run."""
     robot = load_robot(pendulum(aside=(0.05, 0.02)))
     terms = Terms(True, True, False, False, np.eye(2), False)
     arm = Arm("two", robot, IdentificationSection(cutoff_hz=5.0), terms, None, "test")
@@ -56,18 +56,35 @@ def runs():
         white = np.sqrt(np.diag(np.linalg.inv(R[:-1, :-1].T @ R[:-1, :-1])))
         white *= abs(R[-1, -1]) / np.sqrt(evidence.counts.sum())
         error = ordinary(evidence.problem()) - evidence.base.K @ delta
-        found.append((error, standard_errors(evidence), white))
-    return np.array(found)
+        found.append((error, joint_errors(evidence), white))
+    return found
 
 
 def test_90_percent_intervals_hold_the_truth_in_85_to_95_percent(runs):
-    error, sd, _ = np.swapaxes(runs, 0, 1)
-    inside = np.abs(error) < QUANTILE_90 * sd
+    inside = np.array([np.abs(e) < QUANTILE_90 * np.linalg.norm(x, axis=1) for e, x, _ in runs])
     assert inside.shape == (RUNS, 10)
     assert 0.85 < inside.mean() < 0.95
     assert (inside.mean(axis=0) > 0.8).all()
 
 
 def test_white_noise_intervals_promise_too_much(runs):
-    error, _, white = np.swapaxes(runs, 0, 1)
-    assert np.mean(np.abs(error) < 1.645 * white) < 0.7
+    assert np.mean([np.abs(error) < 1.645 * white for error, _, white in runs]) < 0.7
+
+
+def test_the_errors_of_parameters_go_together_as_their_root_says(runs):
+    """Intervals of 200 sums of the parameters, which errors taken apart make far too wide."""
+    rng = np.random.default_rng(3)
+    sums = rng.normal(size=(200, 10))
+    (inside, too_wide) = np.swapaxes(
+        [
+            [
+                np.abs(sums @ error) < QUANTILE_90 * np.linalg.norm(sums @ x, axis=1),
+                np.abs(sums @ error) < QUANTILE_90 * np.abs(sums) @ np.linalg.norm(x, axis=1),
+            ]
+            for error, x, _ in runs
+        ],
+        0,
+        1,
+    )
+    assert 0.85 < inside.mean() < 0.95
+    assert too_wide.mean() > 0.99
