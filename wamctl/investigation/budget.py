@@ -74,6 +74,22 @@ class Budget:
         return None
 
 
+    def rounds_left(self, cost: Cost, wall_s: float, motions: int, rounds: int) -> int:
+        """How many more motions there is room for, if each costs what those before did.
+
+        Args:
+            cost: of all rounds.
+            wall_s: time on the clock [s].
+            motions: after the first.
+            rounds: how many there were.
+        """
+        used = asdict(cost) | {"wall_s": wall_s}
+        most = asdict(self)
+        names = [n for n in ("wall_s", "motion_s", "energy_j") if used[n] > 0.0]
+        room = [int((most[n] - used[n]) * rounds / used[n]) for n in names]
+        return max(0, min([self.motions - motions, *room]))
+
+
 def duration_s(text: str) -> float:
     """Seconds of a text such as `10min`, `90s` or `1h`.
 

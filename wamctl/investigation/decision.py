@@ -26,8 +26,13 @@ class Decision:
     answer: str = ""
 
 
-def decided(rounds: Sequence[Round]) -> Decision | None:
-    """The verdict, if it is final; None: another motion is wanted."""
+def decided(rounds: Sequence[Round], left: int) -> Decision | None:
+    """The verdict, if it is final; None: another motion is wanted.
+
+    Args:
+        rounds: all of them.
+        left: motions that there is room for.
+    """
     last = rounds[-1]
     whole = [r for r in rounds if r.stopped is None]
     if last.stopped is not None or len(whole) < 2:
@@ -46,7 +51,7 @@ def decided(rounds: Sequence[Round]) -> Decision | None:
     ahead = last.is_suspicion and bool(_ahead(last, last.suspected)[0])
     if last.verdict != before.verdict or ahead or _led_by_suspect(last):
         return None
-    if last.verdict == NO_GAP and _ahead(last)[1] < last.asked:
+    if last.verdict == NO_GAP and not _may_be_refuted(last, left):
         return Decision(NO_GAP, True, "Two different motions show no gap.")
     if last.verdict == UNKNOWN:
         return Decision(UNKNOWN, True, "Two different motions show a gap that has no name.")
@@ -85,13 +90,25 @@ def suspect_that_leads(rounds: Sequence[Round]) -> str:
     return _ahead(last, last.suspected)[0] or (last.leader if _led_by_suspect(last) else "")
 
 
+def _may_be_refuted(item: Round, left: int) -> bool:
+    """Whether no effect is behind an answer, which the motions that are left might bear out."""
+    answer, nats = _over_no_effect(item)
+    apart = item.within_reach.get(answer if item.leader == NONE else NONE, 0.0)
+    return nats > 0.0 and nats + left * apart >= item.asked
+
+
 def _better_than_no_effect(item: Round) -> tuple[str, float]:
     """The answer that has beaten no effect by what was asked, and by how much [nats], or empty."""
-    if _led_by_suspect(item):
-        answer, nats = item.leader, item.evidence.get(NONE, 0.0)
-    else:
-        answer, nats = _ahead(item) if item.leader == NONE else ("", 0.0)
+    answer, nats = _over_no_effect(item)
     return (answer, nats) if answer and nats >= item.asked else ("", 0.0)
+
+
+def _over_no_effect(item: Round) -> tuple[str, float]:
+    """The answer that predicted best of all beside no effect, and by how much [nats], or empty."""
+    if item.leader == NONE:
+        return _ahead(item)
+    nats = item.evidence.get(NONE, 0.0) if item.leader != UNKNOWN else 0.0
+    return (item.leader, nats) if nats > 0.0 else ("", 0.0)
 
 
 def _led_by_suspect(item: Round) -> bool:

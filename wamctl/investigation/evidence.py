@@ -11,7 +11,7 @@ over several.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -87,20 +87,32 @@ def asked(alpha: float, leaders: int, among: int = 1) -> float:
 
 
 def odds(
-    searched: Mapping[str, float], pairs: Mapping[tuple[str, str], Sequence[float]]
+    searched: Mapping[str, float],
+    pairs: Mapping[tuple[str, str], Sequence[float]],
+    alike: Collection[str] = (),
 ) -> dict[str, float]:
     """How much each answer is believed; they add to one.
 
+    What a search of the same motions does not see counts at most as much as that search: answers
+    that are wrong alike predict at different odds. Between answers that it cannot tell apart no
+    prediction counts.
+
     Args:
-        searched: answers, and what searches of the same data count for each [nats].
+        searched: answers that a search of the same motions sees, and what that counts for each
+            [nats].
         pairs: log-likelihood ratios of all blocks, by leader and rival [nats].
+        alike: answers that the search cannot tell apart.
     """
     nats = dict(searched)
     for leader, rival in pairs:
         nats.setdefault(leader, 0.0)
         nats.setdefault(rival, 0.0)
-    for (_, rival), ratios in pairs.items():
-        nats[rival] -= signed_evidence(ratios)
+    for (leader, rival), ratios in pairs.items():
+        if leader in alike and rival in alike:
+            continue
+        ahead = signed_evidence(ratios)
+        seen = (leader if ahead > 0.0 else rival) in searched
+        nats[rival] -= ahead if seen else max(-SEARCH_NATS, min(ahead, SEARCH_NATS))
     most = max(nats.values())
     parts = {name: math.exp(value - most) for name, value in nats.items()}
     whole = sum(parts.values())

@@ -134,7 +134,8 @@ def _last_plan(site: Site, state: State) -> tuple[Path, dict[str, Any]]:
 
 
 def _final(state: State, budget: Budget) -> Decision | None:
-    decision = decided(state.rounds)
+    left = budget.rounds_left(state.cost, state.wall_s, state.motions, len(state.rounds))
+    decision = decided(state.rounds, left)
     if decision is not None:
         return decision
     if state.pending and budget.passed(state.cost, state.wall_s, 0) is None:

@@ -89,13 +89,13 @@ def next_round(site: Site, state: State) -> Round:
     altered = bool(state.pending) and known_change(state.pending).alters_the_model
     if altered:
         verdict, answer, suspected = whole[-1].verdict, whole[-1].answer, whole[-1].suspected
-        unexplained = whole[-1].unexplained
+        unexplained, rivals = whole[-1].unexplained, whole[-1].rivals
     else:
         site.tell("identifying, and asking for the gap")
         gap = _asked_for_gap([*logs_of(site.out, state), folder / "log.mcap"], folder)
         verdict, answer = _verdict(gap), answer_of(gap)
         suspected = [place_of(e) for e in gap.get("suspected", [])]
-        unexplained = bool(gap.get("unexplained"))
+        unexplained, rivals = bool(gap.get("unexplained")), rivals_of(gap)
     bets, closed = _weighed(folder, logs, plan) if plan else ({}, {})
     leader = plan.get("leader", "")
     item = Round(
@@ -112,6 +112,8 @@ def next_round(site: Site, state: State) -> Round:
         changed=state.pending,
         suspected=suspected,
         unexplained=unexplained,
+        rivals=rivals,
+        within_reach=_within_reach(plan),
     )
     rounds = (*state.rounds, item)
     return replace(item, evidence=known(rounds, leader), odds=_odds(rounds))
@@ -141,6 +143,14 @@ def answer_of(gap: Mapping[str, Any]) -> str:
     Events of one log, such as a contact, cannot be predicted of another one.
     """
     return "+".join(sorted(place_of(e) for e in gap["effects"] if e["name"] not in _EVENTS))
+
+
+def rivals_of(gap: Mapping[str, Any]) -> list[str]:
+    """Answers that `ident gap` cannot tell from its own: each has another effect in one place."""
+    effects = [e for e in gap["effects"] if e["name"] not in _EVENTS]
+    others = [(e, r) for e in effects for r in e["rivals"] if r["name"] not in _EVENTS]
+    places = [[place_of(r if x is e else x) for x in effects] for e, r in others]
+    return list(dict.fromkeys("+".join(sorted(p)) for p in places))
 
 
 def place_of(effect: Mapping[str, Any]) -> str:
@@ -218,6 +228,12 @@ def _cost(site: Site, logs: Sequence[Path]) -> Cost:
     for log in logs:
         cost = cost.plus(cost_of(log, site.arm.transmission, _continuous_nm(site.arm)))
     return cost
+
+
+def _within_reach(plan: Mapping[str, Any]) -> dict[str, float]:
+    """What the best motion was expected to show of the leader over each rival [nats]."""
+    tried = [m["expected_nats"] for m in plan.get("tried", [])]
+    return {r: max(m[r] for m in tried) for r in (tried[0] if tried else ())}
 
 
 def _expected(plan: Mapping[str, Any]) -> Cost:
@@ -319,5 +335,9 @@ def _odds(rounds: Sequence[Round]) -> dict[str, float]:
             pairs.setdefault((item.leader, rival), []).extend(won)
     pairs = {p: b for p, b in pairs.items() if p[0] != UNKNOWN or signed_evidence(b) > 0.0}
     last = rounds[-1]
-    likely = UNKNOWN if last.verdict == UNKNOWN else last.answer or NONE
-    return odds({NONE: 0.0, UNKNOWN: 0.0} | {likely: SEARCH_NATS}, pairs)
+    whole = last.suspected if last.verdict == UNKNOWN and last.is_suspicion else ()
+    likely = [*whole] or [UNKNOWN if last.verdict == UNKNOWN else last.answer or NONE]
+    likely += last.rivals
+    seen = dict.fromkeys([NONE, UNKNOWN, *last.suspected], 0.0) | dict.fromkeys(likely, SEARCH_NATS)
+    altered = any(r.is_altered for r in rounds)  # no search has seen that motion
+    return odds(seen, pairs, () if altered or whole else likely)

@@ -64,6 +64,9 @@ class Round:
         changed: what the operator had done to the arm before it, in his words; empty: nothing.
         suspected: effects that help prediction, but are too small or unsure for `ident gap`.
         unexplained: whether `ident gap` sees structure that no effect explains.
+        rivals: answers that `ident gap` cannot tell from its own.
+        within_reach: what the best motion was expected to show of the leader over each rival
+            [nats].
     """
 
     reason: str
@@ -82,6 +85,8 @@ class Round:
     changed: str = ""
     suspected: Sequence[str] = ()
     unexplained: bool = False
+    rivals: Sequence[str] = ()
+    within_reach: dict[str, float] = field(default_factory=dict)
 
     @property
     def is_suspicion(self) -> bool:

@@ -27,10 +27,10 @@ _MIN_HOPS_PER_BLOCK = 6
 
 
 def segments(datasets: Sequence[Dataset], windows: Windows) -> list[SmoothedSegment]:
-    """All segments of some recordings, divided into folds.
+    """All segments of some recordings, cut into blocks of time, dealt out to the folds in turn.
 
-    Three or more recordings are assigned to the folds as a whole; one or two are cut into blocks
-    of time, which are dealt out to the folds in turn.
+    A recording is no fold by itself: without the only one in which all joints move, the others may
+    not tell the arm's parameters apart.
 
     Raises:
         DataError: no unbroken stretch is long enough to be smoothed.
@@ -39,12 +39,7 @@ def segments(datasets: Sequence[Dataset], windows: Windows) -> list[SmoothedSegm
     for log, data in enumerate(datasets):
         for segment in data.segments:
             whole = smoothed(segment, data.rate_hz, log)
-            if whole is None:
-                continue
-            if len(datasets) >= FOLDS:
-                found.append(whole.part(slice(None), log % FOLDS))
-            else:
-                found += _blocks(whole, windows)
+            found += [] if whole is None else _blocks(whole, windows)
     if not found:
         raise DataError(
             "No unbroken stretch of these recordings is long enough for a search: record several"
