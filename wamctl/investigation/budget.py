@@ -73,7 +73,6 @@ class Budget:
                 return f"{name} is {used[name]:.4g} of {most:.4g}"
         return None
 
-
     def rounds_left(self, cost: Cost, wall_s: float, motions: int, rounds: int) -> int:
         """How many more motions there is room for, if each costs what those before did.
 

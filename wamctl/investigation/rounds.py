@@ -327,14 +327,15 @@ def _odds(rounds: Sequence[Round]) -> dict[str, float]:
     """What is believed after a round.
 
     The last search has seen the logs of all earlier ones. A measured curve that predicts badly
-    speaks against itself, not against an effect that has no name.
+    speaks against itself, not against an effect that has no name, if the search still sees one.
     """
     pairs: dict[tuple[str, str], list[float]] = {}
     for item in rounds:
         for rival, won in item.bets.items():
             pairs.setdefault((item.leader, rival), []).extend(won)
-    pairs = {p: b for p, b in pairs.items() if p[0] != UNKNOWN or signed_evidence(b) > 0.0}
     last = rounds[-1]
+    if last.verdict == UNKNOWN:
+        pairs = {p: b for p, b in pairs.items() if p[0] != UNKNOWN or signed_evidence(b) > 0.0}
     whole = last.suspected if last.verdict == UNKNOWN and last.is_suspicion else ()
     likely = [*whole] or [UNKNOWN if last.verdict == UNKNOWN else last.answer or NONE]
     likely += last.rivals

@@ -218,3 +218,17 @@ def test_a_recording_in_which_joints_are_held_does_not_spoil_another(source):
         noise.append(nominal_of(logs)[1].fit.sigma[:, Region.SLIDING])
     held = [0, 1, 2, 3, 5]  # the fifth is dragged along by the last one, in jerks
     assert (noise[1] < 1.2 * noise[0])[held].all()
+
+
+def test_of_three_recordings_only_one_may_tell_the_parameters_apart(plain):
+    """Two move one joint each; a spring at one of them is named all the same."""
+
+    def sprung(recording):
+        effort = recording.command.effort.copy()
+        effort[:, 4] += 0.05 * recording.q[:, 4]
+        return replace(recording, command=replace(recording.command, effort=effort))
+
+    logs = [plain, *(recorded(wam(), 1, alone) for alone in (0, 4))]
+    three = experiment([sprung(r) for r in logs], ["all.mcap", "1.mcap", "5.mcap"])
+    found = search(three, Options(null_runs=1), lambda _: None).verdict
+    assert (found.kind, [e.place for e in found.effects]) == (Kind.NAMED, [("joint_spring", (4,))])

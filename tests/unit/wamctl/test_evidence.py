@@ -70,6 +70,22 @@ def test_a_search_of_the_same_data_counts_twenty_to_one():
     assert sum(later.values()) == pytest.approx(1.0)
 
 
+def test_no_prediction_counts_between_answers_that_the_search_cannot_tell_apart():
+    alike = "delay:7", "rotor:7"
+    searched = {"none": 0.0, "unknown": 0.0} | dict.fromkeys(alike, SEARCH_NATS)
+    found = odds(searched, {alike: [2.0] * 10, (alike[0], "none"): [2.0] * 10}, alike)
+    assert found["delay:7"] == pytest.approx(found["rotor:7"])
+    assert (found["delay:7"] > 0.45, found["none"] < 1e-3) == (True, True)
+
+
+def test_what_the_search_does_not_see_counts_at_most_as_much_as_the_search():
+    searched = {"none": SEARCH_NATS, "unknown": 0.0}
+    pairs = {("none", "backlash:3"): [-5.0] * 20}
+    unseen = odds(searched, pairs)
+    assert unseen["backlash:3"] == pytest.approx(unseen["none"])
+    assert odds(searched | {"backlash:3": 0.0}, pairs)["backlash:3"] > 0.999
+
+
 @pytest.mark.parametrize(
     ("nats", "text"),
     [

@@ -177,6 +177,14 @@ def test_what_the_search_calls_ambiguous_is_named_by_no_prediction_that_it_has_s
     assert (found["verdict"], found["confirmed"], len(found["rounds"])) == ("ambiguous", False, 4)
 
 
+def test_the_odds_of_an_ambiguous_end_are_those_of_the_search(outcome, monkeypatch):
+    rival = {"name": "joint_spring", "joints": [1]}
+    monkeypatch.setitem(STRIBECK, "rivals", [rival])
+    odds = outcome(Doubting(["named"] * 4, 5.0, {}))["rounds"][-1]["odds"]
+    assert odds["stribeck:1"] == pytest.approx(odds["joint_spring:1"])
+    assert odds["stribeck:1"] > 0.4
+
+
 def test_what_the_search_calls_ambiguous_is_named_by_a_prediction_of_the_changed_arm(outcome):
     programs = Doubting(["named"] * 9, 5.0, {})
     programs.better_once_changed = 5.0
@@ -299,6 +307,37 @@ def test_a_rival_that_refutes_the_verdict_without_a_name_makes_it_ambiguous(outc
     found = outcome(Programs(["no_gap"] * 4, 0.05, {}))
     assert (found["verdict"], found["confirmed"], len(found["rounds"])) == ("ambiguous", False, 4)
     assert "stribeck at joint 1 predicted the motions better than no effect" in found["why"]
+
+
+class WithinReach(Programs):
+    """Tells what the best motion was expected to show of the rival."""
+
+    apart = 5.0
+
+    def _plan(self, out: Path, arguments: list[str]) -> None:
+        super()._plan(out, arguments)
+        content = json.loads((out / "plan.json").read_text())
+        nats = dict.fromkeys(content["motion"]["expected_nats"], self.apart)
+        content["tried"] = [{"expected_nats": nats}]
+        (out / "plan.json").write_text(json.dumps(content))
+
+
+@pytest.mark.parametrize(
+    ("better", "apart", "rounds"), [(0.98, 5.0, 4), (0.98, 0.2, 2), (1.02, 5.0, 2)]
+)
+def test_no_gap_is_final_once_no_motion_could_still_bear_a_rival_out(
+    outcome, better, apart, rounds
+):
+    programs = WithinReach(["no_gap"] * 4, better, {})
+    programs.apart = apart
+    found = outcome(programs)
+    assert (found["verdict"], found["confirmed"]) == ("no_gap", True)
+    assert len(found["rounds"]) == rounds
+
+
+def test_no_gap_is_final_where_the_budget_has_no_room_for_the_motion_that_might_refute_it(outcome):
+    found = outcome(WithinReach(["no_gap"] * 4, 0.98, {}), motion_s=140.0)  # 50 s a round
+    assert (found["verdict"], found["confirmed"], len(found["rounds"])) == ("no_gap", True, 2)
 
 
 class Suspecting(Programs):
