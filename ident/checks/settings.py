@@ -75,6 +75,14 @@ class CheckSettings(Section):
     )
     held_move: float = positive(0.05, "of the expected move: less is a repeated sample")
     jumped_move: float = positive(1.75, "of the expected move: more is a lost sample")
+    jitter_steps: int = count(
+        10, "on both sides of such a move, in which a clock that jitters makes up for it"
+    )
+    way_gained: float = positive(
+        0.5,
+        "steps that these moves must add to the way around them: 1 where a sample is lost, 0 where"
+        " the clock only jitters",
+    )
 
     glitch_noise: float = positive(
         5.0,

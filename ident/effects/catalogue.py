@@ -58,8 +58,3 @@ def _loaded(entry: EntryPoint) -> Effect:
             f" a {type(effect).__name__}: it must be an object of ident.effects.effect.Effect."
         )
     return effect
-
-
-def torque_scale_effect() -> Effect:
-    """The effect that a wrong sign or unit of the recorded torque looks like."""
-    return next(e for e in own_effects().values() if e.scales_torque)

@@ -72,7 +72,6 @@ class Effect(ABC, Generic[P]):
             `model` torque, the model's `friction`, whole `torque`.
         acts_on_link: its torque acts on the link itself, as its weight does.
         acts_on_pairs: it is looked for at pairs of joints, so that one joint alone may lack it.
-        scales_torque: it is what a wrong sign or unit of the recorded torque looks like.
         linear_in_coefficients: else its columns are formed about some, see `linearised_at`.
         has_memory: its torque depends on the motion before, so that one sample does not tell it.
         usual_term: the term of an arm's settings that holds it for all joints; empty: none does.
@@ -101,7 +100,6 @@ class Effect(ABC, Generic[P]):
     depends_on: ClassVar[tuple[str, ...]] = ()
     acts_on_link: ClassVar[bool] = False
     acts_on_pairs: ClassVar[bool] = False
-    scales_torque: ClassVar[bool] = False
     linear_in_coefficients: ClassVar[bool] = True
     has_memory: ClassVar[bool] = False
     usual_term: ClassVar[str] = ""

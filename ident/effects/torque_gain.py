@@ -44,7 +44,6 @@ class TorqueGain(Effect[_Motor]):
     motion = ExperimentMotion.LOAD_CHANGES
     form_uncertainty = FormUncertainty.NONE
     band_limited = True
-    scales_torque = True
     depends_on = ("direction", "model", "friction")
     Parameters = _Motor
 

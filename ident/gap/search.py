@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from ident.effects.events import CONTACT
-from ident.gap.data.data_checks import data_faults
+from ident.gap.data.broken_time import data_faults
 from ident.gap.data.experiment import Experiment, base_columns, facts_of
 from ident.gap.data.reference_model import reference_torque
 from ident.gap.data.segments import segments
@@ -57,7 +57,7 @@ def search(source: Experiment, options: Options, tell: Tell) -> SearchResult:
     """
     settings = options.settings
     tell("checking the data")
-    faults = data_faults(source, settings.data_checks)
+    faults = data_faults(source.datasets)
     tell("fitting the nominal model")
     rows = rows_of(source, options)
     nominal = nominal_fit(rows, facts_of(source))

@@ -4,7 +4,7 @@ Grids that are searched and tolerances of pure numerics stay where they are used
 README of this folder is written from this file by `python -m ident.gap.settings`.
 """
 
-from ident.gap.data_settings import BrokenTime, DataChecks, LongLogs
+from ident.gap.data_settings import BrokenTime, LongLogs
 from ident.model.setting_fields import Section as _Section
 from ident.model.setting_fields import count as _count
 from ident.model.setting_fields import positive as _positive
@@ -281,7 +281,6 @@ class GapSettings(_Section):
 
     long_logs: LongLogs = LongLogs()
     broken_time: BrokenTime = BrokenTime()
-    data_checks: DataChecks = DataChecks()
     scoring: Scoring = Scoring()
     thresholds: Thresholds = Thresholds()
     cross_validation: CrossValidation = CrossValidation()

@@ -19,6 +19,9 @@ from wamctl.arm.ros2.joint_series import Stamps
 
 TorqueSource = Literal["commanded", "measured"]
 
+ROUNDING = 1e-9
+"""Smaller steps of a position [rad] are of arithmetic."""
+
 
 @dataclass(frozen=True)
 class Samples:
@@ -196,6 +199,19 @@ def held_mean(t: Array, held: Array, at: Array, period: float) -> Array:
         (np.interp(high, edges, column) - np.interp(low, edges, column)) / span for column in area.T
     ]
     return np.column_stack(means)
+
+
+def smallest_step(steps: Array, rounding: float = ROUNDING) -> float:
+    """The step of an encoder, or of a torque that is recorded in steps; infinite without one.
+
+    It is a quantile of the steps that are not zero: a single glitch may make the least.
+
+    Args:
+        steps: sizes of the moves from sample to sample, shape (S,).
+        rounding: smaller ones are of arithmetic.
+    """
+    moved = steps[steps > rounding]
+    return float(np.quantile(moved, 0.02)) if len(moved) else np.inf
 
 
 def resampled(t: Array, values: Array, grid: Array) -> Array:

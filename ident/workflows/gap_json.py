@@ -9,7 +9,7 @@ import numpy as np
 from ident.checks.remark import RefusedError, Remark, verdict_content
 from ident.effects.candidate import Value
 from ident.effects.catalogue import catalogue
-from ident.effects.events import CONTACT
+from ident.effects.events import CONTACT, DROPPED_SAMPLES
 from ident.gap.naming.certainty import Certainty, deviations
 from ident.gap.naming.dependence import Dependence
 from ident.gap.results.error_by_term import Step
@@ -73,7 +73,7 @@ def effects_content(
     verdict = found.verdict
     if verdict.faults:
         return [
-            _entry(f.name, f.joints, {}, f.text, {"count": f.count}, [], None)
+            _entry(DROPPED_SAMPLES.id, (), {}, f.text, {"count": f.count}, [], None)
             for f in verdict.faults
         ]
     entries = []

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ident.checks.remark import Grade, Remark, joints, numbers
 from ident.checks.settings import CheckSettings
 from ident.recordings.dataset import Dataset, Parts
-from ident.recordings.samples import resampled
+from ident.recordings.samples import ROUNDING, resampled, smallest_step
 from ident.regression.probe import Chunk, chunks_of
 from ident.signals.arrays import Array
 
@@ -29,7 +29,6 @@ _NOISE = 0.99
 _RANGE = (0.005, 0.995)
 """Quantiles between which a torque lies but for outliers."""
 
-_ROUNDING = 1e-9
 _STEPS = 3.0
 """Smallest moves of an encoder that a sample may be off."""
 
@@ -111,16 +110,14 @@ def _bounds(chunks: Sequence[Chunk], moving: NDArray[np.bool_], bounds: CheckSet
     for k in np.flatnonzero(moving):
         steps = np.concatenate([np.abs(np.diff(c.q[:, k])) for c in chunks])
         far = np.concatenate([beyond_neighbours(c.q[:, [k]])[:, 0] for c in chunks])
-        moved = steps[steps > _ROUNDING]
-        smallest = float(np.quantile(moved, 0.02)) if len(moved) else np.inf
         q[k] = max(
             float(np.quantile(steps, _FASTEST)),
             bounds.glitch_noise * float(np.quantile(far, _NOISE)),
-            _STEPS * smallest,
+            _STEPS * smallest_step(steps),
         )
         torque = np.concatenate([c.tau[:, k] for c in chunks])
         span = float(np.ptp(np.quantile(torque, _RANGE)))
-        tau[k] = bounds.glitch_ranges * span if span > _ROUNDING else np.inf
+        tau[k] = bounds.glitch_ranges * span if span > ROUNDING else np.inf
     return Bounds(q, tau)
 
 

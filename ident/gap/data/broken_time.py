@@ -3,7 +3,9 @@
 A reading that was lost, written twice or stamped late moves all joints by the same time at once. No
 torque does that: it changes velocities, and positions go on from where they were. Filtered, such a
 step is a blow at every joint. A step is broken if its mean velocity lies outside of those on its
-two sides, by the same time at all joints, and far beyond what the recording's other steps do.
+two sides, by the same time at all joints, and far beyond what the recording's other steps do. Such
+steps are cut out. Where samples are lost so often that no step is unusual, that is a fault of the
+data, which makes every effect doubtful.
 """
 
 from bisect import bisect_left
@@ -14,13 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.checks.remark import Grade, Remark
+from ident.checks.samples import repeated_and_skipped
+from ident.checks.settings import DEFAULT
 from ident.effects.smoothed_segment import EDGE_S, HIGHEST_SHARE, MOTION_HZ, SHORTEST_S
 from ident.gap.data_settings import BrokenTime
 from ident.recordings.dataset import Dataset, Segment
+from ident.recordings.samples import ROUNDING
 
 _BESIDE = 4  # steps on each side of one, whose median is the velocity there: one may be wrong
 _PERIOD = 0.99  # of the fastest motion, from which what was not recorded is cut out
-_ROUNDING = 1e-9  # of positions [rad]
 _ON_GRID = 1e-3  # periods by which a stamp may stray
 
 
@@ -39,6 +43,33 @@ class Break:
     first: int
     last: int
     off_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Samples that are lost although the stamps are even.
+
+    Attributes:
+        text: the fault in a sentence.
+        count: number of losses.
+    """
+
+    text: str
+    count: int
+
+
+def data_faults(datasets: Sequence[Dataset]) -> list[Fault]:
+    """Lost samples of some recordings that are left once all that can be mended or cut out is."""
+    counts = [(d.name, repeated_and_skipped(d.segments, d, DEFAULT)[1]) for d in datasets]
+    return [
+        Fault(
+            f"{name}: {count} times a sample is lost, on all moving joints at once, although the"
+            " stamps are even.",
+            count,
+        )
+        for name, count in counts
+        if count
+    ]
 
 
 def unbroken(data: Dataset, bounds: BrokenTime) -> tuple[Dataset, list[Remark]]:
@@ -113,7 +144,7 @@ def _breaks(data: Dataset, number: int, segment: Segment, bounds: BrokenTime) ->
     here, steps = velocity[_BESIDE:-_BESIDE], steps[_BESIDE:-_BESIDE]
     middle, half = (before + after) / 2, np.abs(before - after) / 2
     beyond = np.maximum(np.abs(here - middle) - half, 0.0) * steps[:, None]
-    usual = np.maximum(np.quantile(beyond, bounds.usual_share, axis=0), _ROUNDING)
+    usual = np.maximum(np.quantile(beyond, bounds.usual_share, axis=0), ROUNDING)
     weight = middle / usual
     speed = np.maximum((weight**2).sum(axis=1), 1e-300)
     off = (weight * (here - middle) / usual).sum(axis=1) / speed

@@ -25,6 +25,7 @@ from ident.gap.selection.estimates import (
 )
 from ident.gap.selection.state import AcceptedEffect, Place, SelectionState
 from ident.gap.settings import GapSettings, Naming
+from ident.recordings.samples import smallest_step
 from ident.signals.arrays import Array
 
 
@@ -208,7 +209,7 @@ def certainties(
     final = final_estimates(rows, end, settings.significance, state.accepted)
     design = replace(end, accepted=final.effects).design(rows)
     across = across_recordings(design, rows, final.fit, settings.cross_validation)
-    resolution = torque_resolution(source, settings.data_checks.step_quantile)
+    resolution = torque_resolution(source)
     fixed: Sequence[dict[str, Value]] = []
     if any(map(free_parameters, final.effects)):
         tuned = replace(end, accepted=final.effects)
@@ -242,18 +243,14 @@ def deviations(h: Candidate, values: Mapping[str, Value]) -> float:
     return max((abs(v.value) / v.sd if v.sd > 0.0 else np.inf for v in chosen), default=0.0)
 
 
-def torque_resolution(source: Experiment, quantile: float) -> Array:
-    """Largest rounding error of the recorded torque of each joint [N m], shape (n,).
-
-    It is half the step, which is this quantile of the changes that are not zero.
-    """
+def torque_resolution(source: Experiment) -> Array:
+    """Largest rounding error of each joint's recorded torque [N m], shape (n,): half its step."""
     steps = np.full(source.arm.robot.dof, np.inf)
     for data in source.datasets:
         for segment in data.segments:
             for j, tau in enumerate(np.abs(np.diff(segment.tau, axis=0)).T):
-                changed = tau[tau > _ROUNDING * np.abs(segment.tau[:, j]).max()]
-                if len(changed):
-                    steps[j] = min(steps[j], float(np.quantile(changed, quantile)))
+                rounding = _ROUNDING * np.abs(segment.tau[:, j]).max()
+                steps[j] = min(steps[j], smallest_step(tau, rounding))
     return np.where(np.isfinite(steps), steps / 2, 0.0)
 
 

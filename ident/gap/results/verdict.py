@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
-from ident.gap.data.data_checks import Fault
+from ident.gap.data.broken_time import Fault
 from ident.gap.naming.certainty import Suspected
 from ident.gap.results.unexplained import UnexplainedStructure
 from ident.gap.selection.state import AcceptedEffect

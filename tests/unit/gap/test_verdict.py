@@ -8,7 +8,7 @@ import pytest
 from ident.effects.candidate import Candidate, Coefficient, NoParameters, Value
 from ident.effects.catalogue import catalogue
 from ident.effects.events import CONTACT
-from ident.gap.data.data_checks import Fault
+from ident.gap.data.broken_time import Fault
 from ident.gap.data.noise_regions import Region
 from ident.gap.lack_of_fit.remaining_structure import RemainingStructure, held_out_mismatch
 from ident.gap.nulls.null_arms import phase_randomised
@@ -47,7 +47,7 @@ def found(effect: str = "stribeck", rivals: tuple[Score, ...] = (), explained: f
 PUSH = Transient(
     0, 3.0, 4.0, (1,), np.array([2.0]), np.array([0.1]), 0.2, np.zeros(4, dtype=bool), np.ones(4)
 )
-FAULT = Fault("dropped_samples", (), "log: 9 samples repeat.", 9.0)
+FAULT = Fault("log: 9 times a sample is lost.", 9)
 LARGE = UnexplainedStructure(RemainingStructure(1, "the position of joint 2", 0.4, 0.5), 0.6)
 CLEAR = UnexplainedStructure(RemainingStructure(1, "the position of joint 2", 2.5, 0.99), 0.1)
 CLEAR_BUT_TINY = UnexplainedStructure(
