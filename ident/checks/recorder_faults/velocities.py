@@ -1,0 +1,87 @@
+"""Recorded velocities beside the positions of the same log: both must tell of one way.
+
+The way is compared, not the speed: noise and the low-pass of a velocity hardly change its integral.
+Which of the two is wrong the log cannot tell. Velocities in another unit of angle are let be: they
+are used for nothing else.
+"""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from ident.checks.remark import Grade, Remark, joined, joints, numbers
+from ident.checks.settings import CheckSettings
+from ident.recordings.dataset import Dataset
+from ident.recordings.log_summary import GAP_PERIODS, LogSummary
+from ident.signals.arrays import Array
+
+_MOST_SAMPLES = 100_000
+_UNITS = (180 / np.pi, 30 / np.pi)  # degrees per second, turns per minute
+
+
+def velocity_remarks(data: Dataset, names: Sequence[str], bounds: CheckSettings) -> list[Remark]:
+    """Joints whose velocity is that of their position times a factor.
+
+    Args:
+        data: the recording.
+        names: of the joints.
+        bounds: of the checks.
+    """
+    stretches = list(_stretches(data, names))
+    if not stretches:
+        return []
+    q, way = (np.concatenate(parts) for parts in zip(*stretches, strict=True))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        factor = np.sum(q * way, axis=0) / np.sum(q * q, axis=0)
+        left, apart, whole = (np.linalg.norm(x, axis=0) for x in (way - factor * q, way - q, way))
+        off = data.moving & (np.abs(factor - 1) > bounds.scale_off)
+        off &= left < bounds.believed_ratio * np.minimum(apart, whole)
+    wrong = np.flatnonzero(off).tolist()
+    if not wrong or any(np.ptp([*factor[wrong], u]) < bounds.scale_off * u for u in _UNITS):
+        return []
+    told = [f"{factor[j]:.3g} times that of its positions at {joints([j], names)}" for j in wrong]
+    if np.ptp(factor[wrong]) < bounds.scale_off:
+        told = [f"{np.mean(factor[wrong]):.3g} times that of the positions at"]
+        told[0] += f" {joints(wrong, names)}"
+    text = (
+        f"{data.name}: the way that the recorded velocities tell is {joined(told)}, so that"
+        " positions, velocities or stamps are in a wrong scale."
+    )
+    advice = (
+        "Check the stamps, and the encoders' counts per turn and gear ratios by which both are"
+        " computed: the positions were used as they are."
+    )
+    return [Remark("positions", numbers(wrong), text, Grade.DOUBTFUL, advice)]
+
+
+def _stretches(data: Dataset, names: Sequence[str]) -> Iterator[tuple[Array, Array]]:
+    """Position, and integral of the velocity, of each stretch without a hole, less their trend."""
+    source = data.source
+    places = [source.joint_names.index(name) for name in names]
+    for t, q, qd in _unbroken(source, places):
+        step = np.diff(t)[:, None]
+        way = np.cumsum(0.5 * (qd[1:] + qd[:-1]) * step, axis=0)
+        line = np.column_stack([np.ones(len(way)), t[1:]])
+        q, way = (x - line @ np.linalg.lstsq(line, x, rcond=None)[0] for x in (q[1:], way))
+        yield q, way
+
+
+def _unbroken(source: LogSummary, places: Sequence[int]) -> Iterator[tuple[Array, Array, Array]]:
+    """Time [s], position and velocity of the first stretches without a hole."""
+    kept, count = [], 0
+    for piece in source.pieces():
+        states = piece.states
+        if states is None:
+            continue
+        if states.qd is None or count > _MOST_SAMPLES:
+            break
+        t = (states.stamp_ns - source.first_ns) * 1e-9
+        kept.append((t, states.positions[:, places], states.qd[:, places]))
+        count += len(t)
+    if not kept:
+        return
+    t, q, qd = (np.concatenate(parts) for parts in zip(*kept, strict=True))
+    holes = np.flatnonzero(np.diff(t) > GAP_PERIODS * source.period_s) + 1
+    for rows in np.split(np.arange(len(t)), holes):
+        if len(rows) > 2:
+            yield t[rows], q[rows], qd[rows]

@@ -1,0 +1,63 @@
+"""Velocities of a log that tell of another way than its positions do."""
+
+import numpy as np
+import pytest
+from chain_arm import recorded
+
+from ident.checks.recorder_faults.velocities import velocity_remarks
+from ident.checks.settings import DEFAULT
+from ident.recordings.dataset import dataset
+from wamctl.arm.recording import Recording
+
+LOG = recorded(joints=4)
+RATE = np.gradient(LOG.q, LOG.t, axis=0)
+STAMPS = np.round(LOG.t * 1e9).astype(np.int64)
+
+
+def told(q, qd, kept=slice(None)):
+    """What is said of a recording, of some of its samples."""
+    bag = Recording(LOG.names, STAMPS[kept], q[kept], qd[kept], LOG.tau[kept])
+    return velocity_remarks(dataset(bag, LOG.names, "log"), LOG.names, DEFAULT)
+
+
+def filtered(x, share=0.3):
+    """A velocity as a driver tells it: through a low-pass of the first order."""
+    y = x.copy()
+    for k in range(1, len(x)):
+        y[k] = y[k - 1] + share * (x[k] - y[k - 1])
+    return y
+
+
+@pytest.mark.parametrize(
+    "qd",
+    [
+        RATE,
+        filtered(RATE),
+        RATE + 0.1 + 0.3 * np.random.default_rng(1).normal(size=RATE.shape),
+        np.zeros_like(RATE),
+        np.full_like(RATE, np.nan),
+        np.random.default_rng(2).normal(size=RATE.shape),
+        RATE * 180 / np.pi,
+        RATE * 30 / np.pi,
+    ],
+    ids=["right", "filtered", "noisy", "none", "nan", "chance", "degrees", "turns"],
+)
+def test_nothing_is_said_of_velocities_that_say_the_same_or_nothing(qd):
+    assert told(LOG.q, qd) == []
+
+
+@pytest.mark.parametrize("velocity", [RATE, filtered(RATE)], ids=["right", "filtered"])
+def test_positions_in_a_scale_of_their_own_are_told(velocity):
+    (remark,) = told(0.9 * LOG.q, velocity)
+    assert remark.code == "positions"
+    assert remark.joints == (1, 2, 3, 4)
+    assert "1.11 times that of the positions at joints 1, 2, 3, and 4," in remark.sentence
+
+
+def test_joints_with_factors_of_their_own_are_listed_beside_a_hole():
+    factors = np.array([1.0, 1.25, 1.0, -1.0])
+    kept = np.r_[0 : len(RATE) // 3, len(RATE) // 2 : len(RATE)]
+    (remark,) = told(LOG.q, factors * RATE, kept)
+    assert remark.joints == (2, 4)
+    assert "1.25 times that of its positions at joint 2" in remark.sentence
+    assert "-1 times that of its positions at joint 4" in remark.sentence
