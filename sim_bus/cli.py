@@ -173,20 +173,17 @@ def _serve_without_pauses(service: Service, hub: Hub, stop_with_stdin: bool) -> 
     finally:
         gc.enable()
         if isinstance(service, RealTime):
-            _say_at_the_end(
+            end = (
                 f"The bus carried {service.load.frames} frames; "
-                f"its load was {100.0 * service.load.peak:.0f} % in the busiest second."
+                f"its load was {100.0 * service.load.peak:.0f} % in the busiest second.\n"
             )
+            with contextlib.suppress(OSError):  # nobody may be listening any more
+                os.write(sys.stdout.fileno(), end.encode())
 
 
 def _say(sentence: str) -> None:
     typer.echo(sentence)
     sys.stdout.flush()
-
-
-def _say_at_the_end(sentence: str) -> None:
-    with contextlib.suppress(OSError):  # nobody may be listening any more
-        os.write(sys.stdout.fileno(), f"{sentence}\n".encode())
 
 
 def _stop(number: int, frame: FrameType | None) -> None:

@@ -124,7 +124,7 @@ class SimulatedArm:
 
     def _sent(self, frames: dict[Node, list[Frame]]) -> list[Frame]:
         sent = [f for node, own in frames.items() if node not in self.mute for f in own]
-        sent.sort(key=_identifier)
+        sent.sort(key=lambda f: f.can_id)
         return sent
 
     def _drive_motors(self) -> None:
@@ -141,7 +141,3 @@ class SimulatedArm:
 
     def _set_torques(self) -> None:
         self._motor_torque = np.array(self._torques) * self._torque_share
-
-
-def _identifier(frame: Frame) -> int:
-    return frame.can_id

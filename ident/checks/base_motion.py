@@ -1,5 +1,7 @@
 """A base that moves: gravity seems to swing, and all joints feel it at once."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from ident.checks.case import Case
@@ -69,10 +71,12 @@ def _spectrum(case: Case) -> tuple[Array, Array]:
 def _pull(case: Case) -> Array:
     """Torque per acceleration of the base along x, y, z [N m s^2/m], shape (S, n, 3)."""
     c: Columns = case.columns
-    beta = solution(*_gram(c))
+    rows = c.W.reshape(-1, c.W.shape[-1])
+    beta = solution(rows.T @ rows, rows.T @ c.tau.ravel())
     body = Terms(False, False, False, False, case.terms.drive_matrix, False)
     parameters = standard_parameters(case.robot, body)
-    places = [i for i, p in enumerate(_fitted(case)) if p.kind == "inertial"]
+    fitted = standard_parameters(case.robot, replace(body, rotor_inertia=True))
+    places = [i for i, p in enumerate(fitted) if p.kind == "inertial"]
     still = np.zeros_like(case.probe.motion.q)
     motion = Motion(case.probe.motion.q, still, still)
     found = []
@@ -81,14 +85,3 @@ def _pull(case: Case) -> Array:
         columns = smooth_columns(robot, body, motion, parameters)
         found.append((columns @ beta[places]) * case.probe.counted)
     return np.stack(found, axis=2)
-
-
-def _fitted(case: Case):
-    return standard_parameters(
-        case.robot, Terms(False, False, False, True, case.terms.drive_matrix, False)
-    )
-
-
-def _gram(c: Columns) -> tuple[Array, Array]:
-    rows = c.W.reshape(-1, c.W.shape[-1])
-    return rows.T @ rows, rows.T @ c.tau.ravel()

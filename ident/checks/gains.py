@@ -51,10 +51,7 @@ def gains(case: Case) -> Gains:
         x, y = _beside_friction(case, int(k), model, probe.tau)
         if x @ x < 1e-18 * max(float(model[:, k] @ model[:, k]), 1e-12):
             continue
-        weight[k] = x @ x
-        value[k] = (x @ y) / weight[k]
-        sd[k] = spread(x, y)
-        explained[k] = 1 - np.sum((y - value[k] * x) ** 2) / max(float(y @ y), 1e-300)
+        value[k], sd[k], explained[k], weight[k] = gain_of(x, y)
         inner, goals = inner + x @ y, goals + y @ y
     common = inner / weight.sum() if weight.any() else 0.0
     total = common * inner / goals if goals else 0.0
@@ -134,11 +131,20 @@ def _beside_friction(case: Case, k: int, *signals: Array) -> list[Array]:
     return [y - others @ np.linalg.lstsq(others, y, rcond=None)[0] for y in parts]
 
 
-def spread(x: Array, y: Array) -> float:
-    """Standard error of y / x, by leaving out stretches."""
+def gain_of(x: Array, y: Array) -> tuple[float, float, float, float]:
+    """Least squares of y = gain x, both of shape (S,).
+
+    Returns:
+        The gain, its standard error by leaving out stretches, the part of the square of y that it
+        explains, and the square of x.
+    """
+    weight = float(x @ x)
+    gain = float(x @ y) / weight
+    explained = 1 - np.sum((y - gain * x) ** 2) / max(float(y @ y), 1e-300)
     stretch = np.arange(len(x)) * _STRETCHES // len(x)
     xx = np.bincount(stretch, x * x, _STRETCHES)
     xy = np.bincount(stretch, x * y, _STRETCHES)
     left = np.maximum(xx.sum() - xx, 1e-300)
     without = (xy.sum() - xy) / left
-    return float(np.sqrt((_STRETCHES - 1) / _STRETCHES * np.sum((without - without.mean()) ** 2)))
+    spread = np.sqrt((_STRETCHES - 1) / _STRETCHES * np.sum((without - without.mean()) ** 2))
+    return gain, float(spread), float(explained), weight

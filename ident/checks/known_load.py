@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.checks.case import Case
-from ident.checks.gains import Gains, last_link, spread
+from ident.checks.gains import Gains, gain_of, last_link
 from ident.recordings.dataset import Dataset
 from ident.regression.probe_fit import solution
 
@@ -47,8 +47,5 @@ def gains_of_load(case: Case, load: tuple[float, float, float, float]) -> Gains:
         W, goals = case.columns.W[at, k], np.column_stack([torque[at, k], probe.tau[at, k]])
         own = W[:, W.any(axis=0)]
         x, y = (goals - own @ solution(own.T @ own, own.T @ goals)).T
-        weight[k] = x @ x
-        value[k] = (x @ y) / weight[k]
-        sd[k] = spread(x, y)
-        explained[k] = 1 - np.sum((y - value[k] * x) ** 2) / max(float(y @ y), 1e-300)
+        value[k], sd[k], explained[k], weight[k] = gain_of(x, y)
     return Gains(value, sd, explained, weight, 0.0, 0.0, 0.0)

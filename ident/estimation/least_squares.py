@@ -96,14 +96,11 @@ def _best_prior(evidence: RegressionData, path: Callable[[Problem], list[Estimat
         out = held_out(fold)
         test = evidence.only(out)
         estimates = path(evidence.only(~out).problem())
-        errors.append([_squared_error(test, e.beta) for e in estimates])
+        left = [sums(test.triangles, test.counts, e.beta).residual for e in estimates]
+        errors.append([float(squares.sum()) for squares in left])
     final = path(evidence.problem())
     common = min(len(final), *map(len, errors))
     return final[int(np.argmin(np.sum([e[:common] for e in errors], axis=0)))]
-
-
-def _squared_error(evidence: RegressionData, beta: Array) -> float:
-    return float(sums(evidence.triangles, evidence.counts, beta).residual.sum())
 
 
 def irls(evidence: RegressionData) -> Estimate:

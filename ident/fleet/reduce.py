@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from ident.checks.examine import OF_FITS, examine
-from ident.checks.remark import Grade, Remark, verdict_of
+from ident.checks.remark import Grade, verdict_of
 from ident.fleet.arm_type import arm_type
 from ident.fleet.columns import Columns
 from ident.fleet.settings import FleetSettings
@@ -19,7 +19,7 @@ from ident.model.arm import Arm, arm_from_file
 from ident.recordings.dataset import Dataset
 from ident.recordings.loading import Reading, fingerprint, read_for, read_logs
 from ident.regression.filters import Processing, processing
-from ident.regression.rows import Regressor, Rows, rows_of
+from ident.regression.rows import Regressor, rows_of
 from ident.regression.triangles import triangle
 from wamctl.arm.errors import UserError
 
@@ -125,7 +125,7 @@ def _reduced(found: Reduced, arm: Arm, data: Dataset, settings: FleetSettings) -
         found,
         duration_s=data.samples / data.rate_hz,
         verdict=verdict.word,
-        remarks=tuple(_content(r) for r in remarks),
+        remarks=tuple((r.code, r.sentence) for r in remarks),
     )
     if verdict is Grade.REFUSED:
         return found
@@ -152,10 +152,6 @@ def _of_type(name: str, arm: Arm, settings: FleetSettings) -> tuple[Columns, str
         _known.clear()
         _known[name] = columns, arm_type(columns).text()
     return _known[name]
-
-
-def _content(remark: Remark) -> tuple[str, str]:
-    return remark.code, remark.sentence
 
 
 def process_of(arm: Arm, data: Dataset, columns: Columns) -> Processing:
@@ -190,18 +186,14 @@ def joint_triangles(
     for rows in rows_of(data, process, regressor):
         kept = np.abs(rows.speed) >= threshold
         for place, j in enumerate(joints):
-            wide = _wide(rows, place, int(j), kept[:, place], columns)
+            own = kept[:, place], place
+            wide = columns.wide(int(j), rows.W[own], rows.curves[own], rows.tau[own])
             count[j] += len(wide)
             for first in range(0, len(wide), _MOST_ROWS):
                 part = wide[first : first + _MOST_ROWS]
                 known = [parts[int(j)]] if int(j) in parts else []
                 parts[int(j)] = triangle(np.concatenate([*known, part]))
     return parts, count
-
-
-def _wide(rows: Rows, place: int, joint: int, kept: Array, columns: Columns) -> Array:
-    W, curves, tau = rows.W[kept, place], rows.curves[kept, place], rows.tau[kept, place]
-    return columns.wide(joint, W, curves, tau)
 
 
 def _rows_per_value(process: Processing, rate_hz: float) -> float:

@@ -4,11 +4,36 @@ Grids that are searched and tolerances of pure numerics stay where they are used
 README of this folder is written from this file by `python -m ident.gap.settings`.
 """
 
-from ident.gap.data_settings import BrokenTime, LongLogs
 from ident.model.setting_fields import Section as _Section
 from ident.model.setting_fields import count as _count
 from ident.model.setting_fields import positive as _positive
 from ident.model.setting_fields import share as _share
+
+
+class LongLogs(_Section):
+    """Long logs are searched by stretches, so that memory does not grow with their length."""
+
+    most_s: float = _positive(150.0, "Longest log that is searched whole [s]: 7 periods of 20 s.")
+    stretch_s: float = _positive(40.0, "Length of a longer one's stretch [s]: two such periods.")
+    count: int = _count(3, "Stretches of all logs together [1]: one for each fold.")
+
+
+class BrokenTime(_Section):
+    """Steps at which stamps and motion disagree, see `data/broken_time.py`."""
+
+    usual_share: float = _share(
+        0.99, "Quantile of the steps' distances from their neighbours' that is the usual one [1]."
+    )
+    far: float = _positive(12.0, "Times the usual distance from which a step is broken [1].")
+    least_steps: float = _positive(
+        0.5, "Steps by which all joints must be ahead or behind [1]: one where a sample is lost."
+    )
+    apart: float = _share(
+        0.3, "Of their distance that joints may be apart from one common time [1]: impacts are."
+    )
+    least_kept: float = _share(
+        0.6, "Of a recording that must be left once the broken steps are cut out [1]."
+    )
 
 
 class Scoring(_Section):

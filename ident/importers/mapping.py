@@ -155,7 +155,7 @@ class Mapping(Section):
                 for place, name in self._named_columns()
             ]
         for place, part in self.series():
-            if part.side == "motor" and self._matrix_of(part) is None:
+            if part.side == "motor" and not (self._own_matrix(part) or self.motor_from_joint):
                 faults.append(f"{place}.side: motor, but motor_from_joint is missing")
         if self.joints:
             faults += self.lengths(len(self.joints))
@@ -181,9 +181,6 @@ class Mapping(Section):
             faults += _shape_faults(f"{place}.joint_from_motor", n, self._own_matrix(part))
         faults += _shape_faults("motor_from_joint", n, self.motor_from_joint)
         return faults + _inverse_faults("motor_from_joint", n, self.motor_from_joint)
-
-    def _matrix_of(self, part: SeriesSection) -> tuple[Vector, ...] | None:
-        return self._own_matrix(part) or self.motor_from_joint
 
     @staticmethod
     def _own_matrix(part: SeriesSection) -> tuple[Vector, ...] | None:

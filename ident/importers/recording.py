@@ -93,7 +93,10 @@ def mapped_recording(source: Path, mapping: Path | str) -> Recording:
         None
         if command is None and wanted is None
         else Command(columns.stamp_ns, wanted, None, command),
-        metadata={path.name: _digest(path) for path in files(source, plan)},
+        metadata={
+            path.name: f"sha256 {hashlib.sha256(path.read_bytes()).hexdigest()}"
+            for path in files(source, plan)
+        },
         attachments=arm.attachments | {"mapping.yaml": where.read_bytes()},
     )
 
@@ -151,7 +154,3 @@ def _from_motors(part: SeriesSection, values: Array, plan: Mapping) -> Array:
     if isinstance(part, EffortSection):
         return values @ motor_from_joint
     return values @ np.linalg.inv(motor_from_joint).T
-
-
-def _digest(path: Path) -> str:
-    return "sha256 " + hashlib.sha256(path.read_bytes()).hexdigest()

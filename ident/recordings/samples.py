@@ -97,18 +97,25 @@ def read_samples(
     yield from waiting.taken(np.inf)
 
 
-class _Queue:
-    """What is still needed of one topic: stamps [s] of shape (S,), values of shape (S, width)."""
+class Queue:
+    """What is still needed of one topic: stamps of shape (S,), values of shape (S, width).
 
-    def __init__(self, width: int) -> None:
-        self.t = np.empty(0)
+    Args:
+        width: of the values.
+        kind: of the stamps: numbers in [s], or whole ones in [ns].
+    """
+
+    def __init__(self, width: int, kind: type = float) -> None:
+        self.t = np.empty(0, kind)
         self.values = np.empty((0, width))
 
-    def add(self, t: Array, values: Array) -> None:
+    def add(self, t: NDArray, values: Array) -> None:
+        """Later stamps and their values."""
         self.t = np.concatenate([self.t, t])
         self.values = np.concatenate([self.values, values])
 
     def drop(self, count: int) -> None:
+        """Forgets the first ones."""
         self.t, self.values = self.t[count:], self.values[count:]
 
     def drop_before(self, instant: float) -> None:
@@ -123,10 +130,10 @@ class _Waiting:
         n = len(columns)
         self._found, self._columns = found, columns
         self._last = -np.inf
-        self._q = _Queue(n)
+        self._q = Queue(n)
         self._held = torque == "commanded"
-        self._torque = _Queue(n)
-        self._reference = _Queue(n) if found.reference else None
+        self._torque = Queue(n)
+        self._reference = Queue(n) if found.reference else None
 
     def add(self, piece: Piece) -> None:
         states, commands, reference = piece.states, piece.commands, piece.reference
@@ -138,7 +145,7 @@ class _Waiting:
         if reference is not None and self._reference is not None:
             self._add(self._reference, reference.stamp_ns, reference.q)
 
-    def _add(self, queue: _Queue, stamp_ns: Stamps, values: Array) -> None:
+    def _add(self, queue: Queue, stamp_ns: Stamps, values: Array) -> None:
         queue.add((stamp_ns - self._found.first_ns) * 1e-9, values[:, self._columns])
 
     @property

@@ -14,6 +14,7 @@ from scipy.ndimage import maximum_filter1d
 
 from ident.dynamics.regressor import Motion
 from ident.recordings.dataset import Dataset
+from ident.recordings.samples import resampled
 from ident.signals.arrays import Array
 from ident.signals.zero_phase import Lowpass, Spectrum, extended, fast_length, spectrum
 
@@ -240,3 +241,29 @@ def _filtered(chunk: Chunk, cutoff_hz: float, step_s: float) -> tuple[Array, ...
     moves = maximum_filter1d(speed, about, axis=0) > _STILL * fastest
     t, *rest = (x[kept] for x in (t, q, qd, qdd, sign, tau, raw, moves))
     return np.full(len(t), chunk.log), t, *rest
+
+
+def shifted_torque(
+    chunks: Sequence[Chunk], probe: Probe, delays_s: Sequence[float]
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Torque that was recorded so much later than each of the probe's instants.
+
+    Args:
+        chunks: of which the probe was made.
+        probe: its instants, S of them.
+        delays_s: the shifts, D of them [s].
+
+    Returns:
+        The torque [N m], shape (D, S, n), and the instants of which all of it was recorded, (S,).
+    """
+    found = np.zeros((len(delays_s), *probe.tau.shape))
+    known = np.zeros(len(probe.t), dtype=bool)
+    reach = max(max(delays_s), 0.0), max(-min(delays_s), 0.0)
+    for chunk in chunks:
+        t, tau = filtered_torque(chunk, probe.cutoff_hz)
+        own = (probe.log == chunk.log) & (probe.t + reach[0] <= t[-1])
+        own &= probe.t - reach[1] >= t[0]
+        known |= own
+        for k, delay in enumerate(delays_s):
+            found[k, own] = resampled(t, tau, probe.t[own] + delay)
+    return found, known

@@ -4,10 +4,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.recordings.errors import JointMismatchError
-from ident.recordings.samples import TorqueSource
+from ident.recordings.samples import Queue, TorqueSource
 from ident.signals.arrays import Array
 from ident.watch.sources import Messages
 from wamctl.arm.errors import DataError
@@ -36,20 +35,6 @@ class Samples:
     fresh: bool
 
 
-@dataclass
-class _Waiting:
-    """What has come of one topic and is still needed."""
-
-    t: NDArray[np.int64]
-    values: Array
-
-    def add(self, t: NDArray[np.int64], values: Array) -> None:
-        self.t, self.values = np.concatenate([self.t, t]), np.concatenate([self.values, values])
-
-    def drop(self, count: int) -> None:
-        self.t, self.values = self.t[count:], self.values[count:]
-
-
 class Sampler:
     """Makes even samples of messages.
 
@@ -70,8 +55,7 @@ class Sampler:
         n = len(joints)
         self._joints, self._topics, self._torque = tuple(joints), topics, torque
         self._source = source
-        self._q = _Waiting(np.empty(0, np.int64), np.empty((0, n)))
-        self._tau = _Waiting(np.empty(0, np.int64), np.empty((0, n)))
+        self._q, self._tau = Queue(n, np.int64), Queue(n, np.int64)
         self._period_ns = 0.0
         self._next_ns: float | None = None
 
@@ -119,7 +103,7 @@ class Sampler:
         stamps, data = batch[topic]
         return joint_series(data, stamps)
 
-    def _add(self, waiting: _Waiting, series: JointSeries, values: Array) -> None:
+    def _add(self, waiting: Queue, series: JointSeries, values: Array) -> None:
         missing = [j for j in self._joints if j not in series.joint_names]
         if missing:
             raise JointMismatchError(self._source, missing, series.joint_names)

@@ -75,7 +75,8 @@ def validate_logs(
         content = verdict_content(remarks) | {"arm": model.arm, "model": str(model_path)}
         write_refusal(out, "validate", refusal, content, model.arm)
         raise refusal
-    predictions, remarks = [], [r for r in remarks if not _of_torque_signs(r)]
+    predictions = []
+    remarks = [r for r in remarks if not (r.code == "sign" and r.grade is Grade.DOUBTFUL)]
     for one, before in zip(data, recorded, strict=True):
         tell(f"predicting {Path(one.name).name}")
         prediction, told = with_signs_of_fit(model, arm, one, before)
@@ -111,10 +112,6 @@ def checked(arm: Arm, data: Sequence[Dataset]) -> tuple[list[Dataset], list[Rema
         mended += examined.data
         remarks += [r for r in examined.remarks if r.code not in OF_FITS]
     return mended, list(dict.fromkeys(remarks))
-
-
-def _of_torque_signs(remark: Remark) -> bool:
-    return remark.code == "sign" and remark.grade is Grade.DOUBTFUL
 
 
 def with_signs_of_fit(

@@ -60,15 +60,13 @@ class SdoServer:
     def _start_download(self, request: bytes) -> bytes:
         command = request[0]
         if command & 0x02:
-            size = 4 - (command >> 2 & 3) if command & 0x01 else self._expected_size()
+            told = command & 0x01  # the size; else that of the object
+            size = 4 - (command >> 2 & 3) if told else min(4, len(self._read(self._key)))
             self._buffer = None
             self._write(self._key, request[4 : 4 + size])
         else:
             self._buffer, self._uploading, self._toggle = bytearray(), False, 0
         return _HEAD.pack(0x60, *self._key) + bytes(4)
-
-    def _expected_size(self) -> int:
-        return min(4, len(self._read(self._key)))
 
     def _download_segment(self, request: bytes) -> bytes:
         buffer = self._alternated(request)

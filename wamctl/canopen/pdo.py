@@ -146,7 +146,9 @@ def settings(wanted: Wiring, node: int) -> list[tuple[Object, int]]:
             writes.append((Object(communication + number, 1), off | flags))
             if pdo is None:
                 continue
-            entries = [(Object(mapping + number, i), e.mapping) for i, e in _numbered(pdo)]
+            entries = [
+                (Object(mapping + number, i), e.mapping) for i, e in enumerate(pdo.entries, 1)
+            ]
             writes += [(Object(mapping + number, 0), 0), *entries]
             writes.append((Object(mapping + number, 0), len(entries)))
             writes.append((Object(communication + number, 2), pdo.transmission))
@@ -154,10 +156,6 @@ def settings(wanted: Wiring, node: int) -> list[tuple[Object, int]]:
                 writes.append((Object(communication + number, 5), pdo.event_ms))
             writes.append((Object(communication + number, 1), pdo.cob_id | flags))
     return writes
-
-
-def _numbered(pdo: Pdo) -> Sequence[tuple[int, Object]]:
-    return list(enumerate(pdo.entries, 1))
 
 
 class GroupFrames:

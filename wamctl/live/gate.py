@@ -37,11 +37,9 @@ def admits(head: bytes) -> bool:
     hosts, origins = fields.get("host", []), fields.get("origin", [])
     if len(hosts) != 1 or len(origins) > 1 or _name(f"//{hosts[0]}") not in _HERE:
         return False
-    return not origins or origins[0] in _FOXGLOVE or _is_of_here(origins[0])
-
-
-def _is_of_here(origin: str) -> bool:
-    return origin.startswith(("http://", "https://")) and _name(origin) in _HERE
+    origin = origins[0] if origins else ""
+    of_here = origin.startswith(("http://", "https://")) and _name(origin) in _HERE
+    return not origins or origin in _FOXGLOVE or of_here
 
 
 def _name(address: str) -> str | None:

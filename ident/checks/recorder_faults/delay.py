@@ -19,9 +19,8 @@ from numpy.typing import NDArray
 from ident.checks.case import Case
 from ident.checks.remark import Grade, Remark, joints, numbers
 from ident.checks.settings import CheckSettings
-from ident.regression.probe import Chunk, Probe
+from ident.regression.probe import Chunk, Probe, shifted_torque
 from ident.regression.probe_fit import Columns, held_out_residuals, weights_of
-from ident.regression.shifted_torque import shifted_torque
 from ident.signals.arrays import Array
 
 _DELAYS_S = (0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0)

@@ -19,7 +19,7 @@ from ident.checks.remark import Grade, Remark
 from ident.checks.samples import repeated_and_skipped
 from ident.checks.settings import DEFAULT
 from ident.effects.smoothed_segment import EDGE_S, HIGHEST_SHARE, MOTION_HZ, SHORTEST_S
-from ident.gap.data_settings import BrokenTime
+from ident.gap.settings import BrokenTime
 from ident.recordings.dataset import Dataset, Segment
 from ident.recordings.samples import ROUNDING
 

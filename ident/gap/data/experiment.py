@@ -14,7 +14,7 @@ from ident.dynamics.parameters import Terms
 from ident.effects.observation import ArmFacts
 from ident.estimation.regression_data import posture
 from ident.gap.data.stretches import stretch_remarks, stretches
-from ident.gap.data_settings import LongLogs
+from ident.gap.settings import LongLogs
 from ident.model.arm import Arm
 from ident.model.attachments import attached_config, carries_urdf
 from ident.model.identified_model import Model

@@ -7,7 +7,7 @@ from typing import TypeVar
 import numpy as np
 
 from ident.checks.remark import Grade, Remark, joined
-from ident.gap.data_settings import LongLogs
+from ident.gap.settings import LongLogs
 from ident.recordings.log_summary import summarise_log
 from wamctl.arm.recording import LogFile, Piece, Recording, recording_of
 from wamctl.arm.ros2.joint_series import JointSeries, ReferenceSeries

@@ -7,8 +7,8 @@ from pendulum import pendulum
 from ident.checks.remark import Grade
 from ident.gap.data.broken_time import unbroken
 from ident.gap.data.experiment import of_arm
-from ident.gap.data_settings import BrokenTime
 from ident.gap.options import Options
+from ident.gap.settings import BrokenTime
 from ident.model.arm import arm_from_urdf
 from ident.recordings.loading import dataset_for
 from ident.recordings.log_summary import summarise_log

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ident.gap.data.stretches import stretch_remarks, stretches
-from ident.gap.data_settings import LongLogs
+from ident.gap.settings import LongLogs
 from wamctl.arm.recorder import Recorder
 from wamctl.arm.recording import LogFile, read_recording
 
