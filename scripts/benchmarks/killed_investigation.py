@@ -4,9 +4,10 @@ Run: .venv/bin/python scripts/benchmarks/killed_investigation.py FOLDER [--kills
      [--joints N] [--hidden NAME].. [--within SECONDS]
 
 The arm is the shipped one up to one of its joints, in lockstep, its first motion one period long.
-For each hidden effect it is investigated once without a kill, and once with N, each within so many
-seconds of the last; every other kill is that of a program that the investigation runs, its
-descendants included. What `investigation.json` says in the end is compared: verdict, effects with
+For each hidden effect it is investigated once without a kill, and once with N. These are dealt out
+over its stages (each motion, each search, plan and weighing), each within so many seconds of the
+stage's begin; every other kill is that of a program that the investigation runs, its descendants
+included. What `investigation.json` says in the end is compared: verdict, effects with
 their sizes, and each round's motion, evidence and odds.
 """
 
@@ -24,6 +25,9 @@ from typing import Any
 import yaml
 
 from wamctl.arm.config import shipped_file
+
+STAGES = ("", "01/log.mcap", "01/gap", "02/plan", "02/slow.mcap", "02/log.mcap", "02/gap")
+"""Files of an investigation whose being there begins a stage."""
 
 
 def smaller(joints: int, folder: Path) -> Path:
@@ -73,15 +77,24 @@ def descendants(process: int) -> list[int]:
     return found[1:]
 
 
+def within_stage(process: subprocess.Popen[bytes], begin: Path, seconds: float) -> bool:
+    """Wait until a stage has begun, and some seconds more; False: the process has ended before."""
+    while process.poll() is None and not begin.exists():
+        time.sleep(0.05)
+    try:
+        process.wait(seconds)
+    except subprocess.TimeoutExpired:
+        return True
+    return False
+
+
 def killed(arm: Path, hidden: str, out: Path, times: int, within_s: float, seed: int) -> int:
     """Kill an investigation again and again, then let it end; gives how many kills hit it."""
     rng, hit = random.Random(f"{seed} {hidden}"), 0
     for number in range(times):
+        stage = STAGES[number * len(STAGES) // times]
         process = begun(arm, hidden, out)
-        try:
-            process.wait(rng.uniform(0.0, within_s))
-            break
-        except subprocess.TimeoutExpired:
+        if within_stage(process, out / "rounds" / stage, rng.uniform(0.0, within_s)):
             others = descendants(process.pid)
             victim = rng.choice(others) if number % 2 and others else process.pid
             try:
@@ -100,7 +113,9 @@ def killed(arm: Path, hidden: str, out: Path, times: int, within_s: float, seed:
             left = [p for p in left if b"investig" in Path(f"/proc/{p}/cmdline").read_bytes()]
             what = "itself" if victim == process.pid else "a program of it"
             print(
-                f"{hidden}: killed {what}, exit code {process.returncode}, left {left}", flush=True
+                f"{hidden}: after {stage or 'the begin'}: killed {what}, exit code"
+                f" {process.returncode}, left {left}",
+                flush=True,
             )
     for _ in range(3):
         if begun(arm, hidden, out).wait() == 0:
@@ -127,7 +142,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--joints", type=int, default=4)
     parser.add_argument("--hidden", action="append")
-    parser.add_argument("--within", type=float, default=40.0)
+    parser.add_argument("--within", type=float, default=15.0)
     wanted = parser.parse_args()
     wanted.folder.mkdir(parents=True, exist_ok=True)
     arm = smaller(wanted.joints, wanted.folder)
