@@ -4,7 +4,7 @@ import json
 import sys
 import traceback
 from collections.abc import Callable
-from dataclasses import asdict, astuple
+from dataclasses import asdict
 from datetime import datetime
 from functools import partial
 from pathlib import Path
@@ -51,7 +51,6 @@ from wamctl.experiment.excite import ExciteRequest, Summary, excite
 from wamctl.experiment.preflight import load_arm, prepare
 from wamctl.experiment.session import Setup
 from wamctl.investigation.investigate import Investigation, what_next
-from wamctl.investigation.state import Request
 from wamctl.live.watch import check_installed, live_view
 
 app = typer.Typer(
@@ -117,14 +116,9 @@ def _investigate(
     Example: wamctl investigate --config wam7.yaml --bus sim --lockstep --out investigation
     """
     with reported(debug):
-        channel = given.bus or load_arm(given.config)[1].file.bus.channel
-        first = None if given.trajectory is None else str(given.trajectory)
-        lockstep, hidden, seed = given.lockstep, given.hidden, given.seed
-        request = Request(given.config, channel, lockstep, hidden, seed, first)
         options = ["--yes-move-the-arm", yes_move_the_arm] if yes_move_the_arm else []
         options += ["--live"] if live else []
-        costs, (resume, answer) = (bounds.budget, bounds.limit or []), astuple(resumed)
-        found = investigated(request, out, costs, resume, options, answer)
+        found = investigated(given, out, bounds, resumed, options)
         _print(found, print_investigation, as_json)
         next_step(what_next(found.content, out))
 

@@ -12,7 +12,7 @@ from ident.checks.remark import Grade, Remark, joined
 from ident.checks.settings import CheckSettings
 from ident.model.attachments import attached_trajectory
 from ident.recordings.dataset import Dataset, Parts, Segment
-from ident.recordings.samples import ROUNDING, resampled, smallest_step
+from ident.recordings.samples import ROUNDING, filled, smallest_step
 from ident.regression.probe import LEAST_SAMPLES
 from ident.signals.arrays import Array
 from wamctl.arm.recording import LogFile
@@ -155,17 +155,8 @@ def _without_repeats(data: Dataset, bounds: CheckSettings) -> Dataset:
 def _replaced(data: Dataset, bounds: CheckSettings) -> Parts:
     for number, part in data.read():
         found = repeats(part.q[:, data.moving], part.tau[:, data.moving], bounds)
-        q, tau = _filled(part.q, found.position), _filled(part.tau, found.torque)
+        q, tau = filled(part.q, found.position[:, None]), filled(part.tau, found.torque[:, None])
         yield number, replace(part, q=q, tau=tau)
-
-
-def _filled(values: Array, bad: NDArray[np.bool_]) -> Array:
-    if not bad.any():
-        return values
-    places = np.arange(float(len(values)))
-    result = values.copy()
-    result[bad] = resampled(places[~bad], values[~bad], places[bad])
-    return result
 
 
 def _missing(data: Dataset, repeated: int, skipped: int, bounds: CheckSettings) -> list[Remark]:

@@ -1,6 +1,5 @@
 """A foreign table as a recording: columns, units, motors to joints, offsets."""
 
-import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from ident.importers.mapping import (
     SeriesSection,
     load_mapping,
 )
+from ident.recordings.loading import fingerprint
 from ident.signals.arrays import Array
 from wamctl.arm.config import beside, find_file, load_robot_file
 from wamctl.arm.errors import ConfigurationError, DataError
@@ -93,10 +93,7 @@ def mapped_recording(source: Path, mapping: Path | str) -> Recording:
         None
         if command is None and wanted is None
         else Command(columns.stamp_ns, wanted, None, command),
-        metadata={
-            path.name: f"sha256 {hashlib.sha256(path.read_bytes()).hexdigest()}"
-            for path in files(source, plan)
-        },
+        metadata={path.name: f"sha256 {fingerprint(path)}" for path in files(source, plan)},
         attachments=arm.attachments | {"mapping.yaml": where.read_bytes()},
     )
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ident.signals.arrays import Array
 from wamctl.arm.recording import Piece
-from wamctl.arm.ros2.joint_series import JointSeries
+from wamctl.arm.ros2.joint_series import JointSeries, rows_of
 
 _REGULAR = 0.7
 """Share of the readings that come a usual step after the one before: lost samples are irregular."""
@@ -79,7 +79,7 @@ def readings_of(pieces: Callable[[], Iterator[Piece]], period_ns: float) -> Iter
             yield piece
         else:
             kept = _kept(piece.states, last, period_ns)
-            yield replace(piece, states=_rows(piece.states, kept) if kept.any() else None)
+            yield replace(piece, states=rows_of(piece.states, kept) if kept.any() else None)
 
 
 def _kept(states: JointSeries, last: _Last, period_ns: float) -> NDArray[np.bool_]:
@@ -103,10 +103,3 @@ def _new(states: JointSeries, last: _Last) -> tuple[NDArray[np.bool_], Array]:
     readings = np.maximum.accumulate(np.where(new, stamps, last.reading_ns))
     last.row, last.stamp_ns, last.reading_ns = rows[-1], int(stamps[-1]), int(readings[-1])
     return new, (stamps - readings).astype(float)
-
-
-def _rows(states: JointSeries, kept: NDArray[np.bool_]) -> JointSeries:
-    q, qd, effort = (
-        None if values is None else values[kept] for values in (states.q, states.qd, states.effort)
-    )
-    return JointSeries(states.joint_names, states.stamp_ns[kept], q, qd, effort)

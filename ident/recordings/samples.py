@@ -241,3 +241,19 @@ def resampled(t: Array, values: Array, grid: Array) -> Array:
                 weight *= (grid - nodes[other]) / (nodes[k] - nodes[other])
         result += weight[:, None] * values[first + k]
     return result
+
+
+def filled(values: Array, bad: NDArray[np.bool_]) -> Array:
+    """Values with the bad ones replaced by the cubic through their neighbours, shape (S, n).
+
+    Args:
+        values: at even instants, shape (S, n).
+        bad: which of them, shape (S, n), or (S, 1) for all columns alike.
+    """
+    places, result = np.arange(float(len(values))), values
+    for k, wrong in enumerate(np.broadcast_to(bad, values.shape).T):
+        if wrong.any():
+            result = values.copy() if result is values else result
+            right = values[~wrong][:, [k]]
+            result[wrong, k] = resampled(places[~wrong], right, places[wrong])[:, 0]
+    return result

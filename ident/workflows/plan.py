@@ -1,6 +1,5 @@
 """The work of `ident plan` and `ident weigh`, from files to files."""
 
-import hashlib
 import json
 import time
 from collections.abc import Callable, Sequence
@@ -30,7 +29,7 @@ from ident.planning.choice import (
 )
 from ident.planning.hypotheses import UNKNOWN, Answer, Hypothesis, hypotheses, read_answer
 from ident.planning.noise import log_likelihood, read_noise, stretches
-from ident.recordings.loading import Reading, read_for
+from ident.recordings.loading import Reading, fingerprint, read_for
 from ident.workflows.design import place_of
 from ident.workflows.run_json import as_json
 from wamctl.arm.configuration.known_change import KnownChange
@@ -120,8 +119,7 @@ def _written(found: Sequence[Hypothesis], folder: Path) -> dict[str, Any]:
     for number, h in enumerate(found):
         path = folder / f"{number}.yaml"
         h.model.save(path)
-        digest = hashlib.sha256(path.read_bytes()).hexdigest()
-        content[h.name] = {"file": f"models/{path.name}", "sha256": digest}
+        content[h.name] = {"file": f"models/{path.name}", "sha256": fingerprint(path)}
     return content
 
 
@@ -191,7 +189,7 @@ def weigh_logs(logs: Sequence[Path], plan: Path, tell: Tell) -> dict[str, Any]:
     models = {}
     for name, item in written.items():
         path = plan / item["file"]
-        if hashlib.sha256(path.read_bytes()).hexdigest() != item["sha256"]:
+        if fingerprint(path) != item["sha256"]:
             raise DataError(f"{path} has changed since the plan was made: it is no prediction.")
         models[name] = load_model(path)
     arm = arm_of(next(iter(models.values())))

@@ -8,6 +8,7 @@ import typer
 
 from wamctl.arm.config import beside
 from wamctl.arm.configuration.known_change import KnownChangeError, known_change
+from wamctl.commands.options import Bounds, Experiment, Resumed
 from wamctl.commands.text_output import say
 from wamctl.drives.bus import EMBEDDED, parse_channel
 from wamctl.drives.one_master import locked
@@ -20,41 +21,36 @@ from wamctl.investigation.state import Request
 
 
 def investigated(
-    request: Request,
-    out: Path,
-    budget: tuple[str, list[str]],
-    resume: bool,
-    options: list[str],
-    answer: str = "",
+    given: Experiment, out: Path, costs: Bounds, resumed: Resumed, options: list[str]
 ) -> Investigation:
     """Investigate, after all has been refused that can be refused before motion.
 
     Args:
-        request: which arm; its trajectory may be unset.
+        given: which arm; its trajectory may be unset.
         out: folder for the results.
-        budget: time on the clock such as `10min`, and further bounds as NAME=VALUE.
-        resume: go on where an earlier session has ended.
+        costs: what it may cost.
+        resumed: whether it goes on where an earlier session has ended.
         options: further options of `wamctl excite`.
-        answer: what the operator has done to the arm since the last session; empty for nothing.
 
     Raises:
         UserError: it could not begin or go on, or another program has the bus.
     """
-    path, arm = load_arm(request.config)
-    prepare(request.config, request.trajectory)
-    if request.hidden is not None and request.bus != "sim":
-        raise UsageError(f"--hidden is for the embedded simulated arm, not for {request.bus}.")
+    path, arm = load_arm(given.config)
+    bus = given.bus or arm.file.bus.channel
+    prepare(given.config, given.trajectory)
+    if given.hidden is not None and bus != EMBEDDED:
+        raise UsageError(f"--hidden is for the embedded simulated arm, not for {bus}.")
     own = beside(path, str(arm.file.excitation.trajectory))
-    first = str(Path(request.trajectory).resolve() if request.trajectory else own)
-    bounds = limited(Budget(wall_s=duration_s(budget[0])), budget[1])
-    full = Request(str(path), request.bus, request.lockstep, request.hidden, request.seed, first)
-    if answer:
-        known_change(answer)
-        if not resume:
+    first = str(given.trajectory.resolve() if given.trajectory else own)
+    bounds = limited(Budget(wall_s=duration_s(costs.budget)), costs.limit or [])
+    request = Request(str(path), bus, given.lockstep, given.hidden, given.seed, first)
+    if resumed.answer:
+        known_change(resumed.answer)
+        if not resumed.resume:
             raise UsageError("--answer goes with --resume: it answers what an investigation asked.")
-    with nullcontext() if request.bus == EMBEDDED else locked(parse_channel(request.bus)) as lock:
+    with nullcontext() if bus == EMBEDDED else locked(parse_channel(bus)) as lock:
         site = Site(out, arm, tuple(options), say, asked_in_terminal, lock)
-        return investigate(site, full, bounds, resume, answer)
+        return investigate(site, request, bounds, resumed.resume, resumed.answer)
 
 
 def asked_in_terminal(question: str) -> str:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ident.checks.remark import Grade, Remark, joints, numbers
 from ident.checks.settings import CheckSettings
 from ident.recordings.dataset import Dataset, Parts
-from ident.recordings.samples import ROUNDING, resampled, smallest_step
+from ident.recordings.samples import ROUNDING, filled, smallest_step
 from ident.regression.probe import Chunk, chunks_of
 from ident.signals.arrays import Array
 
@@ -123,16 +123,6 @@ def _bounds(chunks: Sequence[Chunk], moving: NDArray[np.bool_], bounds: CheckSet
 
 def _mended(data: Dataset, most: Bounds) -> Parts:
     for number, part in data.read():
-        q, tau = _filled(part.q, most.q), _filled(part.tau, most.tau)
+        q = filled(part.q, beyond_neighbours(part.q) > most.q)
+        tau = filled(part.tau, beyond_neighbours(part.tau) > most.tau)
         yield number, replace(part, q=q, tau=tau)
-
-
-def _filled(values: Array, limit: Array) -> Array:
-    bad = beyond_neighbours(values) > limit
-    if not bad.any():
-        return values
-    places, result = np.arange(float(len(values))), values.copy()
-    for k in np.flatnonzero(bad.any(axis=0)):
-        wrong = bad[:, k]
-        result[wrong, k] = resampled(places[~wrong], values[~wrong][:, [k]], places[wrong])[:, 0]
-    return result

@@ -1,8 +1,7 @@
 """Long logs by stretches, so that memory and time of a search do not grow with a log's length."""
 
 from collections.abc import Sequence
-from dataclasses import fields, replace
-from typing import TypeVar
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,11 +9,9 @@ from ident.checks.remark import Grade, Remark, joined
 from ident.gap.settings import LongLogs
 from ident.recordings.log_summary import summarise_log
 from wamctl.arm.recording import LogFile, Piece, Recording, recording_of
-from wamctl.arm.ros2.joint_series import JointSeries, ReferenceSeries
+from wamctl.arm.ros2.joint_series import Series, rows_of
 
 _NS = 1e9
-
-Series = TypeVar("Series", JointSeries, ReferenceSeries)
 
 
 def stretches(log: LogFile, logs: int, settings: LongLogs) -> list[tuple[str, Recording]]:
@@ -78,11 +75,4 @@ def _cut(series: Series | None, first_ns: int, end_ns: int) -> Series | None:
     if series is None:
         return None
     inside = (series.stamp_ns >= first_ns) & (series.stamp_ns < end_ns)
-    if not inside.any():
-        return None
-    arrays = {
-        f.name: value[inside]
-        for f in fields(series)
-        if isinstance(value := getattr(series, f.name), np.ndarray)
-    }
-    return replace(series, **arrays)
+    return rows_of(series, inside) if inside.any() else None

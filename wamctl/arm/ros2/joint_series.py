@@ -1,7 +1,8 @@
 """Joint messages as arrays over time."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +57,19 @@ class ReferenceSeries:
     q: Array
     qd: Array
     qdd: Array
+
+
+Series = TypeVar("Series", JointSeries, ReferenceSeries)
+
+
+def rows_of(series: Series, places: NDArray[np.bool_]) -> Series:
+    """Some of the messages of a series, shape (S,)."""
+    arrays = {
+        f.name: value[places]
+        for f in fields(series)
+        if isinstance(value := getattr(series, f.name), np.ndarray)
+    }
+    return replace(series, **arrays)
 
 
 def columns_of(series: JointSeries, joints: tuple[str, ...]) -> JointSeries:
