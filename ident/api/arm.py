@@ -7,8 +7,15 @@ from typing import Any
 
 from ident.model.arm import Arm as ArmModel
 from ident.model.arm import arm_from_file, arm_from_urdf
-from wamctl.arm.config import ArmFile, IdentificationSection, RobotFile, find_file, load_robot_file
-from wamctl.arm.errors import ConfigurationError, DataError, did_you_mean, reason_of
+from wamctl.arm.config import (
+    ArmFile,
+    IdentificationSection,
+    RobotFile,
+    find_file,
+    load_robot_file,
+    read_text,
+)
+from wamctl.arm.errors import ConfigurationError, DataError, did_you_mean
 from wamctl.arm.robot import load_robot
 
 
@@ -49,7 +56,7 @@ class Arm:
             ConfigurationError: a file that is no URDF, or joints that it does not have.
         """
         written = isinstance(urdf, str) and urdf.lstrip().startswith("<")
-        text = str(urdf) if written else _text(Path(urdf))
+        text = str(urdf) if written else read_text(find_file(urdf))
         source = "URDF" if written else str(urdf)
         found = load_robot(text, source=source)
         unknown = [j for j in joints or () if j not in found.joint_names]
@@ -117,10 +124,3 @@ def _known(settings: dict[str, Any]) -> dict[str, Any]:
         hint = did_you_mean(unknown[0], valid) or f"; valid are {', '.join(valid)}"
         raise ConfigurationError("settings", [f"there is no setting {unknown[0]}{hint}"])
     return settings
-
-
-def _text(path: Path) -> str:
-    try:
-        return find_file(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(path, [f"cannot be read ({reason_of(error)})"]) from error

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.dynamics.parameters import Parameter, Terms, standard_parameters
-from ident.dynamics.regressor import SHARP, Motion, sharp_columns, smooth_columns
+from ident.dynamics.regressor import Motion, all_columns
 from ident.signals.arrays import Array
 from wamctl.arm.robot import Robot
 
@@ -95,13 +95,7 @@ def _structure(
     moving = posture.moving
     q = posture.centre + posture.reach * rng.uniform(-1, 1, shape)
     qd, qdd = rng.uniform(-1, 1, (2, *shape)) * moving
-    smooth = [i for i, p in enumerate(parameters) if p.kind not in SHARP]
-    sharp = [i for i, p in enumerate(parameters) if p.kind in SHARP]
-    columns = np.empty((*shape, len(parameters)))
-    columns[:, :, smooth] = smooth_columns(
-        robot, terms, Motion(q, qd, qdd), [parameters[i] for i in smooth]
-    )
-    columns[:, :, sharp] = sharp_columns(terms, qd, [parameters[i] for i in sharp])
+    columns = all_columns(robot, terms, Motion(q, qd, qdd), parameters)
     return columns[:, moving].reshape(-1, len(parameters))
 
 

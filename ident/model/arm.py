@@ -17,9 +17,10 @@ from wamctl.arm.config import (
     beside,
     find_file,
     load_robot_file,
+    read_text,
     validate,
 )
-from wamctl.arm.errors import ConfigurationError, reason_of
+from wamctl.arm.errors import ConfigurationError
 from wamctl.arm.robot import Robot, load_robot
 
 TERM_NAMES = ("viscous", "coulomb", "offset", "rotor_inertia")
@@ -77,8 +78,8 @@ def arm_from_file(path: Path, joints: tuple[str, ...]) -> Arm:
     if found.suffix in (".yaml", ".yml"):
         file = load_robot_file(found)
         urdf_path = beside(found, file.robot.urdf)
-        return _arm(file, _text(urdf_path), str(urdf_path), str(found))
-    return arm_from_urdf(_text(found), joints, str(found))
+        return _arm(file, read_text(urdf_path), str(urdf_path), str(found))
+    return arm_from_urdf(read_text(found), joints, str(found))
 
 
 def all_joints(path: Path) -> tuple[str, ...]:
@@ -90,7 +91,7 @@ def all_joints(path: Path) -> tuple[str, ...]:
     found = find_file(path)
     if found.suffix in (".yaml", ".yml"):
         return tuple(load_robot_file(found).robot.joints)
-    return load_robot(_text(found), source=str(found)).joint_names
+    return load_robot(read_text(found), source=str(found)).joint_names
 
 
 def arm_from_log(carrier: HasAttachments, log: str) -> Arm:
@@ -189,10 +190,3 @@ def _square(matrix: tuple[tuple[float, ...], ...], dof: int, source: str) -> np.
     if not np.any(rows, axis=1).all():
         raise ConfigurationError(source, ["motor-from-joint matrix: a row of zeros drives nothing"])
     return rows
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(path, [f"cannot be read ({reason_of(error)})"]) from error

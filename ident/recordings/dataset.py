@@ -134,14 +134,8 @@ class Dataset:
         for number, parts in groupby(self.read(), key=itemgetter(0)):
             span, together = self.spans[number], [part for _, part in parts]
             if span.used[1] > span.used[0]:
-                wanted = [p.reference for p in together if p.reference is not None]
-                whole = Segment(
-                    span.start_s,
-                    np.concatenate([p.q for p in together]),
-                    np.concatenate([p.tau for p in together]),
-                    np.concatenate(wanted) if wanted else None,
-                    None if span.used == (0, span.length) else span.used,
-                )
+                used = None if span.used == (0, span.length) else span.used
+                whole = replace(_together(together), start_s=span.start_s, used=used)
                 pieces = self.unbroken(number) if self.breaks else []
                 found += [whole.part(a, b, self.rate_hz) for a, b in pieces] or [whole]
         return tuple(found)

@@ -12,8 +12,8 @@ from ident.regression.progress import Tell, silent
 from ident.urdf_check.examine import Examination, examine_urdf
 from ident.urdf_check.masses import Weighed, weighed
 from ident.workflows.run import run_data
-from wamctl.arm.config import find_file
-from wamctl.arm.errors import ConfigurationError, reason_of, writing
+from wamctl.arm.config import find_file, read_text
+from wamctl.arm.errors import writing
 
 
 @dataclass(frozen=True)
@@ -95,11 +95,7 @@ def check_urdf(
         DataError: recordings that cannot be used, or a file that cannot be written.
     """
     path = find_file(file)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(path, [f"cannot be read ({reason_of(error)})"]) from error
-    examined = examine_urdf(text, path)
+    examined = examine_urdf(read_text(path), path)
     if out is not None:
         _write(out, examined.repaired)
     if not logs:

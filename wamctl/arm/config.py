@@ -27,7 +27,14 @@ from wamctl.arm.configuration.sections import (
     TransmissionSection,
     Vector,
 )
-from wamctl.arm.configuration.yaml_file import beside, find_file, read_yaml, shipped_file, validate
+from wamctl.arm.configuration.yaml_file import (
+    beside,
+    find_file,
+    read_text,
+    read_yaml,
+    shipped_file,
+    validate,
+)
 from wamctl.arm.errors import ConfigurationError
 
 __all__ = [  # of other files, and to be had here beside what this one uses or defines
@@ -38,6 +45,7 @@ __all__ = [  # of other files, and to be had here beside what this one uses or d
     "StopInputSection",
     "Vector",
     "beside",
+    "read_text",
     "shipped_file",
 ]
 

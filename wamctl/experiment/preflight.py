@@ -9,7 +9,14 @@ from typing import TypeVar
 import numpy as np
 import pinocchio as pin
 
-from wamctl.arm.config import ArmFile, CanopenDrivesSection, beside, find_file, load_arm_file
+from wamctl.arm.config import (
+    ArmFile,
+    CanopenDrivesSection,
+    beside,
+    find_file,
+    load_arm_file,
+    read_text,
+)
 from wamctl.arm.control import computed_torque
 from wamctl.arm.errors import ConfigurationError
 from wamctl.arm.joint_labels import numbered_joints
@@ -114,15 +121,9 @@ def _collected(faults: list[str], build: Callable[[], T]) -> T | None:
 
 
 def _robot(file: ArmFile, path: Path) -> Robot:
-    source = beside(path, file.robot.urdf)
-    try:
-        text = source.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(source, [f"cannot be read ({error})"]) from error
-    section = file.robot
-    return load_robot(
-        text, section.joints, section.parameter_frames, section.gravity_m_s2, source.name
-    )
+    source, section = beside(path, file.robot.urdf), file.robot
+    frames, gravity = section.parameter_frames, section.gravity_m_s2
+    return load_robot(read_text(source), section.joints, frames, gravity, source.name)
 
 
 def _trajectory(file: ArmFile, path: Path, given: str | Path | None) -> Trajectory:

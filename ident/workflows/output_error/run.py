@@ -230,6 +230,4 @@ def _content(arm: Arm, found: Found) -> dict[str, Any]:
 
 
 def _each(found: Found) -> list[Array]:
-    made = found.setup.replay(found.fit.settings)
-    pairs = zip(found.setup.segments, made, strict=True)
-    return [np.sqrt(np.mean((s.q - q) ** 2, axis=0)) for s, q in pairs]
+    return [np.sqrt(np.mean((t.measured - t.simulated) ** 2, axis=0)) for t in traces(found)]

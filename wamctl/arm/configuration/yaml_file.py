@@ -68,6 +68,18 @@ class _UniqueKeys(yaml.SafeLoader):
         return super().construct_mapping(node, deep)
 
 
+def read_text(path: Path) -> str:
+    """The text of a file.
+
+    Raises:
+        ConfigurationError: unreadable file.
+    """
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigurationError(path, [f"cannot be read ({reason_of(error)})"]) from error
+
+
 def read_yaml(path: Path) -> object:
     """The content of a YAML file.
 
@@ -75,9 +87,7 @@ def read_yaml(path: Path) -> object:
         ConfigurationError: unreadable file or broken YAML, with its line.
     """
     try:
-        return yaml.load(path.read_text(encoding="utf-8"), _UniqueKeys)
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(path, [f"cannot be read ({reason_of(error)})"]) from error
+        return yaml.load(read_text(path), _UniqueKeys)
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         where = f" in line {mark.line + 1}, column {mark.column + 1}" if mark else ""
