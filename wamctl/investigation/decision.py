@@ -51,7 +51,7 @@ def decided(rounds: Sequence[Round], left: int) -> Decision | None:
     ahead = last.is_suspicion and bool(_ahead(last, last.suspected)[0])
     if last.verdict != before.verdict or ahead or _led_by_suspect(last):
         return None
-    if last.verdict == NO_GAP and not _may_be_refuted(last, left):
+    if last.verdict == NO_GAP and not _may_be_refuted(rounds, left):
         return Decision(NO_GAP, True, "Two different motions show no gap.")
     if last.verdict == UNKNOWN:
         return Decision(UNKNOWN, True, "Two different motions show a gap that has no name.")
@@ -90,11 +90,14 @@ def suspect_that_leads(rounds: Sequence[Round]) -> str:
     return _ahead(last, last.suspected)[0] or (last.leader if _led_by_suspect(last) else "")
 
 
-def _may_be_refuted(item: Round, left: int) -> bool:
-    """Whether no effect is behind an answer, which the motions that are left might bear out."""
-    answer, nats = _over_no_effect(item)
-    apart = item.within_reach.get(answer if item.leader == NONE else NONE, 0.0)
-    return nats > 0.0 and nats + left * apart >= item.asked
+def _may_be_refuted(rounds: Sequence[Round], left: int) -> bool:
+    """Whether no effect is behind an answer that will have refuted it after the motions left.
+
+    If each of them shows as much as those that compared the two have shown.
+    """
+    answer, nats = _over_no_effect(rounds[-1])
+    compared = sum({answer, NONE} <= {r.leader, *r.bets} for r in rounds)
+    return nats > 0.0 and nats * (1.0 + left / compared) >= rounds[-1].asked
 
 
 def _better_than_no_effect(item: Round) -> tuple[str, float]:

@@ -113,7 +113,6 @@ def next_round(site: Site, state: State) -> Round:
         suspected=suspected,
         unexplained=unexplained,
         rivals=rivals,
-        within_reach=_within_reach(plan),
     )
     rounds = (*state.rounds, item)
     return replace(item, evidence=known(rounds, leader), odds=_odds(rounds))
@@ -228,12 +227,6 @@ def _cost(site: Site, logs: Sequence[Path]) -> Cost:
     for log in logs:
         cost = cost.plus(cost_of(log, site.arm.transmission, _continuous_nm(site.arm)))
     return cost
-
-
-def _within_reach(plan: Mapping[str, Any]) -> dict[str, float]:
-    """What the best motion was expected to show of the leader over each rival [nats]."""
-    tried = [m["expected_nats"] for m in plan.get("tried", [])]
-    return {r: max(m[r] for m in tried) for r in (tried[0] if tried else ())}
 
 
 def _expected(plan: Mapping[str, Any]) -> Cost:

@@ -65,8 +65,6 @@ class Round:
         suspected: effects that help prediction, but are too small or unsure for `ident gap`.
         unexplained: whether `ident gap` sees structure that no effect explains.
         rivals: answers that `ident gap` cannot tell from its own.
-        within_reach: what the best motion was expected to show of the leader over each rival
-            [nats].
     """
 
     reason: str
@@ -86,7 +84,6 @@ class Round:
     suspected: Sequence[str] = ()
     unexplained: bool = False
     rivals: Sequence[str] = ()
-    within_reach: dict[str, float] = field(default_factory=dict)
 
     @property
     def is_suspicion(self) -> bool:
