@@ -91,6 +91,11 @@ class IdealDrives:
         self.sent.append(np.zeros(7))
 
     @property
+    def q(self):
+        """Where the joints are [rad]."""
+        return self._q
+
+    @property
     def speed(self):
         """Of the fastest joint [rad/s]."""
         return np.abs(self._qd).max()

@@ -49,6 +49,18 @@ class Bristles:
         return self._level * self._z / self._slip + 0.02 * qd
 
 
+class Hose:
+    """Dry friction, and a hose that pulls at the elbow this way in one pose and that in another."""
+
+    def __init__(self, drives):
+        self._drives, self._stiff = drives, Bristles(0.0002)
+
+    def __call__(self, qd, seconds):
+        pull = np.zeros(7)
+        pull[3] = 2.0 * np.sin(2.0 * self._drives.q[3] - 0.3)
+        return self._stiff(qd, seconds) + pull
+
+
 def found_by_test(wam, motors):
     rig = Rig(wam, tests_motors=True)
     rig.drives.motors = motors
@@ -77,6 +89,15 @@ def test_an_arm_whose_joints_give_before_they_slide_is_healthy(wam):
     assert rig.run() == 500
 
 
+SECOND = np.array([1.4, 0.74, -0.94, 1.14, -2.91, 0.87, 1.85])
+
+
+def test_an_arm_with_a_hose_at_its_elbow_is_healthy(wam):
+    rig = Rig(wam, tests_motors=True, start=SECOND)
+    rig.drives.friction = Hose(rig.drives)
+    assert rig.run() == 500
+
+
 @pytest.mark.parametrize("motor", range(7))
 @pytest.mark.parametrize("factor", [-1.0, 0.0])
 def test_a_motor_with_the_wrong_sign_or_none_is_found(wam, motor, factor):
@@ -98,8 +119,7 @@ def test_the_scale_of_a_motor_that_holds_weight_is_found(wam, motor, factor):
 
 
 def test_what_a_tool_would_explain_of_an_elbow_is_found_in_a_second_pose(wam):
-    start = np.array([1.4, 0.74, -0.94, 1.14, -2.91, 0.87, 1.85])
-    rig = Rig(wam, tests_motors=True, start=start)
+    rig = Rig(wam, tests_motors=True, start=SECOND)
     rig.drives.motors = scaled(3, 0.7)
     stop = rig.stopped()
     assert stop.phase == "approach"

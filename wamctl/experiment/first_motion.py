@@ -112,7 +112,7 @@ def first_motion(arm: Arm, loop: Loop) -> TestedMotors:
     held, shares, scales = np.zeros_like(rest), np.zeros_like(rest), []
     for motor in range(len(rest)):
         loop.show(Phase.TEST, motor, len(rest))
-        answer, scale = _test(arm, loop, _Wave(arm, rest, bounds, motor), motor)
+        answer, scale = _test(arm, loop, _Wave(arm, rest, loop.state.q, bounds, motor), motor)
         held[motor], shares[motor] = answer.response.held_nm, answer.share
         scales.append(scale)
     tested = TestedMotors(loop.state.q.copy(), held, tuple(scales), shares)
@@ -133,7 +133,7 @@ def second_motion(arm: Arm, loop: Loop, tested: TestedMotors) -> None:
     weight = pin.computeGeneralizedGravity(arm.robot.model, arm.robot.data(), there)
     on_motor, held = arm.transmission.joint_from_motor.T @ weight, np.full_like(there, np.nan)
     for motor in range(len(there)):
-        wave = _Wave(arm, there, bounds, motor)
+        wave = _Wave(arm, there, loop.state.q, bounds, motor)
         if abs(on_motor[motor]) > wave.friction_on_motor_nm:
             wave.first_share = tested.shares[motor]
             held[motor] = _answer(arm, loop, wave, motor).response.held_nm
@@ -202,14 +202,25 @@ def _answer(
         _period(arm, loop, wave, share, _steady if k else _fade_in)
         record = _period(arm, loop, wave, share, _steady).record(wave.rate)
         found = response(arm.robot, arm.transmission, rotors, record, motor)
-        moved = found.motion >= wanted[0]
+        moved = found.motion >= wanted[0] and _went_both_ways(found)
         answers.append(_Answer(found, share))
         if moved and found.motion <= wanted[1]:
             break
         low, high = (low, share) if moved else (share, high)
         share = min(2.0 * share, (low + high) / 2.0, _MOST_SHARE)
     _period(arm, loop, wave, share, _fade_out)
-    return min(answers, key=lambda answer: abs(math.log(max(answer.response.motion, 1e-3))))
+    return min(answers, key=_distance)
+
+
+def _went_both_ways(found: Response) -> bool:
+    """Whether the joints turned round, and did not just give way to what pulls at them."""
+    return math.isfinite(found.held_nm)
+
+
+def _distance(answer: _Answer) -> tuple[bool, float]:
+    """How far an answer is from the wanted motion."""
+    found = answer.response
+    return not _went_both_ways(found), abs(math.log(max(found.motion, 1e-3)))
 
 
 class _Wave:
@@ -217,7 +228,8 @@ class _Wave:
 
     Attributes:
         rate: angular frequency [rad/s].
-        rest: where it begins and ends, shape (n,) [rad].
+        rest: where its reference begins and ends, shape (n,) [rad].
+        begins: where the joints then are, which something else may pull at, shape (n,) [rad].
         shape: amplitude of each joint, shape (n,) [rad].
         bounds: how far and how fast the joints may go.
         first_share: of the expected friction that is fed forward at first: little where friction
@@ -226,8 +238,10 @@ class _Wave:
         friction_on_motor_nm: of those joints, felt by the motor [N m].
     """
 
-    def __init__(self, arm: Arm, rest: Array, bounds: HoldBounds, motor: int) -> None:
-        self.bounds = bounds
+    def __init__(
+        self, arm: Arm, rest: Array, begins: Array, bounds: HoldBounds, motor: int
+    ) -> None:
+        self.bounds, self.begins = bounds, begins
         self.rate = 2.0 * math.pi * FREQUENCY_HZ
         self.rest, self.shape = rest, _direction(arm, motor, self.rate)
         self.friction = _friction(arm)
@@ -264,7 +278,7 @@ def _period(arm: Arm, loop: Loop, wave: _Wave, share: float, envelope: Envelope)
         # a joint that broke away from friction that falls steeply with speed would run off
         helped |= np.sign(wanted.qd) != side
         side = np.sign(wanted.qd)
-        helped &= (loop.state.q - wave.rest) * side <= _BEYOND * np.abs(wave.shape)
+        helped &= (loop.state.q - wave.begins) * side <= _BEYOND * np.abs(wave.shape)
         friction = share * wave.friction * np.tanh(wanted.qd / _TURNING_RAD_S) * helped
         samples.phase.append(phase)
         _cycle(arm, loop, wave.bounds, wanted, friction, samples)

@@ -7,6 +7,7 @@ pose. A motor's scale is told where neither of the two explains the torques: of 
 pose, of an elbow, whose torque a tool can explain, in two.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,22 +37,35 @@ class Explanation:
         distance: how much it leaves over, in standard deviations of all motors together.
         motor: the motor whose scale explains most of that.
         scale: torque of that motor over the commanded one, by what the others show.
+        rest: what that scale leaves over of the distance.
+        weighings: poses in which that motor was weighed.
     """
 
     load_kg: float
     distance: float
     motor: int
     scale: float
+    rest: float
+    weighings: int
 
     def fault(self, shown: tuple[float, float]) -> str | None:
         """Why the motor is not as it should be, as the start of a sentence; or None.
 
+        A hose or a spring at a joint changes what is held, too, but by no one scale in two poses,
+        and not how the motor moves. In one pose any pull looks like a scale: there, the motion must
+        show one as well; in two, it must not show the contrary.
+
         Args:
-            shown: lowest and highest scale that its motion shows. A hose or a spring at a joint
-                changes what is held, too, but not how the motor moves.
+            shown: lowest and highest scale that its motion shows.
         """
-        agrees = shown[0] / _AGREEMENT < self.scale < shown[1] * _AGREEMENT
-        if self.distance <= DISTANCE or 1.0 / SCALE < self.scale < SCALE or not agrees:
+        is_found = self.rest <= DISTANCE < self.distance and self.scale > 0.0
+        if not is_found or 1.0 / SCALE < self.scale < SCALE:
+            return None
+        low, high = np.log(np.maximum(shown, 1e-9)) * np.sign(self.scale - 1.0)
+        least, most = min(low, high), max(low, high)
+        if most < abs(math.log(self.scale)) - math.log(_AGREEMENT):
+            return None
+        if self.weighings == 1 and least < 0.0:
             return None
         return (
             f"motor {self.motor + 1} gives {self.scale:.2f} times the torque that it is told to "
@@ -97,7 +111,11 @@ def explanation(
     pulls, sizes = its.T @ precision @ left, np.diag(its.T @ precision @ its)
     motor = int(np.argmax(pulls**2 / np.maximum(sizes, 1e-12)))
     scale = float(1.0 - pulls[motor] / sizes[motor]) if sizes[motor] else np.inf
-    return Explanation(load_kg, float(np.sqrt(left @ precision @ left)), motor, scale)
+    squared = float(left @ precision @ left)
+    explained = pulls[motor] ** 2 / sizes[motor] if sizes[motor] else 0.0
+    rest = math.sqrt(max(0.0, squared - explained))
+    weighings = int(np.isfinite(held[:, motor]).sum())
+    return Explanation(load_kg, math.sqrt(squared), motor, scale, rest, weighings)
 
 
 def _cad_errors(robot: Robot, data: pin.Data) -> Array:

@@ -9,6 +9,7 @@ from wamctl.safety.held_weight import explanation
 from wamctl.safety.motor_response import ANY_SCALE
 
 REST = np.array([0.0, -1.0, 0.0, 2.5, 0.0, 0.0, 0.0])
+START = np.array([0.9, 0.95, -0.3, 1.3, -2.6, 0.6, 1.9])
 FRICTION = np.array([0.06, 0.09, 0.09, 0.06, 0.04, 0.04, 0.01])
 
 
@@ -17,7 +18,7 @@ def arm():
     return load_arm("wam7.yaml")[1]
 
 
-def held(arm, seed=None, tool_kg=0.0):
+def held(arm, seed=None, tool_kg=0.0, pose=REST):
     """Weight on the motors of an arm whose links differ from CAD, with a tool."""
     model = pin.Model(arm.robot.model)
     if seed is not None:
@@ -31,14 +32,14 @@ def held(arm, seed=None, tool_kg=0.0):
     frame = model.frames[model.getFrameId(arm.file.limits.tool_frame)]
     place = frame.placement * pin.SE3(np.eye(3), np.array([0.01, 0.0, 0.06]))
     model.appendBodyToJoint(frame.parentJoint, tool, place)
-    weight = pin.computeGeneralizedGravity(model, model.createData(), REST)
+    weight = pin.computeGeneralizedGravity(model, model.createData(), pose)
     return arm.transmission.joint_from_motor.T @ weight
 
 
-def explained(arm, torques):
-    tool = arm.file.limits.tool_frame
-    one_pose = np.array([REST]), np.array([torques])
-    return explanation(arm.robot, arm.transmission, tool, *one_pose, FRICTION)
+def explained(arm, *torques):
+    """In the resting pose, and in a second one."""
+    tool, poses = arm.file.limits.tool_frame, np.array([REST, START])[: len(torques)]
+    return explanation(arm.robot, arm.transmission, tool, poses, np.array(torques), FRICTION)
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -83,3 +84,29 @@ def test_what_pulls_at_a_joint_is_no_wrong_scale(arm):
     assert found.scale < 0.0
     assert found.fault((0.7, 0.9)) is None
     assert found.fault(ANY_SCALE) is None
+
+
+@pytest.mark.parametrize("scale", [0.7, 1.5])
+def test_in_one_pose_a_scale_is_told_only_where_the_motion_shows_one_too(arm, scale):
+    torques = held(arm)
+    torques[2] /= scale
+    found = explained(arm, torques)
+    assert found.fault((0.9 * scale, scale)) is not None
+    assert found.fault((0.9 * min(1.0, scale), 1.1 * max(1.0, scale))) is None
+    again = held(arm, pose=START)
+    again[2] /= scale
+    found = explained(arm, torques, again)
+    assert found.fault((0.9 * min(1.0, scale), 1.1 * max(1.0, scale))) is not None
+
+
+@pytest.mark.parametrize("pulls_nm", [(0.1, -0.09), (-0.1, 0.09)])
+def test_a_hose_that_pulls_at_the_elbow_is_no_wrong_scale(arm, pulls_nm):
+    """What it changes in two poses is no one factor."""
+    torques = held(arm), held(arm, pose=START)
+    for torque, pull_nm in zip(torques, pulls_nm, strict=True):
+        torque[3] += pull_nm
+    found = explained(arm, *torques)
+    assert found.motor == 3
+    assert found.distance > 3.3
+    assert not 1.0 / 1.3 < found.scale < 1.3
+    assert found.fault((0.5, 2.0)) is None
