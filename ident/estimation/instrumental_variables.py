@@ -34,6 +34,12 @@ class Moments:
         keep = stretches[:, None, None]
         return Moments(self.instrumental * keep, self.ordinary * keep)
 
+    def with_columns(self, places: Sequence[int]) -> "Moments":
+        """The same, with only some columns of W."""
+        both = np.append(places, self.ordinary.shape[1])
+        parts = (x[:, places][..., both] for x in (self.instrumental, self.ordinary))
+        return Moments(*parts)
+
 
 @dataclass(frozen=True)
 class BiasTest:

@@ -133,6 +133,11 @@ class _UnmixedRecording:
     rows: Unmixed
     moments: Moments | None
 
+    def with_columns(self, places: Sequence[int]) -> "_UnmixedRecording":
+        """The same recording, with only some columns of W."""
+        moments = self.moments and self.moments.with_columns(places)
+        return replace(self, rows=self.rows.with_columns(places), moments=moments)
+
 
 def held_out(fold: int) -> NDArray[np.bool_]:
     """The stretches that a fold holds out, shape (BLOCKS,): every third pair of neighbours."""
@@ -141,6 +146,38 @@ def held_out(fold: int) -> NDArray[np.bool_]:
 
 def _no_progress(share: float) -> None:
     """Tells nobody."""
+
+
+@dataclass(frozen=True)
+class Collected:
+    """Recordings as rows that have the columns of several models, which differ in their terms.
+
+    Attributes:
+        bases: base parameters of each model, by its terms.
+        columns: names of the parameters that the columns belong to.
+        logs: the recordings.
+        known: how friction turns round, where a model says so.
+    """
+
+    bases: dict[tuple[str, ...], BaseMap]
+    columns: tuple[str, ...]
+    logs: tuple[_UnmixedRecording, ...]
+    known: KnownShapes | None
+
+    def of(self, arm: Arm) -> RegressionData:
+        """What the estimators know of one of the models."""
+        base = self.bases[arm.settings.terms]
+        places = [self.columns.index(p.name) for p in base.kept_parameters]
+        found = [log.with_columns(places) for log in self.logs]
+        reversals, products = _reversals(found, base, self.known)
+        logs = tuple(
+            ReducedRecording(x.data, x.process, x.rows.along(reversals), x.moments) for x in found
+        )
+        prior = prior_parameters(arm.robot, base)
+        sizes = link_sizes(prior, base.parameters)
+        constraints = feasible_set(base.parameters, sizes, arm.settings.feasible_set)
+        constraints += bounds(arm.settings, base.parameters, prior)
+        return RegressionData(arm, base, logs, prior, sizes, constraints, reversals, products)
 
 
 def reduce_recordings(
@@ -160,19 +197,38 @@ def reduce_recordings(
     Raises:
         DataError: recordings from which nothing can be learned.
     """
-    base = base_map(arm.robot, arm.terms, [posture(d) for d in data])
-    if not base.kept:
+    return collect(data, [arm], progress, known).of(arm)
+
+
+def collect(
+    data: Sequence[Dataset],
+    arms: Sequence[Arm],
+    progress: Progress = _no_progress,
+    known: KnownShapes | None = None,
+) -> Collected:
+    """Recordings filtered and turned into rows, once for several models.
+
+    Args:
+        data: the recordings, joints in the robot's order.
+        arms: alike but for their terms; the last one has the terms of all.
+        progress: called with the share that is done, again and again.
+        known: how friction turns round, where a model says so; None: the data choose.
+
+    Raises:
+        DataError: recordings from which nothing can be learned.
+    """
+    postures, widest = [posture(d) for d in data], arms[-1]
+    bases: dict[tuple[str, ...], BaseMap] = {
+        a.settings.terms: base_map(a.robot, a.terms, postures) for a in arms
+    }
+    if not all(base.kept for base in bases.values()):
         raise DataError(f"{data[0].name}: no parameter of the model has an effect on this motion.")
-    found = _all_unmixed(data, partial(_unmixed, arm=arm, base=base, known=known), progress)
-    reversals, products = _reversals(found, base, known)
-    logs = tuple(
-        ReducedRecording(x.data, x.process, x.rows.along(reversals), x.moments) for x in found
-    )
-    prior = prior_parameters(arm.robot, base)
-    sizes = link_sizes(prior, base.parameters)
-    constraints = feasible_set(base.parameters, sizes, arm.settings.feasible_set)
-    constraints += bounds(arm.settings, base.parameters, prior)
-    return RegressionData(arm, base, logs, prior, sizes, constraints, reversals, products)
+    wanted = {p.name for base in bases.values() for p in base.kept_parameters}
+    base = bases[widest.settings.terms]
+    kept = tuple(i for i, p in enumerate(base.parameters) if p.name in wanted)
+    unmixed = partial(_unmixed, arm=widest, base=replace(base, kept=kept), known=known)
+    names = tuple(base.parameters[i].name for i in kept)
+    return Collected(bases, names, tuple(_all_unmixed(data, unmixed, progress)), known)
 
 
 def _reversals(

@@ -79,10 +79,8 @@ def identify(data: Sequence[Dataset], arm: Arm, tell: Tell = silent) -> Identifi
         DataError: recordings from which nothing can be learned.
     """
     start = time.perf_counter()
-    arm, trials = with_needed_terms(data, arm, tell)
-    reducing = partial(tell, f"filtering and reducing {sum(d.samples for d in data)} samples")
-    reducing()
-    evidence = reduce_recordings(data, arm, reducing)
+    evidence, trials = with_needed_terms(data, arm, tell)
+    arm = evidence.arm
     culling = sweep([log.reduction.excerpt_at_once for log in evidence.logs])
     if arm.settings.velocity_threshold_rad_s == "auto":
         culled = arm.with_settings(velocity_threshold_rad_s=culling.choice)

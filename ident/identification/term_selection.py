@@ -2,21 +2,23 @@
 
 A term that no data ask for costs more than it brings: it fits noise, or stands in for an effect
 that the model lacks. From the paper's model (3), the term that helps most is added, as long as it
-lowers the held-out error of the chosen estimator by more than twice the standard error of its gain.
+lowers the held-out error of the chosen estimator by more than twice the standard error of its gain,
+and by a hundredth of it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass
 from functools import partial
+from itertools import combinations
 
 import numpy as np
 
-from ident.estimation.regression_data import Progress, reduce_recordings
+from ident.estimation.regression_data import RegressionData, collect
 from ident.identification.cross_validation import held_out_sums, jackknife
 from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset
 from ident.regression.progress import Tell, silent
-from ident.regression.squared_errors import Sums
+from ident.regression.squared_errors import Sums, added
 
 ON_DEMAND = "auto"
 """The word of the settings that asks for this choice."""
@@ -25,6 +27,8 @@ CANDIDATES = ("offset", "rotor_inertia")
 _WORDS = {"offset": "torque offset", "rotor_inertia": "rotor inertia"}
 
 _CLEAR = 2.0
+_WORTH = 0.01
+"""Part of the error that a term has to take: repeated motion makes far smaller gains look sure."""
 
 
 @dataclass(frozen=True)
@@ -46,39 +50,53 @@ class Trial:
 
 def with_needed_terms(
     data: Sequence[Dataset], arm: Arm, tell: Tell = silent
-) -> tuple[Arm, tuple[Trial, ...]]:
-    """The arm with the terms that the recordings ask for, and what was tried for the last one.
+) -> tuple[RegressionData, tuple[Trial, ...]]:
+    """The recordings, reduced for the terms that they ask for, and what was tried for the last one.
 
     Args:
         data: the recordings.
         arm: its settings' terms are kept; those that hold no `auto` are left as they are.
         tell: hears what is being done.
+
+    Raises:
+        DataError: recordings from which nothing can be learned.
     """
     terms = tuple(t for t in arm.settings.terms if t != ON_DEMAND)
-    if terms == arm.settings.terms:
-        return arm, ()
-    arm, taken = arm.with_settings(terms=terms), []
-    before = _stretches(data, arm, partial(tell, "trying the terms as they are"))
-    while left := [t for t in CANDIDATES if t not in arm.settings.terms]:
-        arms = [arm.with_settings(terms=(*arm.settings.terms, t)) for t in left]
-        hears = [partial(tell, f"trying a further term: {_WORDS[t]}") for t in left]
-        after = [_stretches(data, a, h) for a, h in zip(arms, hears, strict=True)]
-        trials = [_trial(t, before, a) for t, a in zip(left, after, strict=True)]
+    asked = terms != arm.settings.terms
+    free = [t for t in CANDIDATES if asked and t not in terms]
+
+    def having(more: Set[str]) -> Arm:
+        return arm.with_settings(terms=(*terms, *(t for t in free if t in more)))
+
+    sets = [set(c) for k in range(len(free) + 1) for c in combinations(free, k)]
+    reducing = partial(tell, f"filtering and reducing {sum(d.samples for d in data)} samples")
+    collected = collect(data, [having(s) for s in sets], reducing)
+    chosen: set[str] = set()
+    now, taken = collected.of(having(chosen)), []
+    before = _stretches(now) if free else []
+    while left := [t for t in free if t not in chosen]:
+        tell(f"trying further terms: {' and '.join(_WORDS[t] for t in left)}")
+        after = [collected.of(having(chosen | {t})) for t in left]
+        sums = [_stretches(e) for e in after]
+        trials = [trial(t, before, s) for t, s in zip(left, sums, strict=True)]
         best = int(np.argmax([t.gain_percent for t in trials]))
         if not trials[best].taken:
-            return arm, (*taken, *trials)
+            return now, (*taken, *trials)
         taken.append(trials[best])
-        arm, before = arms[best], after[best]
-    return arm, tuple(taken)
+        chosen, now, before = chosen | {left[best]}, after[best], sums[best]
+    return now, tuple(taken)
 
 
-def _stretches(data: Sequence[Dataset], arm: Arm, progress: Progress) -> list[Sums]:
-    return held_out_sums(reduce_recordings(data, arm, progress), arm.settings.estimator)
+def trial(term: str, before: Sequence[Sums], after: Sequence[Sums]) -> Trial:
+    """A term by what each stretch's error is without it and with it, none of them fitted on."""
 
-
-def _trial(term: str, before: Sequence[Sums], after: Sequence[Sums]) -> Trial:
     def gain(a: Sums, b: Sums) -> float:
         return a.errors().relative_percent - b.errors().relative_percent
 
     value, sd = jackknife(gain, before, after)
-    return Trial(term, value, sd, value > _CLEAR * sd)
+    least = _WORTH * added(before).errors().relative_percent
+    return Trial(term, value, sd, value > max(_CLEAR * sd, least))
+
+
+def _stretches(evidence: RegressionData) -> list[Sums]:
+    return held_out_sums(evidence, evidence.arm.settings.estimator)

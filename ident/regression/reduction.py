@@ -4,7 +4,7 @@ Along which curves dry friction turns round is not known while the rows come. Un
 chosen they are kept with all curves beside W, apart by their distance from a reversal.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import TypeVar
 
@@ -78,6 +78,20 @@ class Unmixed:
     span_s: tuple[float, float]
     excerpt: Subsample
     regressor_s: float
+
+    def with_columns(self, places: Sequence[int]) -> "Unmixed":
+        """The same recording, with only some columns of W."""
+        b = self.excerpt.W.shape[-1]
+        if len(places) == b:
+            return self
+        last = np.arange(b, b + self.excerpt.curves.shape[-1] + 1)
+        chosen = np.concatenate([np.asarray(places), last])
+        return replace(
+            self,
+            parts={key: part[:, chosen] for key, part in self.parts.items()},
+            raw={joint: part[:, chosen] for joint, part in self.raw.items()},
+            excerpt=replace(self.excerpt, W=self.excerpt.W[..., places]),
+        )
 
     def products(self) -> Array:
         """Inner products of [W | curves | tau], shape (n, REGIONS, c, c)."""

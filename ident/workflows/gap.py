@@ -211,8 +211,9 @@ def written_model(outcome: _Outcome) -> tuple[Model, tuple[Remark, ...]]:
     model = model_with(source, outcome.whole, final.fit, final.effects)
     if source.reference_model is not None:
         return model, ()
-    if found.options.terms_on_demand:
-        arm = arm.with_settings(terms=(*arm.settings.terms, ON_DEMAND))
+    plain = tuple(t for t in arm.settings.terms if t != ON_DEMAND)
+    more = (ON_DEMAND,) if found.options.terms_on_demand else ()
+    arm = arm.with_settings(terms=(*plain, *more))
     named = {e.place for e in found.verdict.effects}
     pushes = found.verdict.transients
     data = [cut_out(d, log, pushes) for log, d in enumerate(counted(source))]

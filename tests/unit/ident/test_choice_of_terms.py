@@ -1,10 +1,13 @@
 """Terms on demand: what is in the arm is taken into the model, and nothing else."""
 
 import numpy as np
+import pytest
 from synthetic_arm import motion, recording
 
-from ident.identification.term_selection import with_needed_terms
+from ident.estimation.regression_data import reduce_recordings
+from ident.identification.term_selection import trial, with_needed_terms
 from ident.recordings.dataset import dataset
+from ident.regression.squared_errors import Sums
 
 ROTORS = np.array([0.08, 0.08, 0.08, 0.1, 0.02, 0.02, 0.002])
 OFFSETS = np.array([0.5, -0.8, 0.3, 0.2, 0.05, -0.05, 0.01])
@@ -21,7 +24,9 @@ def measured(wam, offset=0.0, rotors=0.0):
 
 
 def chosen(wam, data):
-    return with_needed_terms([data], wam.arm.with_settings(terms=("viscous", "coulomb", "auto")))
+    arm = wam.arm.with_settings(terms=("viscous", "coulomb", "auto"))
+    evidence, trials = with_needed_terms([data], arm)
+    return evidence.arm, trials
 
 
 def test_an_arm_that_obeys_the_papers_model_gets_no_other_term(wam):
@@ -46,8 +51,32 @@ def test_rotors_of_an_arm_whose_links_cannot_have_them_are_found(wam):
 
 
 def test_terms_that_are_given_are_kept(wam):
-    data = measured(wam, offset=OFFSETS)
-    assert with_needed_terms([data], wam.arm) == (wam.arm, ())
+    arm = wam.arm.with_settings(terms=("viscous", "coulomb"))
+    evidence, trials = with_needed_terms([measured(wam, offset=OFFSETS)], arm)
+    assert (evidence.arm, trials) == (arm, ())
+
+
+@pytest.mark.parametrize(("left", "taken"), [(0.997, False), (0.97, True)])
+def test_a_sure_gain_that_is_tiny_is_no_reason_for_a_term(left, taken):
+    """The same part of the error in every stretch, as where a motion is repeated."""
+    errors = np.random.default_rng(0).uniform(1.0, 2.0, (36, 7))
+    before = [Sums(e, 1e4 * np.ones(7), np.full(7, 100)) for e in errors]
+    after = [Sums(left**2 * e, 1e4 * np.ones(7), np.full(7, 100)) for e in errors]
+    tried = trial("offset", before, after)
+    assert tried.gain_percent > 2 * tried.sd_percent
+    assert tried.taken == taken
+
+
+def test_rows_reduced_once_for_all_terms_are_those_of_the_chosen_terms(wam):
+    data = measured(wam, rotors=5 * ROTORS)
+    arm = wam.arm.with_settings(terms=("viscous", "coulomb", "auto"))
+    evidence, _ = with_needed_terms([data], arm)
+    alone = reduce_recordings([data], evidence.arm)
+    assert evidence.base.names == alone.base.names
+    for one, other in ((evidence.by_joint, alone.by_joint), (evidence.triangles, alone.triangles)):
+        a, b = (np.swapaxes(R, -1, -2) @ R for R in (one, other))
+        np.testing.assert_allclose(a, b, rtol=1e-9, atol=1e-9 * np.abs(b).max())
+    np.testing.assert_array_equal(evidence.logs[0].reduction.W_sign, alone.logs[0].reduction.W_sign)
 
 
 def test_settings_that_nobody_set_stay_so(wam):

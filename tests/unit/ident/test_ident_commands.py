@@ -88,6 +88,7 @@ def test_steps_are_told_as_they_begin(log, tmp_path):
         "reading",
         "checking the recordings",
         reducing,
+        "trying further terms: torque offset and rotor inertia",
         "fitting, and predicting what was not fitted",
         "writing the report",
     ]

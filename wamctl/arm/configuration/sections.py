@@ -64,7 +64,7 @@ class IdentificationSection(Section):
         default=25.0, description="cut-off of the velocity whose sign Coulomb friction takes [Hz]"
     )
     terms: tuple[Literal["viscous", "coulomb", "offset", "rotor_inertia", "auto"], ...] = Field(
-        default=("viscous", "coulomb"),
+        default=("viscous", "coulomb", "auto"),
         description="what the model holds beside the links, (3); auto: and what else lowers the"
         " held-out error",
     )
