@@ -3,9 +3,10 @@
 Run: .venv/bin/python scripts/benchmarks/real_arms.py --data FOLDER [--arm NAME].. [--work FOLDER]
 
 The manifest `real_arms.yaml` tells the recordings; those that lie in FOLDER are run, by the
-commands as a user types them: `ident run` and `ident gap` on some, `ident validate` of both models
-on another. Prints a table: error of the nominal model and of the one with effects on the judged
-recording, filtered and raw, what was named and suspected, and whether known numbers are met.
+commands as a user types them: `ident run` and `ident gap` on some, `ident validate` of the models
+on another. Prints a table: errors on the judged recording, filtered and raw, of the nominal model
+(links, viscous and Coulomb friction), of the one with offsets and rotors on demand, and of the one
+with effects; what was named and suspected, and whether known numbers are met.
 """
 
 import argparse
@@ -21,6 +22,7 @@ from typing import Any
 import yaml
 
 MANIFEST = Path(__file__).with_suffix(".yaml")
+_NOMINAL = ["--set", "terms=viscous,coulomb"]
 _Z = 2.0  # standard deviations within which a known number is met
 
 
@@ -69,11 +71,12 @@ class Case:
         return ["--robot", str(self._folder / self.arm["robot"])]
 
     def searched(self, fitted: Sequence[str], judged: str | None) -> dict[str, Any]:
-        """Both models of some recordings, and their errors on another one."""
+        """The models of some recordings, and their errors on another one."""
         logs = [self.log(r) for r in fitted]
         out = self._work / "+".join(fitted)
         row: dict[str, Any] = {"arm": self.name, "fitted": "+".join(fitted), "judged": judged}
-        ident("run", *logs, *self.robot, "--out", out / "run", "--force")
+        for name, more in ("nominal", _NOMINAL), ("run", []):
+            ident("run", *logs, *self.robot, *more, "--out", out / name, "--force")
         start = time.perf_counter()
         row["exit"] = ident("gap", *logs, *self.robot, "--out", out / "gap", "--force")
         row["seconds"] = time.perf_counter() - start
@@ -88,7 +91,7 @@ class Case:
             sides = (content["held_out"][k] for k in ("before", "after"))
             row["errors"] = [[side["relative_error_percent"], None] for side in sides]
         else:
-            row["errors"] = [self._error(judged, out, m) for m in ("run", "gap")]
+            row["errors"] = [self._error(judged, out, m) for m in ("nominal", "run", "gap")]
         return row
 
     def _error(self, judged: str, out: Path, model: str) -> list[float | None]:
@@ -131,12 +134,14 @@ def line(row: dict[str, Any]) -> str:
     """A row of the table."""
     if "errors" not in row:
         return f"| {row['arm']} | {row['fitted']} | no result, exit code {row['exit']} |"
-    (before, raw_before), (after, raw_after) = row["errors"]
-    raw = "" if raw_before is None else f" ({percent(raw_before)} → {percent(raw_after)})"
+    errors, unfiltered = (
+        " → ".join(map(percent, side)) for side in zip(*row["errors"], strict=True)
+    )
+    raw = "" if row["judged"] is None else f" ({unfiltered})"
     cells = [
         row["arm"],
         f"{row['fitted']} → {row['judged'] or 'held-out stretches'}",
-        f"{percent(before)} → {percent(after)}{raw}",
+        f"{errors}{raw}",
         row["verdict"],
         ", ".join(map(place, row["named"])) or "–",
         ", ".join(map(place, row["suspected"])) or "–",
