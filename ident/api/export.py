@@ -5,7 +5,7 @@ from pathlib import Path
 from ident.effects.bound_effects import checked_model
 from ident.export.formats import WRITERS
 from ident.model.identified_model import Model
-from wamctl.arm.errors import DataError, did_you_mean, writing
+from wamctl.arm.errors import DataError, did_you_mean, write_text
 
 
 def export_model(model: Model, path: Path | str, to: str = "urdf") -> list[str]:
@@ -29,6 +29,5 @@ def export_model(model: Model, path: Path | str, to: str = "urdf") -> list[str]:
         )
     write, left_out = WRITERS[to]
     model = checked_model(model)
-    with writing(path):
-        Path(path).write_text(write(model), encoding="utf-8")
+    write_text(path, write(model))
     return left_out(model)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from ident.workflows.work import Work
-from wamctl.arm.errors import writing
+from wamctl.arm.errors import write_text
 
 WorkT = TypeVar("WorkT", bound=Work)
 
@@ -85,8 +85,7 @@ class Result(Generic[WorkT]):
         Raises:
             DataError: the file cannot be written.
         """
-        with writing(path):
-            Path(path).write_text(self.run.page(), encoding="utf-8")
+        write_text(path, self.run.page())
         return Path(path)
 
     def save(self, folder: str | Path) -> Path:

@@ -19,7 +19,7 @@ from ident.output_error.servo_model import is_servo_model, read_servo_model
 from ident.report.page import render
 from ident.report.replay_page import ReplayReport, replay_page
 from wamctl.arm.command_line import next_step
-from wamctl.arm.errors import ConfigurationError, writing
+from wamctl.arm.errors import ConfigurationError, write_text
 from wamctl.arm.recording import read_recording
 
 
@@ -68,7 +68,7 @@ def export(
     write, left_out = WRITERS[to.value]
     text = write(identified)
     with file_written(out, force):
-        _write(out, text)
+        write_text(out, text)
     summary: dict[str, Any] = {
         "file": str(out),
         "format": to.value,
@@ -78,11 +78,6 @@ def export(
         replays = [_replayed(to, text, identified, log)]
         summary |= _page_written(model, identified.arm, summary, replays, force)
     _told(summary, log, as_json=as_json)
-
-
-def _write(out: Path, text: str) -> None:
-    with writing(out):
-        out.write_text(text, encoding="utf-8")
 
 
 def _export_servos(
@@ -98,7 +93,7 @@ def _export_servos(
     model = read_servo_model(path)
     text, missing = writers[to](model), not_in_mjcf(model) if to is Format.MJCF else []
     with file_written(out, force):
-        _write(out, text)
+        write_text(out, text)
     summary: dict[str, Any] = {"file": str(out), "format": to.value, "left_out": missing}
     if log is not None:
         recording = read_recording(log, torque=False)
@@ -116,7 +111,7 @@ def _page_written(
     page = file.with_name(f"{file.stem}.replay.html")
     with file_written(page, force):
         report = ReplayReport(arm, file, model, summary["left_out"], replays)
-        _write(page, render(replay_page(report)))
+        write_text(page, render(replay_page(report)))
     return {"replay_rms_rad": rms_of(replays), "replay_page": str(page)}
 
 

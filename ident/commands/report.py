@@ -13,7 +13,7 @@ from ident.report.compare_page import Comparison, compare_content, compare_page
 from ident.report.page import render
 from ident.workflows.run_json import as_json
 from wamctl.arm.command_line import next_step
-from wamctl.arm.errors import DataError, writing
+from wamctl.arm.errors import DataError, write_text
 
 
 def compare_folders(folders: Sequence[Path], out: Path) -> tuple[str, str]:
@@ -34,8 +34,7 @@ def compare_folders(folders: Sequence[Path], out: Path) -> tuple[str, str]:
         )
     both = Comparison(_names(folders), (first, second))
     page = compare_page(both)
-    with writing(out):
-        out.write_text(render(page), encoding="utf-8")
+    write_text(out, render(page))
     return page.verdict.sentence, as_json(compare_content(both))
 
 

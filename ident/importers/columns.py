@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ident.importers.mapping import Mapping, SeriesSection, TimeSection
 from ident.importers.tables import Name, Table, read_table
-from ident.importers.text_form import TextForm
+from ident.importers.text_form import TextForm, is_number
 from ident.signals.arrays import Array
 from wamctl.arm.errors import ConfigurationError, DataError
 
@@ -128,20 +128,12 @@ def _stacked(part: SeriesSection, table: Table, n: int) -> Array | str:
 
 def _lacks(names: list[Name], table: Table) -> str:
     wanted, there = ", ".join(map(repr, names)), ", ".join(table.available)
-    if all(map(_is_number, table.available)):
+    if all(map(is_number, table.available)):
         return (
             f"has no column {wanted}, and its first line holds numbers: if it is no header, write"
             f" `header: false` and count the columns from 1 to {len(table.available)}"
         )
     return f"has no column {wanted}; its columns are {there}"
-
-
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
 
 
 def _chosen_rows(source: Path, plan: Mapping, series: dict[str, Array]) -> MappedColumns:

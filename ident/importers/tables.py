@@ -13,7 +13,7 @@ import numpy as np
 import scipy.io
 from scipy.io.matlab import MatReadError
 
-from ident.importers.text_form import TextForm, is_vector, vectors
+from ident.importers.text_form import TextForm, is_number, is_vector, vectors
 from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.ros2.bounds import Allowance
@@ -118,17 +118,9 @@ def _bad_cell(path: Path, places: dict[Name, int], form: TextForm) -> str | None
                     f"{path}, line {number}: {len(line)} columns, so that column {name!r} is"
                     " missing."
                 )
-            if not _is_number(line[place]):
+            if not is_number(line[place]):
                 return f"{path}, line {number}, column {name!r}: {line[place]!r} is not a number."
     return None
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
 
 
 def _npz(path: Path) -> dict[str, Any]:

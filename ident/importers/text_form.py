@@ -51,6 +51,15 @@ class TextForm:
             yield from (line for line in itertools.islice(lines, first, None) if line[1])
 
 
+def is_number(cell: str) -> bool:
+    """Whether a cell, or a word, is a number."""
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
 def is_vector(cell: str) -> bool:
     """Whether a cell is written as a vector."""
     return cell.strip().startswith("[")

@@ -5,7 +5,7 @@ from typing import Any
 
 import yaml
 
-from wamctl.arm.errors import writing
+from wamctl.arm.errors import write_text
 
 
 def write_yaml(path: Path, content: dict[str, Any]) -> None:
@@ -15,8 +15,7 @@ def write_yaml(path: Path, content: dict[str, Any]) -> None:
         DataError: the file cannot be written.
     """
     text = yaml.dump(content, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100)
-    with writing(path):
-        path.write_text(text, encoding="utf-8")
+    write_text(path, text)
 
 
 class _Dumper(yaml.SafeDumper):

@@ -13,7 +13,7 @@ from ident.urdf_check.examine import Examination, examine_urdf
 from ident.urdf_check.masses import Weighed, weighed
 from ident.workflows.run import run_data
 from wamctl.arm.config import find_file, read_text
-from wamctl.arm.errors import writing
+from wamctl.arm.errors import write_text
 
 
 @dataclass(frozen=True)
@@ -97,16 +97,11 @@ def check_urdf(
     path = find_file(file)
     examined = examine_urdf(read_text(path), path)
     if out is not None:
-        _write(out, examined.repaired)
+        write_text(out, examined.repaired)
     if not logs:
         return UrdfCheck(path, out, examined, None, {})
     compared, recording = _compared(path.name, examined.repaired, logs, reading, tell)
     return UrdfCheck(path, out, examined, compared, recording)
-
-
-def _write(out: Path, text: str) -> None:
-    with writing(out):
-        out.write_text(text, encoding="utf-8")
 
 
 def _compared(

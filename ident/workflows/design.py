@@ -17,7 +17,7 @@ from ident.report.page import render
 from ident.simulation.arm import SimulatedArm
 from ident.workflows.work import provenance
 from wamctl.arm.config import find_file, load_arm_file
-from wamctl.arm.errors import ConfigurationError, writing
+from wamctl.arm.errors import ConfigurationError, write_text, writing
 from wamctl.arm.trajectory import read_trajectory, write_trajectory
 
 Constraints = Literal["all", "joint_motion"]
@@ -145,6 +145,5 @@ def view_beside(found: Design, config: Path, out: Path) -> Path:
 
 
 def _page(path: Path, text: str) -> Path:
-    with writing(path):
-        path.write_text(text, encoding="utf-8")
+    write_text(path, text)
     return path

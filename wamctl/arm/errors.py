@@ -76,3 +76,13 @@ def writing(path: Path | str) -> Iterator[None]:
         raise DataError(
             f"{path} cannot be written ({error.strerror or error}): name another path."
         ) from error
+
+
+def write_text(path: Path | str, text: str) -> None:
+    """Write a file anew.
+
+    Raises:
+        DataError: it cannot be written.
+    """
+    with writing(path):
+        Path(path).write_text(text, encoding="utf-8")

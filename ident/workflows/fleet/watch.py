@@ -16,7 +16,7 @@ from ident.watch.samples import Sampler
 from ident.watch.settings import DEFAULT, WatchSettings
 from ident.watch.sources import messages
 from ident.watch.watcher import Alarm, Watcher
-from wamctl.arm.errors import DataError, writing
+from wamctl.arm.errors import DataError, write_text
 
 
 def watched(
@@ -44,8 +44,7 @@ def watched(
     for line in _told(source, model_path, reading, idle_s, settings):
         lines.append(line)
         if report is not None:
-            with writing(report):
-                report.write_text(render(watch_page(source, lines)), encoding="utf-8")
+            write_text(report, render(watch_page(source, lines)))
         yield line
 
 
