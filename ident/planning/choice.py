@@ -9,9 +9,8 @@ import numpy as np
 from ident.dynamics.regressor import Motion as Samples
 from ident.effects.simulated_model import simulation_of
 from ident.excitation.design import Design, DesignTask, problem_of
-from ident.excitation.effect_motions import Sketch
+from ident.excitation.effect_motions import PROBES, Sketch, scattered
 from ident.excitation.optimisation.scale_into_limits import fit
-from ident.excitation.probes import PROBES, scattered
 from ident.excitation.problem.design_problem import Problem
 from ident.excitation.problem.trajectory_grid import grid, series_of
 from ident.excitation.settings import DesignSettings

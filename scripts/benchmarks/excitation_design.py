@@ -35,10 +35,10 @@ from random_limits import breaches, random_arm
 from ident.commands.design import Objective
 from ident.dynamics.regressor import Motion
 from ident.excitation.design import Design, DesignTask, design, finished, problem_of, task_of
+from ident.excitation.effect_motions import PROBES, scattered
 from ident.excitation.optimisation.deadline import within
 from ident.excitation.optimisation.evaluate import Candidate
 from ident.excitation.optimisation.search import random_start, search
-from ident.excitation.probes import PROBES, scattered
 from ident.excitation.problem.arm_limits import design_limits, possible_pose
 from ident.excitation.problem.regressor_columns import exact_rows
 from ident.excitation.problem.trajectory_grid import series_of

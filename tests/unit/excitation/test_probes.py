@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ident.excitation.design import problem_of
-from ident.excitation.probes import PERIOD_S, PROBES, scattered
+from ident.excitation.effect_motions import PERIOD_S, PROBES, scattered
 from ident.excitation.problem.design_problem import constraint_values
 from ident.excitation.problem.trajectory_grid import grid, series_of
 from ident.excitation.settings import DesignSettings
