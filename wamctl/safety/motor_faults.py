@@ -15,6 +15,7 @@ _CYCLES = 2  # in a row with too much torque left over
 _STILL_S = 0.012
 _STILL_ABOVE = 0.8  # share of the limit: a cycle in which it is silent hides 5 % of its torque
 _SUSPECT = 0.5  # share of the limit left over from which a motor takes no part in braking
+_SHAKEN_S = 0.1  # within which torque is left over both ways: no motor that fails does so
 _SETTLING_S = 0.1  # in which an arm that has just got torque takes up its load
 _FAST_RAD_S, _FAST_COUNTS = 6.0, 8.0  # motor speed from which nothing stops within a cycle
 
@@ -42,6 +43,7 @@ class MotorFaults:
         count = 2.0 * np.pi / np.array(arm.drives.counts_per_revolution)
         self._fast = np.maximum(_FAST_COUNTS * count, _FAST_RAD_S * period_s) - count / 2
         self._still_cycles = round(_STILL_S / period_s)
+        self._shaken_cycles = round(_SHAKEN_S / period_s)
         self._settling_cycles = round(_SETTLING_S / period_s)
         self._limit = np.array(arm.safety.unaccounted_torque_nm)
         self._residual = TorqueResidual(robot, transmission, arm.controller.velocity_cutoff_hz)
@@ -56,6 +58,7 @@ class MotorFaults:
         self._settling = self._settling_cycles
         self._above = np.zeros(len(self._fast), dtype=int)  # cycles in a row above the limit
         self._left = np.zeros(len(self._limit))
+        self._since = np.full((2, len(self._limit)), self._shaken_cycles)  # it was left either way
         self.doubtful = self._above > 0
 
     def check(self, state: ArmState, tau: Array, elapsed_s: float) -> None:
@@ -108,6 +111,8 @@ class MotorFaults:
             )
 
     def _check_torques(self, left: Array) -> None:
+        much = _SUSPECT * self._limit
+        self._since = np.where([left > much, left < -much], 0, self._since + 1)
         above = np.abs(left) > np.where(self._above > 0, _STILL_ABOVE, 1.0) * self._limit
         if not np.count_nonzero(above):
             self._above.fill(0)
@@ -123,6 +128,11 @@ class MotorFaults:
             f"motor {k + 1} does not move as it is driven: {abs(left[k]):.3f} N m of its torque "
             f"are left over (limit {self._limit[k]:g} N m)"
         )
+        if self._since[:, k].max() < self._shaken_cycles:
+            cause += (
+                ", this way and that: the arm shakes, as where a joint gives way and "
+                "controller.bandwidth_rad_s is too high for it"
+            )
         still = self._still[k] >= _CYCLES  # a stop that came with it: not to be braked by
         raise SafetyStopError(
             f"{cause}, and its encoder stands still" if still else cause, brakes=not still

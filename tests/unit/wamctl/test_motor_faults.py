@@ -22,6 +22,7 @@ class MovingArm:
     def __init__(self, wam):
         self._wam, self._data = wam, wam.robot.data()
         self.gives = np.ones(7)  # share of its torque that each motor needs to be told
+        self.shaken_nm = np.zeros(7)  # torque of each motor to and fro, which no motion shows
         self.stuck = None
         self._estimator = StateEstimator(wam.transmission, 40.0, self._angle(REST))
         self._held = self._angle(REST)
@@ -38,6 +39,7 @@ class MovingArm:
         qdd = AMPLITUDE * RATE**2 * np.cos(RATE * t)
         tau = pin.rnea(self._wam.robot.model, self._data, q, qd, qdd) + COULOMB * np.sign(qd)
         told = self._wam.transmission.motor_torque(tau) * self.gives
+        told += self.shaken_nm * np.sin(2 * np.pi * 37.0 * t)
         angle = self._angle(q)
         if self.stuck is not None:
             angle[self.stuck] = self._held[self.stuck]
@@ -86,6 +88,19 @@ def test_a_motor_that_gives_no_torque_is_told_much_more(arm, watch):
     assert stop.cause.endswith(" N m of its torque are left over (limit 0.6 N m)")
     assert stop.brakes
     assert k < 250
+
+
+def test_an_arm_that_its_loop_shakes_is_told_as_one(arm, watch):
+    assert watched(arm, watch, range(200)) is None
+    for k in range(200, 400):
+        arm.shaken_nm[2] += 0.03
+        if (found := watched(arm, watch, [k])) is not None:
+            break
+    assert found[0].cause.startswith("motor 3 does not move as it is driven: 0.")
+    assert found[0].cause.endswith(
+        " N m of its torque are left over (limit 0.5 N m), this way and that: the arm shakes, as "
+        "where a joint gives way and controller.bandwidth_rad_s is too high for it"
+    )
 
 
 @pytest.mark.parametrize("motor", range(7))
