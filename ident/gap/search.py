@@ -14,7 +14,7 @@ from ident.gap.data.experiment import Experiment, base_columns, facts_of
 from ident.gap.data.reference_model import reference_torque
 from ident.gap.data.segments import segments
 from ident.gap.data.windows import windows_for
-from ident.gap.lack_of_fit.repeatability import sliding_noise
+from ident.gap.lack_of_fit.repeatability import first_pass, sliding_noise
 from ident.gap.naming.certainty import Suspected, set_apart, sure_in_the_end, withheld
 from ident.gap.naming.terms_on_demand import terms_on_demand
 from ident.gap.nulls.null_distribution import calibrated
@@ -131,7 +131,8 @@ def rows_of(source: Experiment, options: Options) -> WindowedRows:
     windows = windows_for(rate, min(options.cutoff_hz, highest))
     parts = segments(source.datasets, windows)
     reference = reference_torque(source)
-    return windowed_rows(parts, windows, facts_of(source), base_columns(source), reference)
+    rows = windowed_rows(parts, windows, facts_of(source), base_columns(source), reference)
+    return replace(rows, first_pass=first_pass(source, rows, options.settings.repeats))
 
 
 def _select_forward(

@@ -249,7 +249,8 @@ def searched(
 def _outcome(found: SearchResult, tell: Tell) -> _Outcome:
     tell("fitting all data")
     asked = found.options.settings
-    final = final_estimates(found.rows, found.end, asked.significance, found.verdict.effects)
+    named = found.verdict.effects
+    final = final_estimates(found.rows, found.end, asked.significance, named, systematic=True)
     final = spread_over_recordings(found.rows, found.end, final, asked.cross_validation)
     b = len(found.rows.base_parameters)
     before, after = (feasible_fit(found.source, p.fit, b) for p in (found.start, found.end))

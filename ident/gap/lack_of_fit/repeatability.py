@@ -29,7 +29,7 @@ def pure_error(
 
     None where no motion is repeated; not-a-number for regions without repeats and held joints.
     """
-    first, second = repeated_rows(source, rows, design, settings)
+    first, second = repeated_rows(source, rows, settings)
     if len(first) < settings.min_rows:
         return None
     noise = np.full((len(left), len(Region)), np.nan)
@@ -66,15 +66,34 @@ def sliding_noise(
     return np.fmax(sliding, lack_of_fit.reference_error_factor * rows.reference_error)
 
 
+def first_pass(source: Experiment, rows: WindowedRows, settings: Repeats) -> NDArray[np.int64]:
+    """The row nearest to where the arm was in the same motion for the first time, shape (R,)."""
+    first, second = repeated_rows(source, rows, settings)
+    log, t = rows.log[rows.segment], rows.t
+    before = np.arange(len(t))
+    for number in range(len(source.recordings)):
+        pairs = log[first] == number
+        if pairs.sum() < settings.min_rows:
+            continue
+        here = np.flatnonzero(log == number)
+        then = t[here] - np.median(t[second[pairs]] - t[first[pairs]])
+        nearest = np.searchsorted(t[here] + rows.hop_s / 2, then).clip(max=len(here) - 1)
+        known = np.abs(t[here][nearest] - then) < rows.hop_s
+        before[here[known]] = here[nearest[known]]
+    while (before[before] != before).any():
+        before = before[before]
+    return before
+
+
 def repeated_rows(
-    source: Experiment, rows: WindowedRows, design: DesignMatrix, settings: Repeats
+    source: Experiment, rows: WindowedRows, settings: Repeats
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Rows of one period, and the same rows of the next.
 
     The period is that of the trajectory attached to the log. Without one it is the lag after which
     the arm is back in the same place in the most rows.
     """
-    log = rows.log[design.segment]
+    log, t = rows.log[rows.segment], rows.t
     q = np.concatenate([rows.windows.mean(s.q) for s in rows.segments])
     none = np.zeros(0, dtype=np.int64)
     first, second = [none], [none]
@@ -82,7 +101,7 @@ def repeated_rows(
         zip(source.recordings, source.datasets, strict=True)
     ):
         here = np.flatnonzero(log == number)
-        hops = np.round(design.t[here] / rows.hop_s).astype(int)
+        hops = np.round(t[here] / rows.hop_s).astype(int)
         row = np.full(hops.max(initial=-1) + 1, -1)
         row[hops] = here
         file = attached_trajectory(recording, data.name)

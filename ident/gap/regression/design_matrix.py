@@ -127,31 +127,34 @@ def build_design_matrix(
                 extra[:, start : start + where.width] = own[:, row]
         whole = np.column_stack([*nominal, extra, torque[:, j]])
         columns.append(whole if model.facts.moving[j] else whole[:0])
-    region, fold, segment, t = _row_labels(rows, model)
+    region, fold = _row_labels(rows, model)
     empty = NormalEquations(
         base.shape[2], tuple(layouts), (), np.zeros(0, dtype=int), rows.reference_error
     )
     design = DesignMatrix(
-        empty, index, effects, len(accepted), tuple(columns), fold, region, segment, t
+        empty,
+        index,
+        effects,
+        len(accepted),
+        tuple(columns),
+        fold,
+        region,
+        rows.segment,
+        rows.t,
     )
     return design.with_folds(fold)
 
 
 def _row_labels(
     rows: WindowedRows, model: CurrentModel
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], Array]:
-    """Region, fold, segment and time of each row."""
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Region and fold of each row."""
     motors = model.facts.motor_from_joint
     region = [regions(s.speeds[1], model.slow, motors, rows.windows) for s in rows.segments]
-    lengths = [len(t) for t in rows.torque]
-    fold = np.repeat([s.fold for s in rows.segments], lengths)
+    fold = np.array([s.fold for s in rows.segments])[rows.segment]
     if rows.excluded is not None:
         fold[rows.excluded] = EXCLUDED
-    centres = [
-        rows.windows.centres(s.t)[:length] for s, length in zip(rows.segments, lengths, strict=True)
-    ]
-    segment = np.repeat(np.arange(len(lengths)), lengths)
-    return np.concatenate(region), fold, segment, np.concatenate(centres)
+    return np.concatenate(region), fold
 
 
 def _index(effects: Sequence[Candidate], dof: int) -> tuple[tuple[ColumnIndex, ...], list[int]]:

@@ -61,6 +61,8 @@ class WindowedRows:
         parameter_errors: windowed torque [N m] of independent errors of its parameters, each of
             size one, per segment, shape (R, n, k); k is 0 without such a model.
         excluded: rows that no fit may use, shape (R,), or None.
+        first_pass: the row at which the arm was there in the same motion for the first time, of
+            each row, shape (R,); None: no motion is known to repeat.
         cache: windowed columns of effects.
     """
 
@@ -74,12 +76,24 @@ class WindowedRows:
     parameter_errors: tuple[Array, ...]
     reference_error: Array | None = None
     excluded: NDArray[np.bool_] | None = None
+    first_pass: NDArray[np.int64] | None = None
     cache: ColumnCache = field(default_factory=ColumnCache, repr=False, compare=False)
 
     @property
     def log(self) -> NDArray[np.int64]:
         """Number of the recording of each segment, shape (segments,)."""
         return np.array([s.log for s in self.segments])
+
+    @property
+    def segment(self) -> NDArray[np.int64]:
+        """Number of the segment of each row, shape (R,)."""
+        return np.repeat(np.arange(len(self.torque)), [len(x) for x in self.torque])
+
+    @property
+    def t(self) -> Array:
+        """Time of each row since its recording's start [s], shape (R,)."""
+        parts = zip(self.segments, self.torque, strict=True)
+        return np.concatenate([self.windows.centres(s.t)[: len(x)] for s, x in parts])
 
     @property
     def hop_s(self) -> float:

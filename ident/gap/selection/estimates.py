@@ -40,6 +40,7 @@ def final_estimates(
     end: CurrentFit,
     settings: Significance,
     accepted: Sequence[AcceptedEffect] = (),
+    systematic: bool = False,
 ) -> FinalEstimates:
     """Final values and standard errors of all effects.
 
@@ -49,9 +50,12 @@ def final_estimates(
         settings: of the standard errors.
         accepted: the same effects with their other forms, in the same order: where the data cannot
             tell the forms apart, standard errors span them.
+        systematic: whether standard errors hold what the model gets wrong alike in each period and
+            near reversals, as those that are reported do; the tests of the search have bounds of
+            their own.
     """
     effects, at = _gauss_newton_step(rows, end, settings)
-    named = _named(effects, at, solution(rows, at, settings.block_s)[1])
+    named = _named(effects, at, solution(rows, at, settings.block_s, systematic)[1])
     for i, (h, values, item) in enumerate(zip(effects, named, accepted, strict=False)):
         parts = _form_errors(h, item, end.model.slow)
         parts |= _alternative_errors(rows, end, at, effects, i)
@@ -178,10 +182,10 @@ def free_parameters(h: Candidate) -> tuple[str, ...]:
 
 
 def _named(
-    effects: Sequence[Candidate], at: Linearised, covariance: Array
+    effects: Sequence[Candidate], at: Linearised, variances: Array
 ) -> list[dict[str, Value]]:
     """Values with standard errors, by name, as each effect reports them."""
-    sd = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    sd = np.sqrt(variances)
     first = len(at.fit.x) - sum(len(h.coefficients) for h in effects)
     last = len(at.fit.x)
     found = []

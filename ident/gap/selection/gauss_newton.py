@@ -1,9 +1,10 @@
 """One Gauss-Newton step over coefficients and nonlinear parameters together, with covariance.
 
-The model is linearised in the nonlinear parameters by central differences. The covariance is the
+The model is linearised in the nonlinear parameters by central differences. The variance is the
 cluster-robust (sandwich) one, with scores summed over blocks of time and all joints, since
 residuals of neighbouring rows are correlated (Liang and Zeger 1986). Beside a reference model it
-has a second part: what an error of the reference's parameters does to the unknowns.
+has a second part: what an error of the reference's parameters does to the unknowns. What the model
+gets wrong alike counts as in `ident.identification.standard_errors`.
 """
 
 from collections.abc import Sequence
@@ -85,13 +86,24 @@ def _torque(design: DesignMatrix, index: int, values: Array) -> list[Array]:
     ]
 
 
-def solution(rows: WindowedRows, at: Linearised, block_s: float) -> tuple[Array, Array]:
-    """Unknowns of the fit followed by steps of the nonlinear parameters, and their covariance."""
+def solution(
+    rows: WindowedRows, at: Linearised, block_s: float, systematic: bool = False
+) -> tuple[Array, Array]:
+    """Unknowns of the fit followed by steps of the nonlinear parameters, and their variances.
+
+    Args:
+        rows: the rows.
+        at: the model, linearised.
+        block_s: blocks of time whose residuals count as independent [s].
+        systematic: whether the variances hold what comes again with each period of the motion, and
+            half the square of the move with weights that trust reversals less.
+    """
     size, more = len(at.fit.x), len(at.slopes)
     total = size + more
-    normal, right = np.zeros((total, total)), np.zeros(total)
+    normal, right = np.zeros((2, total, total)), np.zeros((2, total))
     block = _blocks(rows, at.design, block_s)
-    scores = np.zeros((block.max() + 1, total))
+    alike = block if rows.first_pass is None else block[rows.first_pass]
+    scores = np.zeros((2, block.max() + 1, total))
     wrong = np.concatenate(rows.parameter_errors)
     known = np.zeros((total, wrong.shape[2]))
     for j, model in enumerate(joint_columns(at.design.equations, at.fit.structure)):
@@ -99,23 +111,36 @@ def solution(rows: WindowedRows, at: Linearised, block_s: float) -> tuple[Array,
         if len(columns) == 0:
             continue
         used = at.design.fold != EXCLUDED
-        weight = used / at.fit.sigma[j][at.design.region[:, j]] ** 2
+        sigma = at.fit.sigma[j][at.design.region[:, j]]
+        weight = (used / sigma**2)[:, None]
+        steeper = weight * (sigma.min() / sigma)[:, None] ** 2
         nominal = model.of(columns)
         own = np.column_stack([nominal, *(s[j] for s in at.slopes)])
         where = np.concatenate([model.unknown, size + np.arange(more)])
         error = columns[:, -1] - nominal @ at.fit.x[model.unknown]
-        weighted = own * weight[:, None]
-        normal[np.ix_(where, where)] += own.T @ weighted
-        right[where] += weighted.T @ columns[:, -1]
-        parts = np.zeros((len(scores), len(where)))
-        np.add.at(parts, block, weighted * error[:, None])
-        scores[:, where] += parts
+        weighted = own * weight
+        for k, x in enumerate((weighted, own * steeper)):
+            normal[k][np.ix_(where, where)] += own.T @ x
+            right[k, where] += x.T @ columns[:, -1]
+        for k, label in enumerate((block, alike)):
+            parts = np.zeros((scores.shape[1], len(where)))
+            np.add.at(parts, label, weighted * error[:, None])
+            scores[k][:, where] += parts
         known[where] += weighted.T @ wrong[:, j]
-    inverse = solve(normal, np.eye(total))
-    count = len(np.unique(block))
-    inflation = count / max(count - total / at.design.equations.dof, 1.0)
-    covariance = inverse @ (scores.T @ scores * inflation + known @ known.T) @ inverse.T
-    return solve(normal, right), covariance
+    inverse, x = solve(normal[0], np.eye(total)), solve(normal[0], right[0])
+    freedom = total / at.design.equations.dof
+    variance = _sandwich(scores[0], inverse, freedom)
+    if systematic:
+        variance = np.maximum(variance, _sandwich(scores[1], inverse, freedom))
+        variance += 0.5 * (solve(normal[1], right[1]) - x) ** 2
+    return x, variance + np.sum((inverse @ known) ** 2, axis=1)
+
+
+def _sandwich(scores: Array, inverse: Array, freedom: float) -> Array:
+    """Variances of the unknowns, shape (p,), from scores of independent blocks, shape (B, p)."""
+    count = int(scores.any(axis=1).sum())
+    inflation = count / max(count - freedom, 1.0)
+    return inflation * np.sum((scores @ inverse.T) ** 2, axis=0)
 
 
 def _blocks(rows: WindowedRows, design: DesignMatrix, block_s: float) -> NDArray[np.int64]:

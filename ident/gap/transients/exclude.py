@@ -67,7 +67,7 @@ def _is_no_event(
     transient: Transient,
     settings: GapSettings,
 ) -> bool:
-    repeats = repeated_rows(source, rows, current.design(rows), settings.repeats)
+    repeats = repeated_rows(source, rows, settings.repeats)
     return (
         transient.repeats_with_motion(repeats, settings.transients.repeat_share)
         or in_presliding_transient(rows, current, transient, settings.transients)

@@ -110,11 +110,8 @@ def test_errors_and_gap_of_an_effect_free_arm(nothing_hidden):
 
 def test_a_motion_that_comes_again_is_known_without_its_file(nothing_hidden, plain):
     told = nothing_hidden.source
-    design = build_design_matrix(nothing_hidden.rows, nothing_hidden.start.model, ())
     bare = source_of(replace(plain, attachments={"robot.urdf": plain.attachments["robot.urdf"]}))
-    by_file, by_motion = (
-        repeated_rows(s, nothing_hidden.rows, design, Repeats()) for s in (told, bare)
-    )
+    by_file, by_motion = (repeated_rows(s, nothing_hidden.rows, Repeats()) for s in (told, bare))
     assert len(by_file[0]) > 300
     for with_file, without in zip(by_file, by_motion, strict=True):
         np.testing.assert_array_equal(with_file, without)
@@ -138,9 +135,8 @@ def test_a_motion_that_never_comes_again_has_no_repeats(plain):
         attachments={"robot.urdf": plain.attachments["robot.urdf"]},
     )
     source = source_of(once)
-    rows, nominal = nominal_of(source)
-    design = nominal.design(rows)
-    assert len(repeated_rows(source, rows, design, Repeats())[0]) == 0
+    rows, _ = nominal_of(source)
+    assert len(repeated_rows(source, rows, Repeats())[0]) == 0
 
 
 def test_the_error_falls_step_by_step_from_the_rigid_body(nothing_hidden):

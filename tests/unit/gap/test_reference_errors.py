@@ -36,8 +36,8 @@ def payload_beside(
     """Mass and first moment of a payload, and their variances, with the noise of the fit."""
     rows = rows_of(replace(source, reference_model=model), Options())
     at = linearised(rows, fitted, fitted.accepted, [()])
-    x, covariance = solution(rows, replace(at, fit=replace(at.fit, sigma=fitted.fit.sigma)), 1.0)
-    return x[-4:], np.diag(covariance)[-4:]
+    x, variances = solution(rows, replace(at, fit=replace(at.fit, sigma=fitted.fit.sigma)), 1.0)
+    return x[-4:], variances[-4:]
 
 
 def test_the_covariance_grows_by_what_the_references_errors_do(source, known, fitted):
@@ -66,3 +66,18 @@ def test_a_model_file_without_errors_is_read(known, tmp_path):
     replace(known, errors=np.zeros((0, 0))).save(tmp_path / "model.yaml")
     assert "errors" not in (tmp_path / "model.yaml").read_text()
     assert not load_model(tmp_path / "model.yaml").errors.any()
+
+
+@pytest.mark.parametrize(("again", "least", "most"), [(True, 1.6, 2.8), (False, 1.0, 1.5)])
+def test_what_comes_again_in_each_period_counts_once(source, known, fitted, again, least, most):
+    """Errors of two periods that are alike have twice the variance of errors that are not."""
+    rows = rows_of(replace(source, reference_model=known), Options())
+    pattern = np.random.default_rng(4).normal(size=np.concatenate(rows.torque).shape)
+    pattern *= fitted.fit.sigma.max(axis=1)
+    wrong = pattern[rows.first_pass] if again else pattern
+    ends = np.cumsum([len(x) for x in rows.torque])[:-1]
+    torque = [x + y for x, y in zip(rows.torque, np.split(3.0 * wrong, ends), strict=True)]
+    rows = replace(rows, torque=tuple(torque), parameter_errors=(np.zeros((len(wrong), 7, 0)),))
+    at = linearised(rows, fitted, fitted.accepted, [()])
+    alone, systematic = (solution(rows, at, 0.4, s)[1][-4:] for s in (False, True))
+    assert least <= np.mean(systematic / alone) < most
