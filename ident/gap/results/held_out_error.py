@@ -115,7 +115,8 @@ def held_out(found: SearchResult, both: BeforeAfter) -> HeldOut:
     joints = sorted({*joints, *(j for b in found.verdict.transients for j in b.joints)})
     if floor is not None:
         floor = below_the_error(floor, after, found.options.settings.repeats.chance_ratio)
-    closed = _closed(found, both, kept, joints)
+    believed = both if floor is not None else replace(both, floor=None)
+    closed = _closed(found, believed, kept, joints)
     return HeldOut(before, after, floor, closed, *_other_recordings(found))
 
 

@@ -92,9 +92,13 @@ def test_a_gap_at_a_light_joint_is_not_lost_beside_the_heavy_ones():
     assert (effect.candidate.effect, effect.joints) == ("joint_spring", (6,))
     count = len(found.rows.base_parameters)
     before, after = (feasible_fit(found.source, p.fit, count).x for p in (found.start, found.end))
-    first = gap_location(found, before_and_after(found, before, after))[0]
+    both = before_and_after(found, before, after)
+    first = gap_location(found, both)[0]
     assert (first.joint, first.region[:6]) == (6, "|qd| >")
     assert first.share > 0.9
+    loud = held_out(found, replace(both, floor=np.full((7, len(Region)), 1e3)))
+    assert loud.noise_floor is None  # no floor lies so far above the error that a fit leaves
+    assert loud.closed > 0.5
 
 
 def test_errors_and_gap_of_an_effect_free_arm(nothing_hidden):
