@@ -88,14 +88,23 @@ def _smallest(
         return np.inf
     h = design.effects[index]
     rows = float(max(design.equations.counts[list(h.rows)].sum(axis=(1, 2)).max(), 1))
-    others = np.linalg.lstsq(left[1:, 1:], left[1:, 0])[0]  # held joints leave some open
-    kept = left[0, 0] - left[0, 1:] @ others
+    kept = first_alone(left)
     if kept <= _ABSORBED * raw[0, 0]:
         return np.inf
     size = float(np.sqrt(max((np.exp(2 * min(gain, _MOST_GAIN)) - 1) * rows / kept, 0.0)))
     torque = [np.sqrt(_first_square(design, index, j) / rows) / max(peak[j], 1e-9) for j in h.rows]
     never = max(torque) < _NO_TORQUE or size * max(torque) > 1.0
     return np.inf if never else max(size, h.coefficients[0].min_size)
+
+
+def first_alone(products: Array) -> float:
+    """Square of the first column without what the others explain of it.
+
+    Args:
+        products: of k columns, shape (k, k); held joints leave some of them alike.
+    """
+    others = np.linalg.lstsq(products[1:, 1:], products[1:, 0])[0]
+    return float(products[0, 0] - products[0, 1:] @ others)
 
 
 def _first_square(design: DesignMatrix, index: int, joint: int) -> float:

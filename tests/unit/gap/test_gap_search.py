@@ -18,7 +18,7 @@ from ident.gap.regression.feasible_fit import feasible_fit
 from ident.gap.regression.model_columns import joint_columns
 from ident.gap.results.error_by_term import error_by_term
 from ident.gap.results.held_out_error import before_and_after, gap_location, held_out
-from ident.gap.results.minimum_detectable import minimum_detectable
+from ident.gap.results.minimum_detectable import first_alone, minimum_detectable
 from ident.gap.results.verdict import Kind
 from ident.gap.search import search
 from ident.gap.selection.candidates import all_candidates
@@ -153,6 +153,14 @@ def test_the_error_falls_step_by_step_from_the_rigid_body(nothing_hidden):
         nothing_hidden, before_and_after(nothing_hidden, x, x)
     ).before.relative_percent
     assert second.relative_percent == pytest.approx(fitted, rel=1e-3)
+
+
+def test_columns_that_held_joints_make_alike_do_not_hide_the_first_one():
+    columns = np.random.default_rng(0).normal(size=(50, 3))
+    alone = first_alone(columns.T @ columns)
+    assert alone == pytest.approx(1 / np.linalg.inv(columns.T @ columns)[0, 0])
+    twice = np.column_stack([columns, columns[:, 2]])
+    assert first_alone(twice.T @ twice) == pytest.approx(alone)
 
 
 def test_what_could_not_be_seen_and_what_could(nothing_hidden):
