@@ -107,6 +107,7 @@ def test_errors_and_gap_of_an_effect_free_arm(nothing_hidden):
     both = before_and_after(found, x, x)
     errors = held_out(found, both)
     assert errors.before.relative_percent == errors.after.relative_percent
+    assert errors.noise_floor is not None
     assert errors.noise_floor.relative_percent < errors.before.relative_percent
     assert gap_location(found, both) == []
     assert errors.closed == 0.0
