@@ -77,12 +77,14 @@ def scanned(case: Case, bounds: CheckSettings) -> tuple[Case, list[Hypothesis], 
 def _borne_out(found: Hypothesis, case: Case, without: Case) -> bool:
     """Whether joints that would be in another's place are themselves explained better without it.
 
-    Where they are explained well as they are, it is another joint's few data that fit by chance.
+    Each of a pair, since no wrong torque fits better than the right one. Where they are explained
+    well as they are, it is another joint's few data that fit by chance.
     """
+    if found.code != "joint_order":
+        return True
     own = list(found.joints)
-    return found.code != "joint_order" or bool(
-        without.by_joint[own].mean() < case.by_joint[own].mean()
-    )
+    before, after = case.by_joint[own], without.by_joint[own]
+    return bool((after < before).all() if len(own) == 2 else after.mean() < before.mean())
 
 
 def _weighed(case: Case, bounds: CheckSettings) -> Case:

@@ -15,12 +15,24 @@ def case(error, by_joint):
     )
 
 
+CHANCE = (0.93, 0.06, 0.14, 0.06)
+"""Joint 1 is poorly shown, and by chance better with joints 2 and 4 exchanged."""
+
+NOISE = (0.17, 0.09, 0.23, 0.99)
+"""Joint 4 shows noise, and would be given the weight that joint 2 holds."""
+
+
 @pytest.mark.parametrize(
-    ("after", "told"), [((0.2, 0.3, 0.1, 0.3), 0), ((0.2, 0.03, 0.1, 0.04), 1)]
+    ("before", "after", "told"),
+    [
+        (CHANCE, (0.2, 0.3, 0.1, 0.3), 0),
+        (CHANCE, (0.2, 0.03, 0.1, 0.04), 1),
+        (NOISE, (0.17, 0.43, 0.2, 0.2), 0),
+        (NOISE, (0.17, 0.08, 0.2, 0.2), 1),
+    ],
 )
-def test_a_swap_that_its_own_joints_speak_against_is_none(monkeypatch, after, told):
-    """Joint 1 is poorly shown, and by chance better with joints 2 and 4 exchanged."""
-    before = case(0.4, (0.93, 0.06, 0.14, 0.06))
+def test_a_swap_that_its_own_joints_speak_against_is_none(monkeypatch, before, after, told):
+    before = case(0.4, before)
     swap = next(hypotheses._exchanges((1, 3), np.array([0, 3, 2, 1]), "joints 2 and 4", "swapped"))
     found = [(swap, case(0.24, after)), (swap, case(0.24, after))]
     monkeypatch.setattr(hypotheses, "_hypotheses", lambda _: [])

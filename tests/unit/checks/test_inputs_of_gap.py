@@ -19,6 +19,7 @@ SEARCHED = (
     "friction of joint 3 compensated twice",
     "positions times 0.9",
     "50 N m at joint 4",
+    "torque rectified",
 )
 """Inputs that are searched all the same, with a remark; the others below are refused."""
 
@@ -30,7 +31,7 @@ REFUSED = (
     "one second", "two seconds", "all joints together", "2.5 Hz", "1 Hz", "equal stamps",
     "all stamps equal",
     "four short holes", "zero effort", "constant effort", "noise as torque",
-    "torque of another recording", "torque rectified", "negative mass of link 2",
+    "torque of another recording", "negative mass of link 2",
     "negative mass of link 3", "two arms in turn",
 )  # fmt: skip
 CHOSEN = [w for w in WRONG if w[0] in SEARCHED + REFUSED]
