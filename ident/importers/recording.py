@@ -15,7 +15,7 @@ from ident.importers.mapping import (
 )
 from ident.recordings.loading import fingerprint
 from ident.signals.arrays import Array
-from wamctl.arm.config import beside, find_file, load_robot_file
+from wamctl.arm.config import beside, find_file, load_robot_file, read_text
 from wamctl.arm.errors import ConfigurationError, DataError
 from wamctl.arm.recorder import write_recording
 from wamctl.arm.recording import Command, Recording
@@ -123,16 +123,13 @@ def _arm(plan: Mapping, where: Path) -> _Arm:
         section = load_robot_file(file).robot
         joints, urdf_path = section.joints, beside(file, section.urdf)
         attachments["config.yaml"] = file.read_bytes()
-    try:
-        urdf = urdf_path.read_bytes()
-    except OSError as error:
-        raise ConfigurationError(urdf_path, [f"cannot be read ({error.strerror})"]) from error
-    robot = load_robot(urdf.decode("utf-8", errors="replace"), joints, source=urdf_path)
+    urdf = read_text(urdf_path)
+    robot = load_robot(urdf, joints, source=urdf_path)
     if plan.joints and set(plan.joints) != set(robot.joint_names):
         named, known = ", ".join(plan.joints), ", ".join(robot.joint_names)
         fault = f"joints: {named} are not those of {file.name}, which are {known}"
         raise ConfigurationError(where, [fault])
-    return _Arm(plan.joints or robot.joint_names, attachments | {"robot.urdf": urdf})
+    return _Arm(plan.joints or robot.joint_names, attachments | {"robot.urdf": urdf.encode()})
 
 
 def _joint_side(part: SeriesSection, raw: Array, plan: Mapping) -> Array:
