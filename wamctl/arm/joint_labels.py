@@ -24,7 +24,10 @@ def numbered_joints(names: Sequence[str]) -> list[str]:
 
 
 def joints_text(labels: Sequence[str]) -> str:
-    """Joints by their labels in a sentence: `joints 2 (lift) and 3`."""
+    """Joints by their labels in a sentence: `joints 2 (lift) and 3`, `joints 1 to 7`."""
+    numbers = [int(label) for label in labels if label.isdigit()]
+    if 2 < len(labels) == len(numbers) and numbers == [*range(numbers[0], numbers[-1] + 1)]:
+        return f"joints {numbers[0]} to {numbers[-1]}"
     names = []
     for label in labels:
         place, _, name = label.removeprefix("joint").strip().partition(" ")

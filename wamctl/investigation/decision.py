@@ -41,8 +41,8 @@ def decided(rounds: Sequence[Round], left: int) -> Decision | None:
     if answer:
         least = min(known(rounds, answer).values())
         text = (
-            f"{words(answer)} predicted a new motion better than every rival: with odds of"
-            f" {odds_text(least)} or better, where {odds_text(_bar(rounds, answer))} were asked."
+            f"A new motion has borne out {words(answer)}: odds of {odds_text(least)} over the"
+            f" nearest rival, where {odds_text(_bar(rounds, answer))} were asked."
         )
         return Decision(NAMED, True, text, answer)
     if last.is_altered:

@@ -16,6 +16,7 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from wamctl.arm.arrays import Array
+from wamctl.arm.joint_labels import joints_text, listed
 
 _MOST_ODDS = 1e6
 _WORDS = {
@@ -64,9 +65,12 @@ def odds_text(nats: float) -> str:
 
 def words(answer: str) -> str:
     """An answer or a verdict as the operator reads it: `stribeck:4` is `stribeck at joint 4`."""
-    name, _, joints = answer.partition(":")
+    return listed([_effect_words(*part.partition(":")[::2]) for part in answer.split("+")])
+
+
+def _effect_words(name: str, joints: str) -> str:
     said = _WORDS.get(name, name.replace("_", " "))
-    return f"{said} at joint {joints.replace(',', ', ')}" if joints else said
+    return f"{said} at {joints_text(joints.split('-'))}" if joints else said
 
 
 def signed_evidence(ratios: Sequence[float]) -> float:

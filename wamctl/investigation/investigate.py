@@ -17,7 +17,7 @@ from wamctl.investigation.intervention import question
 from wamctl.investigation.page import page
 from wamctl.investigation.programs import ProgramError
 from wamctl.investigation.rounds import BudgetSpentError, Site, next_round, place_of, read
-from wamctl.investigation.state import Request, State, begun, keep, write_whole
+from wamctl.investigation.state import UNKNOWN, Request, State, begun, keep, write_whole
 
 _NO_MOTION = "ident plan", 6  # that command's exit code where no motion is left
 
@@ -150,7 +150,9 @@ def _said(state: State) -> str:
         return f"a limit has ended the motion: {last.stopped}"
     likely = sorted(last.odds.items(), key=lambda item: -item[1])[:3]
     told = ", ".join(f"{words(name)} {share:.0%}" for name, share in likely)
-    return f"{words(last.verdict)} {words(last.answer)}".rstrip() + f"; odds: {told}"
+    link = ", partly" if last.verdict == UNKNOWN else ""
+    answer = f"{link} {words(last.answer)}" if last.answer else ""
+    return f"{words(last.verdict)}{answer}; odds: {told}"
 
 
 def _write(site: Site, state: State, budget: Budget, decision: Decision | None) -> dict[str, Any]:
@@ -249,10 +251,7 @@ def what_next(content: dict[str, Any], out: Path) -> str:
 
 def _sentence(content: dict[str, Any]) -> str:
     """The verdict in a sentence."""
-    names = ", ".join(
-        f"{words(e['name'])} at joint {', '.join(map(str, e['joints']))}"
-        for e in content["effects"]
-    )
+    names = words("+".join(place_of(e) for e in content["effects"]))
     borne = "confirmed on a new motion" if content["confirmed"] else "not confirmed"
     return {
         "named": f"The model misses {names} ({borne}).",
