@@ -13,6 +13,7 @@ from ident.regression.probe_fit import (
     Columns,
     columns_of,
     error_of,
+    fitted_residual,
     held_out_residual,
     shares,
 )
@@ -42,7 +43,20 @@ class Case:
     @cached_property
     def error(self) -> float:
         """Held-out relative error, every joint's torque counting alike."""
-        return error_of(self.columns)
+        return error_of(self.columns, held_out_residual(self.columns))
+
+    @cached_property
+    def fitted(self) -> float:
+        """The same of torque that was fitted, which a poor motion does not make large."""
+        return error_of(self.columns, fitted_residual(self.columns))
+
+    def better_by(self, ratio: float, other: "Case") -> bool:
+        """Whether it explains torque so much better than another case, fitted as well as not.
+
+        Where the motion is poor the error on torque that was not fitted is large, and falls by
+        chance; but nothing wrong fits much better than the right.
+        """
+        return self.error <= ratio * other.error and self.fitted <= ratio * other.fitted
 
     @cached_property
     def residual(self) -> Array:

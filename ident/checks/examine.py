@@ -172,7 +172,7 @@ def _currents(
     shown = data if load is None else (*data, load.data)
     probe = _probe(chunks_of(shown), np.array([d.moving for d in shown]))
     case = Case(arm.robot, arm.terms, probe)
-    weighed = gains(case) if load is None else gains_of_load(case, load.load)
+    weighed = gains(case, rotors=True) if load is None else gains_of_load(case, load.load)
     found = drive_gains(arm, data, weighed, bounds, "weight" if load is None else "load")
     torques = tuple(d.with_torque_times(found.value) for d in data)
     return torques, found, current_remarks(found, moving, arm.robot.joint_names, bounds)

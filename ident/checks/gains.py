@@ -40,15 +40,21 @@ class Gains:
     common_explained: float
 
 
-def gains(case: Case) -> Gains:
-    """The gains of a case."""
+def gains(case: Case, rotors: bool = False) -> Gains:
+    """The gains of a case.
+
+    Args:
+        case: the recording.
+        rotors: whether a rotor, of which URDFs say nothing, may take its part of each joint's
+            torque: then only weight and other joints' motion tell a gain.
+    """
     probe = case.probe
     model = inverse_dynamics(case.robot, probe.motion.q, probe.motion.qd, probe.motion.qdd)
     n = case.robot.dof
     value, sd, explained, weight = np.zeros((4, n))
     goals = inner = 0.0
     for k in np.flatnonzero(probe.moving):
-        x, y = _beside_friction(case, int(k), model, probe.tau)
+        x, y = _beside_friction(case, int(k), model, probe.tau, rotor=rotors)
         if x @ x < 1e-18 * max(float(model[:, k] @ model[:, k]), 1e-12):
             continue
         value[k], sd[k], explained[k], weight[k] = gain_of(x, y)
@@ -122,10 +128,14 @@ def of_rotors(case: Case, found: Gains) -> NDArray[np.bool_]:
     return better
 
 
-def _beside_friction(case: Case, k: int, *signals: Array) -> list[Array]:
-    """A joint's part of some signals without what its friction and offset explain of them."""
+def _beside_friction(case: Case, k: int, *signals: Array, rotor: bool = False) -> list[Array]:
+    """A joint's part of some signals without what its friction and offset explain of them.
+
+    With `rotor`, without what the inertia of its own rotor explains, either.
+    """
     probe, own = case.probe, case.probe.counted[:, k]
     friction = [probe.motion.qd[own, k], probe.sign[own, k], np.ones(own.sum())]
+    friction += [probe.motion.qdd[own, k]] if rotor else []
     others = np.column_stack(friction)
     parts = (signal[own, k] for signal in signals)
     return [y - others @ np.linalg.lstsq(others, y, rcond=None)[0] for y in parts]

@@ -62,7 +62,7 @@ def scanned(case: Case, bounds: CheckSettings) -> tuple[Case, list[Hypothesis], 
     found, remarks = [], []
     for _ in range(_MOST_ROUNDS):
         best, without = nearest(case, list(_hypotheses(case)))
-        if without.error > bounds.believed_ratio * case.error or not _borne_out(
+        if not without.better_by(bounds.believed_ratio, case) or not _borne_out(
             best, case, without
         ):
             break

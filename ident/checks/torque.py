@@ -37,7 +37,6 @@ def constant_effort(
     k = int(places[0])
     zero = bool((np.abs(tau[:, places]).max(axis=0) < 1e-9).all())
     what = "is zero" if zero else f"stays at {tau[:, k].mean():.4g}"
-    grade = Grade.REFUSED if 2 * len(places) >= int(moving.sum()) else Grade.DOUBTFUL
     text = (
         f"The effort of {joints(places, names)} {what} while the arm moves: no torque was recorded."
     )
@@ -45,7 +44,7 @@ def constant_effort(
         "Choose the topic or the kind of torque that holds it (--joint-states, --torque), or leave"
         f" the joint{'s' * (len(places) > 1)} out of the arm."
     )
-    return [Remark("zero_effort", numbers(places), text, grade, advice)]
+    return [Remark("zero_effort", numbers(places), text, Grade.REFUSED, advice)]
 
 
 def frozen_effort(

@@ -95,10 +95,8 @@ def _tables(source: Path, plan: Mapping) -> dict[Path, Table]:
         wanted[source].append(plan.rows.column)
     for _, part in plan.series():
         wanted[_file(source, part)].extend(_names(part))
-    return {
-        path: read_table(path, names, TextForm(plan.header, plan.delimiter, plan.skip))
-        for path, names in wanted.items()
-    }
+    form = TextForm(plan.header, plan.delimiter, plan.skip, plan.rows.last)
+    return {path: read_table(path, names, form) for path, names in wanted.items()}
 
 
 def _names(part: SeriesSection) -> tuple[Name, ...]:

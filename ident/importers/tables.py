@@ -98,6 +98,7 @@ def _text(path: Path, wanted: Sequence[Name], form: TextForm) -> Table:
             path,
             delimiter=None if form.blank else form.delimiter,
             skiprows=form.before,
+            max_rows=form.last,
             usecols=list(places.values()),
             ndmin=2,
             encoding="utf-8-sig",
@@ -111,15 +112,21 @@ def _text(path: Path, wanted: Sequence[Name], form: TextForm) -> Table:
 
 def _bad_cell(path: Path, places: dict[Name, int], form: TextForm) -> str | None:
     """A sentence on the first cell that is no number."""
-    for number, line in form.lines(path, form.before):
+    rows = form.rows(path)
+    for count, (number, line) in enumerate(rows):
         for name, place in places.items():
             if place >= len(line):
-                return (
+                fault = (
                     f"{path}, line {number}: {len(line)} columns, so that column {name!r} is"
-                    " missing."
+                    " missing"
                 )
-            if not is_number(line[place]):
-                return f"{path}, line {number}, column {name!r}: {line[place]!r} is not a number."
+            elif not is_number(line[place]):
+                fault = f"{path}, line {number}, column {name!r}: {line[place]!r} is not a number"
+            else:
+                continue
+            if count and next(rows, None) is None:
+                fault += f"; a last row that was cut off is left out by rows.last: {count}"
+            return f"{fault}."
     return None
 
 

@@ -20,11 +20,13 @@ class TextForm:
         header: whether it starts with names.
         delimiter: between cells; a blank stands for any white space.
         skip: lines before all that.
+        last: row of numbers after which nothing is read; None: all are.
     """
 
     header: bool = True
     delimiter: str = ","
     skip: int = 0
+    last: int | None = None
 
     @property
     def before(self) -> int:
@@ -50,6 +52,10 @@ class TextForm:
                 lines = ((reader.line_num, cells) for cells in reader)
             yield from (line for line in itertools.islice(lines, first, None) if line[1])
 
+    def rows(self, path: Path) -> Iterator[tuple[int, list[str]]]:
+        """The rows of numbers: number of the line from 1, cells; raises as `lines` does."""
+        return itertools.islice(self.lines(path, self.before), self.last)
+
 
 def is_number(cell: str) -> bool:
     """Whether a cell, or a word, is a number."""
@@ -72,7 +78,7 @@ def vectors(path: Path, name: str | int, place: int, form: TextForm) -> Array:
         DataError: a cell that is no vector of numbers, or another number of them.
     """
     rows: list[list[float]] = []
-    for number, line in form.lines(path, form.before):
+    for number, line in form.rows(path):
         try:
             row = [float(x) for x in line[place].strip(" []").replace(",", " ").split()]
         except (ValueError, IndexError):

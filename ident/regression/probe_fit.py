@@ -182,11 +182,23 @@ def shares(residual: Array, tau: Array) -> Array:
     )
 
 
-def error_of(columns: Columns) -> float:
-    """Held-out relative error, the mean of the squares over the joints, square root of it.
+def fitted_residual(columns: Columns) -> Array:
+    """What a fit in which all joints count alike leaves of its own torque [N m], shape (S, n)."""
+    w = weights_of(columns.tau)
+    A = np.tensordot(w**2, columns.squares.sum(axis=0), axes=(0, 0))
+    goal = (w**2 * columns.tau).ravel()
+    return columns.tau - columns.W @ solution(A, columns.W.reshape(-1, len(A)).T @ goal)
+
+
+def error_of(columns: Columns, residual: Array) -> float:
+    """Relative error, the mean of the squares over the joints, square root of it.
 
     Of a joint that is predicted worse than by no torque at all it does not matter how much worse.
+
+    Args:
+        columns: the regression.
+        residual: what is left of its torque [N m], shape (S, n).
     """
-    found = np.minimum(shares(held_out_residual(columns), columns.tau), 1.0)
+    found = np.minimum(shares(residual, columns.tau), 1.0)
     used = np.any(columns.W != 0, axis=(0, 2))
     return float(np.sqrt(np.mean(found[used] ** 2))) if used.any() else 0.0

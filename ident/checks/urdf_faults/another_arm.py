@@ -39,10 +39,10 @@ def _out_of_scale(case: Case, bounds: CheckSettings) -> list[Remark]:
     tried = [
         (*_least(case, change, sizes), k) for k, change in changes for sizes in (_LARGER, _SMALLER)
     ]
-    error, size, k = min(tried, key=lambda one: one[0])
-    if error > bounds.believed_ratio * case.error:
+    without, size, k = min(tried, key=lambda one: one[0].error)
+    if not without.better_by(bounds.believed_ratio, case):
         return []
-    figures = f"the error then falls from {100 * case.error:.3g} to {100 * error:.3g} %"
+    figures = f"the error then falls from {100 * case.error:.3g} to {100 * without.error:.3g} %"
     if k is None:
         text = f"The arm's links appear to be about {size:g} times as long as the URDF's"
         advice = (
@@ -62,14 +62,14 @@ def _out_of_scale(case: Case, bounds: CheckSettings) -> list[Remark]:
     return [Remark(code, places, f"{text} ({figures}).", Grade.DOUBTFUL, advice)]
 
 
-def _least(case: Case, change: Change, sizes: Sequence[float]) -> tuple[float, float]:
-    """The least error on the way from one size to the next, as far as it falls, and its size."""
-    best = (case.error, 1.0)
+def _least(case: Case, change: Change, sizes: Sequence[float]) -> tuple[Case, float]:
+    """The case of least error on the way from one size to the next, as far as it falls."""
+    best = (case, 1.0)
     for size in sizes:
-        error = change(case, size).error
-        if error >= best[0]:
+        changed = change(case, size)
+        if changed.error >= best[0].error:
             break
-        best = (error, size)
+        best = (changed, size)
     return best
 
 

@@ -1,18 +1,23 @@
-"""Swapped joints are believed only where these joints themselves are explained better."""
+"""A fault is believed only where its own joints, and the torque that was fitted, bear it out."""
 
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from ident.checks import hypotheses
+from ident.checks.case import Case
 from ident.checks.settings import DEFAULT
 
 
-def case(error, by_joint):
-    return SimpleNamespace(
-        error=error, by_joint=np.array(by_joint), robot=SimpleNamespace(joint_names="abcd")
-    )
+def case(error, by_joint, fitted=None):
+    """A case of these errors, of torque that was not fitted, and that was."""
+    fitted = error / 4 if fitted is None else fitted
+    found = SimpleNamespace(error=error, by_joint=np.array(by_joint), fitted=fitted)
+    found.robot = SimpleNamespace(joint_names="abcd")
+    found.better_by = partial(Case.better_by, found)
+    return found
 
 
 CHANCE = (0.93, 0.06, 0.14, 0.06)
@@ -35,6 +40,19 @@ def test_a_swap_that_its_own_joints_speak_against_is_none(monkeypatch, before, a
     before = case(0.4, before)
     swap = next(hypotheses._exchanges((1, 3), np.array([0, 3, 2, 1]), "joints 2 and 4", "swapped"))
     found = [(swap, case(0.24, after)), (swap, case(0.24, after))]
+    monkeypatch.setattr(hypotheses, "_hypotheses", lambda _: [])
+    monkeypatch.setattr(hypotheses, "nearest", lambda *_: found.pop(0))
+    monkeypatch.setattr(hypotheses, "_weighed", lambda *_: before)
+    assert len(hypotheses.scanned(before, DEFAULT)[2]) == told
+
+
+@pytest.mark.parametrize(("fitted", "told"), [(0.12, 0), (0.05, 1)])
+def test_what_only_a_poor_motion_bears_out_is_no_fault(monkeypatch, fitted, told):
+    """The error on other torque falls to 58 %, but what is fitted is explained no better."""
+    before = case(0.44, (1.14, 0.06, 0.12, 0.26), fitted=0.12)
+    swap = next(hypotheses._exchanges((0, 3), np.array([3, 1, 2, 0]), "joints 1 and 4", "swapped"))
+    after = case(0.26, (0.16, 0.06, 0.12, 0.19), fitted)
+    found = [(swap, after), (swap, after)]
     monkeypatch.setattr(hypotheses, "_hypotheses", lambda _: [])
     monkeypatch.setattr(hypotheses, "nearest", lambda *_: found.pop(0))
     monkeypatch.setattr(hypotheses, "_weighed", lambda *_: before)

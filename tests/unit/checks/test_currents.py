@@ -84,17 +84,38 @@ def test_without_masses_one_factor_stays_open():
     np.testing.assert_allclose(gains / gains[1], GAINS / GAINS[1], rtol=0.05)
 
 
+def lone(axis: str, masses=None):
+    """A recording of one joint about an axis, in ampere; its URDF with other masses, perhaps."""
+    urdf, told = (
+        urdf_of(1, m).replace('<axis xyz="0 0 1"', f'<axis xyz="{axis}"') for m in (None, masses)
+    )
+    log = recorded(joints=1, seconds=20.0, true_urdf=urdf)
+    return log.with_(tau=log.tau / 11.0, urdf=told)
+
+
 def test_a_lone_joint_has_its_gain_from_the_masses_of_the_urdf_alone():
-    log = recorded(joints=1, seconds=20.0)
-    currents = log.with_(tau=log.tau / 11.0)
-    (told,) = of_currents(currents).content["gains"]
+    (told,) = of_currents(lone("0 1 0")).content["gains"]
     assert told["from"] == "weight"
     assert abs(told["nm_per_ampere"] - 11.0) < 3 * told["sd"]
-    done = of_currents(currents.with_(urdf=urdf_of(1, np.zeros(1))))
+
+
+@pytest.mark.parametrize("currents", [lone("0 1 0", np.zeros(1)), lone("0 0 1")])
+def test_neither_links_without_mass_nor_inertia_alone_tell_a_gain(currents):
+    """A rotor, of which the URDF says nothing, takes current as an inertia does."""
+    done = of_currents(currents)
     assert done.content["gains"][0] | {"nm_per_ampere": 0} == {
         "joint": 1, "nm_per_ampere": 0, "sd": None, "from": "none",
     }  # fmt: skip
     assert done.content["verdict"] == "doubtful"
+
+
+def test_rotors_do_not_change_the_gains_that_weight_tells():
+    log = recorded(joints=4, seconds=20.0)
+    qdd = np.gradient(np.gradient(log.q, axis=0), axis=0) / np.median(np.diff(log.t)) ** 2
+    gains = of_currents(log.with_(tau=(log.tau + [1.0, 0.5, 0.2, 0.1] * qdd) / GAINS)).content
+    for told, gain in zip(gains["gains"], GAINS, strict=True):
+        if told["from"] == "weight":
+            assert abs(told["nm_per_ampere"] - gain) < 3 * told["sd"]
 
 
 def test_given_gains_are_taken_and_a_model_predicts_currents():

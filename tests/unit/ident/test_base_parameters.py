@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -113,6 +114,16 @@ def test_columns_that_are_only_rounding_do_not_count(wam):
     assert kept == [0, 1, 2]
 
 
+@pytest.mark.parametrize("rounding", [2.7e-6, 8.0e-4, 0.0])
+def test_rounded_angles_of_a_urdf_make_no_parameters(wam, rounding):
+    """A base turned by 3.14159, or by 1.57, lets gravity pull at joint 1 beside its axis."""
+    model = pin.Model(wam.arm.robot.model)
+    model.gravity.linear = 9.81 * np.array([0.0, np.sin(rounding), np.cos(rounding)])
+    base = base_map(replace(wam.arm.robot, model=model), terms(7), [whole_range(7)])
+    assert len(base.kept) == 57
+    assert not {"l1x", "l1y"} & set(base.names)
+
+
 def test_held_joints_leave_the_planar_arm_that_moves(wam):
     """A WAM that moves its joints 2 and 4 only is a pendulum of two links in a plane."""
     moving = np.array([0, 1, 0, 1, 0, 0, 0], dtype=bool)
@@ -140,6 +151,7 @@ def test_rows_of_the_drive_matrix_are_scaled_to_the_joint_that_turns_most():
     [
         ({"L1yy": 1, "L2zz": 1}, "L1yy + L2zz"),
         ({"l2z": 1, "m1": 0.06}, "0.06m1 + l2z"),
+        ({"l2z": 1, "m1": 3.7e-6}, "l2z"),
         ({"l1z": 1, "m1": -1, "m2": -1}, "l1z - (m1 +m2)"),
         ({"L1xx": 1, "m1": 0.002025, "L2zz": 1, "l2y": -0.6}, "L1xx + 0.002025m1 - 0.6 l2y + L2zz"),
     ],

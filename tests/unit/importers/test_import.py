@@ -277,13 +277,14 @@ def test_every_column_that_is_missing_at_once(tmp_path: Path) -> None:
 
 def test_a_cell_that_is_no_number(tmp_path: Path) -> None:
     path = tmp_path / "data.csv"
-    path.write_text("t,q1,q2,u1,u2\n0,1,2,3,4\n\n1,1,two,3,4\n")
+    path.write_text("t,q1,q2,u1,u2\n0,1,2,3,4\n\n1,1,two,3,4\n2,1,2,3,4\n")
     assert refused(path, BASIC, DataError) == (
         f"{path}, line 4, column 'q2': 'two' is not a number."
     )
     path.write_text("t,q1,q2,u1,u2\n0,1,2,3,4\n1,1,2\n")
     assert refused(path, BASIC, DataError) == (
-        f"{path}, line 3: 3 columns, so that column 'u1' is missing."
+        f"{path}, line 3: 3 columns, so that column 'u1' is missing; a last row that was cut off"
+        " is left out by rows.last: 1."
     )
     path.write_text("t,q1,q2,u1,u2\n0,1,2,3,4\n1,1,2,nan,inf\n")
     assert refused(path, BASIC, DataError) == (
@@ -294,6 +295,13 @@ def test_a_cell_that_is_no_number(tmp_path: Path) -> None:
     assert refused(path, BASIC, DataError).startswith(f"{path}: position of b is 1e+154 in row 2")
     path.write_text("t,q1,q2,u1,u2\n0,1,2,3,4\n1,1,2,-2e9,4\n")
     assert refused(path, BASIC, DataError).startswith(f"{path}: effort of a is -2e+09 in row 2")
+
+
+def test_a_last_row_that_was_cut_off_can_be_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "data.csv"
+    path.write_text("t,q1,q2,u1,u2\n0,1,2,3,4\n1,1,2,3,4\n2,1,\n")
+    assert "left out by rows.last: 2" in refused(path, BASIC, DataError)
+    assert len(imported(path, BASIC | {"rows": {"last": 2}}).q) == 2
 
 
 def test_tables_that_cannot_be_read(tmp_path: Path) -> None:
