@@ -1,7 +1,7 @@
 """How well each estimator predicts stretches of the recordings that it was not fitted on."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -41,6 +41,22 @@ def check_held_out(evidence: RegressionData, names: Sequence[str]) -> dict[str, 
 def held_out_sums(evidence: RegressionData, name: str) -> list[Sums]:
     """Of each stretch that has rows, what an estimator leaves that has not seen it."""
     return _sums(evidence, [ESTIMATORS[name](evidence.only(~mask)).beta for mask in _MASKS])
+
+
+def left_out_sums(evidence: RegressionData, name: str) -> list[Sums]:
+    """Of each stretch that has rows, what an estimator leaves that has not seen its recording.
+
+    Recordings are left out one by one, or by threes as stretches are; none where there is but one.
+    """
+    logs = evidence.logs
+    groups = [range(k, len(logs), FOLDS) for k in range(min(FOLDS, len(logs)))]
+    found: list[Sums] = []
+    for own in groups if len(groups) > 1 else []:
+        rest = tuple(log for k, log in enumerate(logs) if k not in own)
+        beta = ESTIMATORS[name](replace(evidence, logs=rest)).beta
+        places = [(k, b) for k in own for b in np.flatnonzero(evidence.counts[k].any(axis=1))]
+        found += [sums(evidence.triangles[at], evidence.counts[at], beta) for at in places]
+    return found
 
 
 def _sums(evidence: RegressionData, betas: Sequence[Array]) -> list[Sums]:

@@ -3,18 +3,19 @@
 A term that no data ask for costs more than it brings: it fits noise, or stands in for an effect
 that the model lacks. From the paper's model (3), the term that helps most is added, as long as it
 lowers the held-out error of the chosen estimator by more than twice the standard error of its gain,
-and by a hundredth of it.
+and by a hundredth of it. Stretches of one motion do not tell whether it holds for another: of
+several recordings, each has to be predicted by the others no surely worse with the term.
 """
 
 from collections.abc import Sequence, Set
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
 
 import numpy as np
 
 from ident.estimation.regression_data import RegressionData, collect
-from ident.identification.cross_validation import held_out_sums, jackknife
+from ident.identification.cross_validation import held_out_sums, jackknife, left_out_sums
 from ident.model.arm import Arm
 from ident.recordings.dataset import Dataset
 from ident.regression.progress import Tell, silent
@@ -40,12 +41,14 @@ class Trial:
         gain_percent: what the held-out relative error over all joints falls by [percentage points].
         sd_percent: its standard error, by leaving out stretches.
         taken: whether the model has it.
+        contradicted: whether that is since recordings contradict each other about its value.
     """
 
     term: str
     gain_percent: float
     sd_percent: float
     taken: bool
+    contradicted: bool = False
 
 
 def with_needed_terms(
@@ -79,7 +82,10 @@ def with_needed_terms(
         after = [collected.of(having(chosen | {t})) for t in left]
         sums = [_stretches(e) for e in after]
         trials = [trial(t, before, s) for t, s in zip(left, sums, strict=True)]
-        best = int(np.argmax([t.gain_percent for t in trials]))
+        trials = [
+            _borne_out(t, now, e) if t.taken else t for t, e in zip(trials, after, strict=True)
+        ]
+        best = int(np.argmax([t.gain_percent if t.taken else -np.inf for t in trials]))
         if not trials[best].taken:
             return now, (*taken, *trials)
         taken.append(trials[best])
@@ -87,15 +93,27 @@ def with_needed_terms(
     return now, tuple(taken)
 
 
+def _borne_out(tried: Trial, without: RegressionData, having: RegressionData) -> Trial:
+    """A term that is not taken if recordings surely predict each other worse with it."""
+    name = having.arm.settings.estimator
+    before, after = (left_out_sums(e, name) for e in (without, having))
+    if not before:
+        return tried
+    value, sd = jackknife(_gain, before, after)
+    worse = value < -_CLEAR * sd
+    return replace(tried, taken=not worse, contradicted=worse)
+
+
 def trial(term: str, before: Sequence[Sums], after: Sequence[Sums]) -> Trial:
     """A term by what each stretch's error is without it and with it, none of them fitted on."""
-
-    def gain(a: Sums, b: Sums) -> float:
-        return a.errors().relative_percent - b.errors().relative_percent
-
-    value, sd = jackknife(gain, before, after)
+    value, sd = jackknife(_gain, before, after)
     least = _WORTH * added(before).errors().relative_percent
     return Trial(term, value, sd, value > max(_CLEAR * sd, least))
+
+
+def _gain(before: Sums, after: Sums) -> float:
+    """By how much the error over all joints falls [percentage points]."""
+    return before.errors().relative_percent - after.errors().relative_percent
 
 
 def _stretches(evidence: RegressionData) -> list[Sums]:

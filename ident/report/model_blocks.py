@@ -197,7 +197,10 @@ def limit_blocks(content: Content) -> list[Block]:
 def _trial(trial: Content) -> str:
     name = trial["term"].replace("_", " ")
     gain = plus_minus(trial["gain_percent"], trial["sd_percent"])
-    verdict = "in the model" if trial["taken"] else "not clear enough, so it is not in the model"
+    reason = "not clear enough"
+    if trial.get("contradicted"):
+        reason = "with it the recordings predict each other worse"
+    verdict = "in the model" if trial["taken"] else f"{reason}, so it is not in the model"
     return (
         f"The term {name} takes {gain} percentage points (± standard error) off the error on data"
         f" that was not fitted: {verdict}."

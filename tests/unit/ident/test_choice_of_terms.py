@@ -44,6 +44,18 @@ def test_offsets_are_found(wam):
     assert trials[0].gain_percent > 2 * trials[0].sd_percent
 
 
+@pytest.mark.parametrize(("other", "taken"), [(0.0, False), (2 * OFFSETS, True)])
+def test_a_term_about_which_recordings_contradict_each_other_is_not_taken(wam, other, taken):
+    """Half of each other's offset still predicts both better than none, when both are fitted."""
+    arm = wam.arm.with_settings(terms=("viscous", "coulomb", "auto"))
+    data = [measured(wam, offset=2 * OFFSETS), measured(wam, offset=other)]
+    evidence, trials = with_needed_terms(data, arm)
+    offset = next(t for t in trials if t.term == "offset")
+    assert offset.gain_percent > 2 * offset.sd_percent
+    assert (offset.taken, offset.contradicted) == (taken, not taken)
+    assert evidence.arm.terms.offset == taken
+
+
 def test_rotors_of_an_arm_whose_links_cannot_have_them_are_found(wam):
     """Rotors as heavy as the links: an inertia about the joint alone, which no link can have."""
     arm, _ = chosen(wam, measured(wam, rotors=5 * ROTORS))
