@@ -50,6 +50,11 @@ class Case:
         """The same of torque that was fitted, which a poor motion does not make large."""
         return error_of(self.columns, fitted_residual(self.columns))
 
+    @property
+    def fitted_by_joint(self) -> Array:
+        """Relative error of each joint on what was fitted, shape (n,)."""
+        return shares(fitted_residual(self.columns), self.columns.tau)
+
     def better_by(self, ratio: float, other: "Case") -> bool:
         """Whether it explains torque so much better than another case, fitted as well as not.
 

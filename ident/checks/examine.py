@@ -226,7 +226,6 @@ def _of_one(
         in_ampere: whether its torque was a current, whose size the URDF's weight has given.
     """
     case, remarks = signed.case, list(signed.remarks)
-    names = case.robot.joint_names
     if judge and not any(r.code in ("zero_pose", "gravity_direction") for r in remarks):
         case, more = by_weight(case, bounds)
         remarks += more
@@ -243,7 +242,7 @@ def _of_one(
     if judge:
         remarks += shifted_torque_zero(case, bounds)
         remarks += driving_friction(case, bounds)
-        remarks += unexplained(case.by_joint, case.total, names, bounds)
+        remarks += unexplained(case, bounds)
         remarks += [] if clipped else base_remarks(case, bounds)
     return signed.factors / factor, remarks
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.checks.case import Case
 from ident.checks.remark import Grade, Remark, joined, joints, numbers
 from ident.checks.settings import CheckSettings
 from ident.regression.probe import Chunk
@@ -96,17 +97,13 @@ def _longest_run(values: Array) -> tuple[int, int]:
     return int(edges[k]), int(edges[k + 1])
 
 
-def unexplained(
-    shares: Array, total: float, names: Sequence[str], bounds: CheckSettings
-) -> list[Remark]:
+def unexplained(case: Case, bounds: CheckSettings) -> list[Remark]:
     """Torque that the arm's model does not explain on data that were not fitted.
 
-    Args:
-        shares: relative error of each joint, shape (n,).
-        total: relative error over all joints.
-        names: of the joints.
-        bounds: of the checks.
+    A joint is named only where the fit itself leaves most of its torque, too: a poor motion alone
+    lets the error on other data grow beyond all bounds.
     """
+    shares, total, names = case.by_joint, case.total, case.robot.joint_names
     remarks = []
     if total > bounds.error_doubtful:
         grade = Grade.REFUSED if total > bounds.error_refused else Grade.DOUBTFUL
@@ -116,7 +113,8 @@ def unexplained(
         )
         advice = f"Check that the URDF, joints, units and torque belong to this arm; {_SEARCH}"
         remarks.append(Remark("large_error", (), text, grade, advice))
-    places = np.flatnonzero(shares > bounds.unexplained_joint)
+    left = case.fitted_by_joint > bounds.poorly_predicted
+    places = np.flatnonzero(left & (shares > bounds.unexplained_joint))
     if len(places):
         listed = ", ".join(f"{100 * shares[k]:.0f} %" for k in places)
         text = (

@@ -15,6 +15,7 @@ from ident.report.words import (
     decimals_of,
     estimator_text,
     fixed,
+    joint_units,
     known,
     number,
     plus_minus,
@@ -78,8 +79,10 @@ def gain_blocks(content: Content) -> list[Block]:
     return [table_of(caption, content["gains"], cells)]
 
 
-def friction_blocks(curves: Sequence[FrictionCurve], labels: Sequence[str]) -> list[Block]:
-    """Friction of each joint over its speed, with its band."""
+def friction_blocks(
+    curves: Sequence[FrictionCurve], labels: Sequence[str], units: Sequence[str]
+) -> list[Block]:
+    """Friction of each joint over its speed, with its band; units are those of the torque."""
     if not curves:
         return [Text("The model has no friction, or the joints moved too little to draw it.")]
     signs = Sign(BLUE, "band"), Sign(BLUE), Sign(ORANGE, "circle")
@@ -91,12 +94,13 @@ def friction_blocks(curves: Sequence[FrictionCurve], labels: Sequence[str]) -> l
             Curve("model", signs[1], c.model),
             Curve("measured", signs[2], c.measured),
         ]
-        name = labels[c.joint]
-        panel = Panel("friction torque [N·m]", shown)
-        charts.append(line_chart(name, ("speed [rad/s]", c.speed), [panel], joint=name))
+        name, torque, speed = labels[c.joint], *joint_units(units[c.joint])
+        panel = Panel(f"friction [{torque}]", shown)
+        charts.append(line_chart(name, (f"speed [{speed}]", c.speed), [panel], joint=name))
         cells = np.stack([c.speed, c.model, c.half_width, c.measured], axis=1)[::_EVERY]
-        rows += [[name, *map(number, cell)] for cell in cells.tolist() if cell[0]]
-    heads = ("joint", "speed [rad/s]", "model [N·m]", "± (90 %) [N·m]", "measured [N·m]")
+        own = f"{speed}, {torque}"
+        rows += [[name, own, *map(number, cell)] for cell in cells.tolist() if cell[0]]
+    heads = ("joint", "units", "speed", "model", "± (90 %)", "measured")
     caption = (
         "Viscous and Coulomb friction of the model with the 90 % interval of its parameters, beside"
         " the measured torque minus everything else in the model, averaged over equally many"

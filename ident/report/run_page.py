@@ -102,7 +102,7 @@ def run_page(report: RunReport) -> Page:
             Section("How well it predicts", _prediction(report)),
             *([Section("Gains of the drives", gain_blocks(content))] if "gains" in content else []),
             Section("Measured and predicted torque", _torque(report)),
-            Section("Friction over speed", friction_blocks(report.friction, report.labels)),
+            Section("Friction over speed", _friction(report)),
             Section("Base parameters", parameter_blocks(content)),
             Section("Can such an arm exist?", feasibility_blocks(content)),
             Section(
@@ -115,6 +115,10 @@ def run_page(report: RunReport) -> Page:
         ],
         steps=_steps(content),
     )
+
+
+def _friction(report: RunReport) -> list[Block]:
+    return friction_blocks(report.friction, report.labels, report.content["torque_units"])
 
 
 def asks_for_gap(content: Content) -> bool:

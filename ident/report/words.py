@@ -119,6 +119,11 @@ def unit_text(unit: str) -> str:
     return _UNITS.get(unit, unit.replace("^2", "²").replace(" ", "·"))
 
 
+def joint_units(torque: str) -> tuple[str, str]:
+    """Of a joint whose torque has this unit, a force where it slides: torque and speed in print."""
+    return unit_text(torque), "m/s" if torque == "N" else "rad/s"
+
+
 def quantity_text(name: str) -> str:
     """A parameter of an effect in print."""
     return {"half_play": "half the backlash"}.get(name, name.replace("_", " "))

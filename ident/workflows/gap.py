@@ -55,6 +55,7 @@ from ident.workflows.gap_json import (
     effects_content,
     forward_content,
     held_out_content,
+    in_own_units,
     refused_gap,
     steps_content,
     suspected_content,
@@ -273,10 +274,11 @@ def _content(outcome: _Outcome) -> dict[str, Any]:
     leaning = dependences(found.rows, found.end, outcome.final, asked)
     unobservable, sizes = visibility_content(minimum_detectable(found))
     errors = (rms(runs, source.moving) for runs in (outcome.before, outcome.after))
+    sliding = source.arm.robot.sliding.tolist()
     return {
         "verdict": str(found.verdict.kind),
-        "effects": effects_content(found, outcome.final, leaning),
-        "suspected": suspected_content(found),
+        "effects": in_own_units(effects_content(found, outcome.final, leaning), sliding),
+        "suspected": in_own_units(suspected_content(found), sliding),
         "where": where_content(gap_location(found, both)),
         "not_observable": unobservable,
         "held_out": held_out_content(held_out(found, both)),

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ident.checks.remark import RefusedError, Remark, verdict_content
-from ident.effects.candidate import Value
+from ident.effects.candidate import Value, of_joint
 from ident.effects.catalogue import catalogue
 from ident.effects.events import CONTACT, DROPPED_SAMPLES
 from ident.gap.naming.certainty import Certainty, deviations
@@ -113,6 +113,23 @@ def _accepted(
     )
 
 
+def in_own_units(entries: Sequence[Content], sliding: Sequence[bool]) -> list[Content]:
+    """Effects with the units that their joints have: N and m where one slides."""
+
+    def parameters(entry: Content) -> Content:
+        joints, named = entry["joints"], entry["parameters"]
+        if entry["name"] == CONTACT.id:
+            at = {f"torque_{j}": sliding[j - 1] for j in joints}
+        else:
+            at = dict.fromkeys(named, len(joints) == 1 and sliding[joints[0] - 1])
+        return {
+            name: p | {"unit": of_joint(p["unit"], True)} if at.get(name) else p
+            for name, p in named.items()
+        }
+
+    return [entry | {"parameters": parameters(entry)} for entry in entries]
+
+
 def suspected_content(found: SearchResult) -> list[Content]:
     """Effects that help prediction and contacts, if they are not sure enough to be named."""
     effects = [
@@ -136,6 +153,8 @@ def _unsure_contact(found: SearchResult, transient: Transient) -> Content:
         f"its torque is {transient.deviations.max():.1f} standard deviations from what is left"
         f" elsewhere, and {found.options.settings.naming.z:g} are asked for"
     )
+    if transient.at_start:
+        doubt = "it begins with the recording, and what friction held before is not known"
     return _contact(found, transient) | {"doubt": doubt, "in_model": False}
 
 

@@ -39,6 +39,8 @@ class Transient:
         gain: log-likelihood gained by giving the interval a noise of its own [nats per sample].
         rows: rows inside the interval, shape (R,).
         loudness: mean square of each row in units of the noise elsewhere, shape (R,).
+        at_start: whether it begins with the recording: no push is told there from what friction
+            still held of the time before.
     """
 
     log: int
@@ -50,6 +52,7 @@ class Transient:
     gain: float
     rows: NDArray[np.bool_]
     loudness: Array
+    at_start: bool = False
 
     @property
     def deviations(self) -> Array:
@@ -60,7 +63,7 @@ class Transient:
 
     def at_sure_joints(self, z: float) -> "Transient | None":
         """The same at the joints whose torque is this many deviations from zero; None: nowhere."""
-        kept = np.flatnonzero(self.deviations >= z)
+        kept = np.flatnonzero((self.deviations >= z) & (not self.at_start))
         joints = tuple(self.joints[i] for i in kept)
         return (
             replace(self, joints=joints, torque=self.torque[kept], sd=self.sd[kept])
@@ -110,9 +113,9 @@ def find_transient(
     if not joints:
         return None
     before = fit(design.equations.of(range(FOLDS)), structure, current.fit.sigma)
-    t = design.t[chosen]
+    t, number = design.t[chosen], int(log[chosen][0])
     return Transient(
-        int(log[chosen][0]),
+        number,
         float(t.min()),
         float(t.max()),
         joints,
@@ -121,6 +124,7 @@ def find_transient(
         _gain(before, usual, left, chosen, settings),
         chosen,
         squares / np.maximum(count, 1.0),
+        bool(t.min() < design.t[log == number].min() + rows.hop_s),
     )
 
 

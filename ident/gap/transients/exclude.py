@@ -140,7 +140,8 @@ def _merged(
         gap = max(transient.start_s - b.end_s, b.start_s - transient.end_s)
         if b.log == transient.log and gap < merge_s:
             start, end = min(b.start_s, transient.start_s), max(b.end_s, transient.end_s)
-            whole = replace(b, start_s=start, end_s=end, rows=b.rows | transient.rows)
+            rows, at_start = b.rows | transient.rows, b.at_start or transient.at_start
+            whole = replace(b, start_s=start, end_s=end, rows=rows, at_start=at_start)
             return (*transients[:i], whole, *transients[i + 1 :])
     return tuple(sorted([*transients, transient], key=lambda b: (b.log, b.start_s)))
 

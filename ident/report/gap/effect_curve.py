@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.effects.candidate import of_joint
 from ident.gap.data.noise_regions import Region
 from ident.gap.results.held_out_error import BeforeAfter
 from ident.gap.results.outcome import SearchResult
-from ident.report.words import number, share
+from ident.report.words import number, share, unit_text
 from ident.signals.arrays import Array
 
 _BINS = 40
@@ -25,6 +26,7 @@ class EffectCurve:
 
     Attributes:
         variable: what the effect depends on most, with its unit.
+        unit: of the torque, in print.
         x: of that variable, ascending.
         effect: torque of the effect [N m].
         measured: torque that the rest of the model leaves [N m].
@@ -34,6 +36,7 @@ class EffectCurve:
     """
 
     variable: str
+    unit: str
     x: Array
     effect: Array
     measured: Array
@@ -76,7 +79,9 @@ def effect_curve(found: SearchResult, both: BeforeAfter, index: int, joint: int)
             np.insert(c, np.searchsorted(columns[0], 0.0), np.nan if i else 0.0)
             for i, c in enumerate(columns)
         ]
-    return EffectCurve(variable, *columns, where=_where(variable, x, torque))
+    return EffectCurve(
+        variable, units_of(found, joint)[0], *columns, where=_where(variable, x, torque)
+    )
 
 
 def _where(variable: str, x: Array, torque: Array) -> str:
@@ -111,6 +116,12 @@ def motion_of(found: SearchResult) -> tuple[Array, Array, Array]:
     return q, qd, qdd
 
 
+def units_of(found: SearchResult, joint: int) -> tuple[str, str]:
+    """Units of a joint's torque, a force where it slides, and of its position, in print."""
+    slides = bool(found.end.model.facts.chain.sliding[joint])
+    return unit_text(of_joint("N m", slides)), of_joint("rad", slides)
+
+
 def _torque(found: SearchResult, both: BeforeAfter, index: int, joint: int) -> Array:
     """Of an effect at a joint [N m], shape (R,)."""
     if joint not in both.design.index[index].joints:
@@ -121,17 +132,18 @@ def _torque(found: SearchResult, both: BeforeAfter, index: int, joint: int) -> A
 def _variables(found: SearchResult, both: BeforeAfter, joint: int) -> dict[str, Array]:
     """What an effect may depend on, shape (R,) each, the likeliest first."""
     q, qd, qdd = motion_of(found)
-    named = {"speed [rad/s]": qd[:, joint]}
+    torque, way = units_of(found, joint)
+    named = {f"speed [{way}/s]": qd[:, joint]}
     matrix = found.end.model.facts.motor_from_joint
     for k, row in enumerate(() if matrix is None else matrix):
         if row[joint] and np.count_nonzero(row) > 1:
             named[f"speed of motor {k + 1} [rad/s]"] = qd @ row
             named[f"acceleration of motor {k + 1} [rad/s²]"] = qdd @ row
     return named | {
-        "position [rad]": q[:, joint],
-        "acceleration [rad/s²]": qdd[:, joint],
+        f"position [{way}]": q[:, joint],
+        f"acceleration [{way}/s²]": qdd[:, joint],
         "time [s]": both.design.t,
-        "measured torque [N·m]": both.design.columns[joint][:, -1],
+        f"measured torque [{torque}]": both.design.columns[joint][:, -1],
     }
 
 

@@ -15,7 +15,13 @@ from ident.gap.results.outcome import SearchResult
 from ident.gap.selection.candidates import all_candidates
 from ident.report.charts import Curve, Panel, line_chart, map_chart
 from ident.report.figures import beside_measured
-from ident.report.gap.effect_curve import OWN_TORQUE, EffectCurve, effect_curve, motion_of
+from ident.report.gap.effect_curve import (
+    OWN_TORQUE,
+    EffectCurve,
+    effect_curve,
+    motion_of,
+    units_of,
+)
 from ident.report.page import Block, Figure, Table
 from ident.report.style import BLUE, ORANGE, WITH, WITHOUT, Sign
 from ident.report.words import number
@@ -53,7 +59,10 @@ def _effect(curves: Mapping[str, EffectCurve]) -> Figure:
             Curve("measured", Sign(ORANGE, "circle"), c.measured),
         ]
         left = [Curve("without the effect", WITHOUT, c.before), Curve("with it", WITH, c.after)]
-        panels = [Panel("torque [N·m]", torque), Panel("rms residual [N·m]", left, height=125)]
+        panels = [
+            Panel(f"torque [{c.unit}]", torque),
+            Panel(f"rms residual [{c.unit}]", left, height=125),
+        ]
         charts.append(line_chart(label, (c.variable, c.x), panels, joint=label))
         cells = zip(c.x, c.effect, c.measured, c.before, c.after, strict=True)
         rows += [[label, *(number(float(v)) for v in cell)] for cell in cells]
@@ -65,7 +74,9 @@ def _effect(curves: Mapping[str, EffectCurve]) -> Figure:
         " slides (averages). Lower panel: the residual at the same place, without the effect and"
         " with it."
     )
-    quantities = ("the effect [N·m]", "measured [N·m]", "rms without [N·m]", "rms with [N·m]")
+    unit = " or ".join(dict.fromkeys(c.unit for c in curves.values()))
+    named = ("the effect", "measured", "rms without", "rms with")
+    quantities = [f"{name} [{unit}]" for name in named]
     table = Table("The effect, point by point.", ("joint", said, *quantities), rows)
     return Figure("The effect as a curve", caption, charts, table)
 
@@ -100,13 +111,14 @@ def left_figure(
         )
         cells = _rms(q[:, j], qd[:, j], (edges[0], edges[1]), both.after[j].values)
         most = float(np.nanmax(cells))
-        axes = ("position [rad]", "velocity [rad/s]")
+        torque, way = units_of(found, j)
+        axes = (f"position [{way}]", f"velocity [{way}/s]")
         charts.append(map_chart(labels[j], axes, (edges[0], edges[1]), cells, most))
-        rows.append([labels[j], number(float(np.nanmedian(cells))), number(most)])
+        rows.append([labels[j], torque, number(float(np.nanmedian(cells))), number(most)])
     if not charts:
         return []
     caption = "Rms residual over position and velocity: darker is larger, white has no data."
-    table = Table("Rms residual of the cells.", ("joint", "median [N·m]", "largest [N·m]"), rows)
+    table = Table("Rms residual of the cells.", ("joint", "unit", "median", "largest"), rows)
     return [Figure("What is left", caption, charts, table)]
 
 

@@ -9,6 +9,7 @@ import pytest
 from ident.checks import hypotheses
 from ident.checks.case import Case
 from ident.checks.settings import DEFAULT
+from ident.checks.torque import unexplained
 
 
 def case(error, by_joint, fitted=None):
@@ -57,3 +58,15 @@ def test_what_only_a_poor_motion_bears_out_is_no_fault(monkeypatch, fitted, told
     monkeypatch.setattr(hypotheses, "nearest", lambda *_: found.pop(0))
     monkeypatch.setattr(hypotheses, "_weighed", lambda *_: before)
     assert len(hypotheses.scanned(before, DEFAULT)[2]) == told
+
+
+@pytest.mark.parametrize(("fitted", "told"), [(0.1, 0), (0.97, 1)])
+def test_a_joint_that_is_fitted_well_is_not_called_unexplained(fitted, told):
+    """A poor motion lets the error on other torque grow; the sensor is not to blame."""
+    light = SimpleNamespace(
+        by_joint=np.array([1.14, 0.06]),
+        fitted_by_joint=np.array([fitted, 0.03]),
+        total=0.05,
+        robot=SimpleNamespace(joint_names="ab"),
+    )
+    assert len(unexplained(light, DEFAULT)) == told

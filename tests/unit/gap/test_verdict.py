@@ -110,6 +110,13 @@ def test_a_residual_far_above_the_pure_error_is_a_gap():
     assert excess_over_pure_error(None, residual_of(5.0), [], SETTINGS.repeats) == ()
 
 
+def test_what_begins_with_the_recording_is_no_contact():
+    early = replace(PUSH, start_s=0.35, at_start=True)
+    verdict = decide([], [], [early], [], SETTINGS)
+    assert (verdict.transients, verdict.unsure_transients) == ((), (early,))
+    assert decide([], [], [replace(early, gain=0.4)], [], SETTINGS).kind == Kind.UNKNOWN
+
+
 def test_a_contact_that_is_not_sure_is_not_named():
     unsure = replace(PUSH, sd=np.array([1.0]))
     verdict = decide([], [], [unsure, PUSH], [], SETTINGS)

@@ -63,8 +63,14 @@ def test_correlation_is_that_of_the_covariance(run: Any) -> None:
     np.testing.assert_allclose(correlation(run), covariance / np.outer(size, size), atol=1e-9)
 
 
-def curve_of(torque: np.ndarray, motion: dict[str, np.ndarray], slides: bool = True) -> EffectCurve:
+def curve_of(
+    torque: np.ndarray,
+    motion: dict[str, np.ndarray],
+    slides: bool = True,
+    prismatic: bool = False,
+) -> EffectCurve:
     """Of an effect of one joint, beside noise, with half of the rows at rest, or all of them."""
+    chain = SimpleNamespace(sliding=np.array([prismatic]))
     rng = np.random.default_rng(5)
     rows = len(torque)
     noise = 0.001 * rng.normal(size=rows)
@@ -76,7 +82,7 @@ def curve_of(torque: np.ndarray, motion: dict[str, np.ndarray], slides: bool = T
         rows=SimpleNamespace(segments=[segment], windows=SimpleNamespace(mean=lambda x: x)),
         end=SimpleNamespace(
             fit=SimpleNamespace(effects=[np.array([1.0])]),
-            model=SimpleNamespace(facts=SimpleNamespace(motor_from_joint=None)),
+            model=SimpleNamespace(facts=SimpleNamespace(motor_from_joint=None, chain=chain)),
         ),
     )
     design = SimpleNamespace(
@@ -112,6 +118,11 @@ def test_a_low_speed_effect_shows_at_low_speed(motion: dict[str, np.ndarray]) ->
 
 def test_a_spring_is_drawn_over_position(motion: dict[str, np.ndarray]) -> None:
     assert curve_of(2.0 * motion["q"], motion).variable == "position [rad]"
+
+
+def test_a_joint_that_slides_has_metres_and_newtons(motion: dict[str, np.ndarray]) -> None:
+    curve = curve_of(2.0 * motion["q"], motion, prismatic=True)
+    assert (curve.variable, curve.unit) == ("position [m]", "N")
 
 
 def test_an_effect_of_several_quantities_is_drawn_over_itself(

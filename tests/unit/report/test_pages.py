@@ -214,6 +214,14 @@ def test_run_page_has_the_numbers_of_run_json(
     assert "18 446 rows" in text
 
 
+def test_friction_of_a_joint_that_slides_is_a_force_over_metres(run_report: RunReport) -> None:
+    (friction,) = run_report.friction
+    page = render(run_page(replace(run_report, friction=(replace(friction, joint=2),))))
+    assert "friction [N]" in page
+    assert "m/s, N" in text_of(page)
+    assert "friction [N·m]" not in page
+
+
 def test_run_page_says_what_is_wrong_with_least_squares(pages: dict[str, str]) -> None:
     assert (
         "Ordinary least squares gives an arm that cannot exist: its mass matrix is positive at"

@@ -1,0 +1,51 @@
+"""Effects of a joint that slides are told in N and m."""
+
+import pytest
+
+from ident.effects.candidate import of_joint
+from ident.workflows.gap_json import in_own_units
+
+
+@pytest.mark.parametrize(
+    ("unit", "own"),
+    [
+        ("N m", "N"),
+        ("N m s/rad", "N s/m"),
+        ("N m (s/rad)^2", "N (s/m)^2"),
+        ("N m/rad", "N/m"),
+        ("rad/(N m)", "m/N"),
+        ("rad/s", "m/s"),
+        ("kg m^2", "kg"),
+        ("kg m", "kg m"),
+        ("s", "s"),
+        ("1", "1"),
+    ],
+)
+def test_units_of_a_joint_that_slides(unit, own):
+    assert of_joint(unit, True) == own
+    assert of_joint(unit, False) == unit
+
+
+def entry(name, joints, **units):
+    parameters = {k: {"value": 1.0, "sd": 0.1, "unit": u} for k, u in units.items()}
+    return {"name": name, "joints": joints, "parameters": parameters}
+
+
+def test_only_numbers_of_that_joint_change_their_unit():
+    sliding = [False, True]
+    entries = [
+        entry("torque_offset", [1], offset="N m"),
+        entry("torque_offset", [2], offset="N m"),
+        entry("gravity_tilt", [1, 2], tilt_x="rad"),
+        entry("contact", [1, 2], torque_1="N m", torque_2="N m", start="s"),
+        {"name": "dropped_samples", "joints": [], "parameters": {"count": 3}},
+    ]
+    found = in_own_units(entries, sliding)
+    units = [{k: p["unit"] for k, p in e["parameters"].items()} for e in found[:4]]
+    assert units == [
+        {"offset": "N m"},
+        {"offset": "N"},
+        {"tilt_x": "rad"},
+        {"torque_1": "N m", "torque_2": "N", "start": "s"},
+    ]
+    assert found[4] == entries[4]
