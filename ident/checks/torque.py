@@ -127,7 +127,12 @@ def unexplained(case: Case, bounds: CheckSettings) -> list[Remark]:
 
 
 def poorly_predicted(
-    shares: Array, rms: Array, names: Sequence[str], units: Sequence[str], bounds: CheckSettings
+    shares: Array,
+    rms: Array,
+    names: Sequence[str],
+    units: Sequence[str],
+    bounds: CheckSettings,
+    data: str = "held-out data",
 ) -> list[Remark]:
     """Joints of whose torque a fitted model explains less than half of the mean square.
 
@@ -135,11 +140,12 @@ def poorly_predicted(
     one go into parameters that both share, and where it hardly moves, so that its torque is small.
 
     Args:
-        shares: relative error of each joint on held-out data, shape (n,); NaN for held joints.
+        shares: relative error of each joint, shape (n,); NaN for held joints.
         rms: the same error [N m or N], shape (n,).
         names: of the joints.
         units: of their torque.
         bounds: of the checks.
+        data: on which the errors are.
     """
     places = np.flatnonzero(np.nan_to_num(shares) > bounds.poorly_predicted).tolist()
     if not places:
@@ -153,7 +159,7 @@ def poorly_predicted(
     )
     text = (
         "The model explains less than half of the torque's mean square at some joints: its error on"
-        f" held-out data is {told}. No model at all has 100 %."
+        f" {data} is {told}. No model at all has 100 %."
     )
     advice = (
         "Let `ident gap` search for what the model lacks: a light joint takes up the errors of the"

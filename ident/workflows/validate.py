@@ -18,6 +18,7 @@ from ident.checks.remark import (
     verdict_of,
 )
 from ident.checks.settings import DEFAULT, CheckSettings
+from ident.checks.torque import poorly_predicted
 from ident.effects.bound_effects import load_model
 from ident.identification.validation import Prediction, arm_of, predict
 from ident.model.arm import Arm
@@ -150,14 +151,18 @@ def with_signs_of_fit(
 def large_errors(
     predictions: Sequence[Prediction], chosen: str, bounds: CheckSettings = DEFAULT
 ) -> list[Remark]:
-    """Recordings that the model does not predict, whatever their own fit would leave."""
+    """Recordings, and joints, that the model does not predict, whatever their own fit leaves."""
     found = []
     for one in predictions:
-        error = one.filtered[chosen].relative_percent
-        if error > 100 * bounds.error_doubtful:
-            name = one.evidence.logs[0].data.name
-            text = f"{name}: the model leaves {error:.3g} % of the torque unexplained."
+        errors, name = one.filtered[chosen], one.evidence.logs[0].data.name
+        if errors.relative_percent > 100 * bounds.error_doubtful:
+            left = f"{errors.relative_percent:.3g} %"
+            text = f"{name}: the model leaves {left} of the torque unexplained."
             found.append(Remark("large_error", (), text, Grade.DOUBTFUL, _ANOTHER_ARM))
+            continue
+        robot, shares = one.evidence.arm.robot, errors.relative_percent_by_joint / 100
+        joints = robot.joint_names, torque_units(robot)
+        found += poorly_predicted(shares, errors.rms_by_joint, *joints, bounds, name)
     return found
 
 

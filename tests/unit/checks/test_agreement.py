@@ -95,6 +95,16 @@ def test_a_model_that_does_not_predict_a_recording_is_doubted():
     assert "of the torque unexplained" in told[1][0].sentence
 
 
+def test_a_light_joint_that_the_model_does_not_predict_is_told():
+    first, _ = halves(friction=0.0)
+    model = run_data(first.arm(), [first.dataset(first.arm())]).model
+    arm = arm_of(model)
+    other = first.with_(tau=first.tau * [1.0, 1.0, 1.0, -1.0])
+    (remark,) = large_errors([predict(model, arm, other.dataset(arm))], "feasible")
+    assert (remark.code, remark.joints) == ("large_error", (4,))
+    assert "200 % at joint 4" in remark.sentence
+
+
 def test_the_model_says_which_way_a_torque_counts():
     """One joint reversed in the recording, another by the checks: only the first is told."""
     first, second = halves()
