@@ -279,7 +279,7 @@ def _content(outcome: _Outcome) -> dict[str, Any]:
         "verdict": str(found.verdict.kind),
         "effects": in_own_units(effects_content(found, outcome.final, leaning), sliding),
         "suspected": in_own_units(suspected_content(found), sliding),
-        "where": where_content(gap_location(found, both)),
+        "where": where_content(gap_location(found, both), sliding),
         "not_observable": unobservable,
         "held_out": held_out_content(held_out(found, both)),
         "steps": steps_content(error_by_term(found)),

@@ -254,9 +254,16 @@ def _unexplained(found: SearchResult, item: UnexplainedStructure) -> Content:
     }
 
 
-def where_content(shares: Sequence[Share]) -> list[Content]:
+def where_content(shares: Sequence[Share], sliding: Sequence[bool]) -> list[Content]:
     """Joints and regions of the gap."""
-    return [{"joint": s.joint + 1, "region": s.region, "share_of_gap": s.share} for s in shares]
+    return [
+        {
+            "joint": s.joint + 1,
+            "region": of_joint(s.region, sliding[s.joint]),
+            "share_of_gap": s.share,
+        }
+        for s in shares
+    ]
 
 
 def held_out_content(found: HeldOut) -> Content:

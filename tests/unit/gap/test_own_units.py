@@ -3,7 +3,8 @@
 import pytest
 
 from ident.effects.candidate import of_joint
-from ident.workflows.gap_json import in_own_units
+from ident.gap.results.held_out_error import Share
+from ident.workflows.gap_json import in_own_units, where_content
 
 
 @pytest.mark.parametrize(
@@ -49,3 +50,9 @@ def test_only_numbers_of_that_joint_change_their_unit():
         {"torque_1": "N m", "torque_2": "N", "start": "s"},
     ]
     assert found[4] == entries[4]
+
+
+def test_the_region_of_a_joint_that_slides_is_in_metres():
+    shares = [Share(0, "|qd| > 0.1 rad/s", 0.6), Share(1, "|qd| > 0.1 rad/s", 0.4)]
+    regions = [w["region"] for w in where_content(shares, [False, True])]
+    assert regions == ["|qd| > 0.1 rad/s", "|qd| > 0.1 m/s"]
