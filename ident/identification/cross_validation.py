@@ -44,17 +44,24 @@ def held_out_sums(evidence: RegressionData, name: str) -> list[Sums]:
 
 
 def left_out_sums(evidence: RegressionData, name: str) -> list[Sums]:
-    """Of each stretch that has rows, what an estimator leaves that has not seen its recording.
+    """Of each stretch that has rows, what an estimator leaves that has not seen its motion.
 
-    Recordings are left out one by one, or by threes as stretches are; none where there is but one.
+    Recordings are left out one by one, or by threes as stretches are; of one recording the thirds
+    of its time.
     """
-    logs = evidence.logs
-    groups = [range(k, len(logs), FOLDS) for k in range(min(FOLDS, len(logs)))]
+    logs, parts = evidence.logs, []
+    if len(logs) == 1:
+        third = np.arange(BLOCKS) * FOLDS // BLOCKS
+        parts = [(evidence.only(third != k), [0], third == k) for k in range(FOLDS)]
+    for k in range(min(FOLDS, len(logs)) if len(logs) > 1 else 0):
+        own = range(k, len(logs), FOLDS)
+        rest = tuple(log for i, log in enumerate(logs) if i not in own)
+        parts.append((replace(evidence, logs=rest), own, np.ones(BLOCKS, dtype=bool)))
     found: list[Sums] = []
-    for own in groups if len(groups) > 1 else []:
-        rest = tuple(log for k, log in enumerate(logs) if k not in own)
-        beta = ESTIMATORS[name](replace(evidence, logs=rest)).beta
-        places = [(k, b) for k in own for b in np.flatnonzero(evidence.counts[k].any(axis=1))]
+    for seen, own, kept in parts:
+        beta = ESTIMATORS[name](seen).beta
+        known = evidence.counts.any(axis=2) & kept
+        places = [(i, b) for i in own for b in np.flatnonzero(known[i])]
         found += [sums(evidence.triangles[at], evidence.counts[at], beta) for at in places]
     return found
 

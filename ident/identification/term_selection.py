@@ -3,8 +3,9 @@
 A term that no data ask for costs more than it brings: it fits noise, or stands in for an effect
 that the model lacks. From the paper's model (3), the term that helps most is added, as long as it
 lowers the held-out error of the chosen estimator by more than twice the standard error of its gain,
-and by a hundredth of it. Stretches of one motion do not tell whether it holds for another: of
-several recordings, each has to be predicted by the others no surely worse with the term.
+and by a hundredth of it. Stretches between others that were fitted do not tell whether it holds for
+another motion: each recording, or each third of a single one, has to be predicted by the others no
+surely worse with the term.
 """
 
 from collections.abc import Sequence, Set
@@ -41,7 +42,8 @@ class Trial:
         gain_percent: what the held-out relative error over all joints falls by [percentage points].
         sd_percent: its standard error, by leaving out stretches.
         taken: whether the model has it.
-        contradicted: whether that is since recordings contradict each other about its value.
+        contradicted: whether it is not since the recordings, or the thirds of one, predict each
+            other surely worse with it.
     """
 
     term: str
@@ -97,8 +99,6 @@ def _borne_out(tried: Trial, without: RegressionData, having: RegressionData) ->
     """A term that is not taken if recordings surely predict each other worse with it."""
     name = having.arm.settings.estimator
     before, after = (left_out_sums(e, name) for e in (without, having))
-    if not before:
-        return tried
     value, sd = jackknife(_gain, before, after)
     worse = value < -_CLEAR * sd
     return replace(tried, taken=not worse, contradicted=worse)

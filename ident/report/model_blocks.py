@@ -203,7 +203,7 @@ def _trial(trial: Content) -> str:
     gain = plus_minus(trial["gain_percent"], trial["sd_percent"])
     reason = "not clear enough"
     if trial.get("contradicted"):
-        reason = "with it the recordings predict each other worse"
+        reason = "with it whole parts of the motion predict each other worse"
     verdict = "in the model" if trial["taken"] else f"{reason}, so it is not in the model"
     return (
         f"The term {name} takes {gain} percentage points (± standard error) off the error on data"

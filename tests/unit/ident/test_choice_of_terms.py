@@ -5,9 +5,10 @@ import pytest
 from synthetic_arm import motion, recording
 
 from ident.estimation.regression_data import reduce_recordings
+from ident.identification.cross_validation import left_out_sums
 from ident.identification.term_selection import trial, with_needed_terms
 from ident.recordings.dataset import dataset
-from ident.regression.squared_errors import Sums
+from ident.regression.squared_errors import Sums, added
 
 ROTORS = np.array([0.08, 0.08, 0.08, 0.1, 0.02, 0.02, 0.002])
 OFFSETS = np.array([0.5, -0.8, 0.3, 0.2, 0.05, -0.05, 0.01])
@@ -54,6 +55,19 @@ def test_a_term_about_which_recordings_contradict_each_other_is_not_taken(wam, o
     assert offset.gain_percent > 2 * offset.sd_percent
     assert (offset.taken, offset.contradicted) == (taken, not taken)
     assert evidence.arm.terms.offset == taken
+
+
+@pytest.mark.parametrize(("thirds", "helps"), [((1, -1, 1), False), ((1, 1, 1), True)])
+def test_thirds_of_a_recording_tell_whether_an_offset_is_one(wam, thirds, helps):
+    third = (3 * np.arange(5000)) // 5000
+    data = [measured(wam, offset=3 * OFFSETS * np.array(thirds)[third][:, None])]
+    left = [
+        added(left_out_sums(reduce_recordings(data, wam.arm.with_settings(terms=terms)), "ols"))
+        for terms in (("viscous", "coulomb"), ("viscous", "coulomb", "offset"))
+    ]
+    without, having = (s.errors().relative_percent for s in left)
+    assert left[0].rows.tolist() == left[1].rows.tolist()
+    assert (having < without) == helps
 
 
 def test_rotors_of_an_arm_whose_links_cannot_have_them_are_found(wam):
