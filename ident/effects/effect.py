@@ -147,8 +147,15 @@ class Effect(ABC, Generic[P]):
         return True
 
     def alternative_form(self, candidate: Candidate[P], values: Array) -> Candidate[P] | None:
-        """The same in another form, by which its values may differ; further terms come last."""
+        """The same in another form, by which its values may differ; further terms come last.
+
+        The final model takes that form where its further terms are surely not zero.
+        """
         return None
+
+    def final_form(self, candidate: Candidate[P]) -> Candidate[P]:
+        """The form in which its values are estimated: it may have terms that a search can spare."""
+        return candidate
 
     def unobserved_fraction(self, candidate: Candidate[P], slow: float) -> float:
         """Part of its size that only shows below a speed [rad/s]: its form alone tells of it."""

@@ -24,6 +24,11 @@ def _spring(t, q, qd, load, joint, settings, resistance, level):
     resistance[joint] += settings[0] * q[joint] + settings[1]
 
 
+@term
+def _hardening(t, q, qd, load, joint, settings, resistance, level):
+    resistance[joint] += settings[0] * (q[joint] - settings[1]) ** 3
+
+
 class JointSpring(Effect[_Shape]):
     """tau = .. + k (q - q0)."""
 
@@ -65,10 +70,16 @@ class JointSpring(Effect[_Shape]):
     def simulated(
         self, arm: SimulatedArm, candidate: Candidate[_Shape], values: Array
     ) -> SimulatedArm:
-        """A spring."""
+        """A spring, and by itself what it hardens."""
         j, (stiffness, torque) = candidate.joints[0], (float(values[0]), float(values[1]))
         text = f"{stiffness!r} * q[{j}] + {torque!r}"
-        return arm.with_terms(Term(_spring, j, (stiffness, torque), ((j, text),)))
+        arm = arm.with_terms(Term(_spring, j, (stiffness, torque), ((j, text),)))
+        rest = candidate.parameters.rest
+        if rest is None:
+            return arm
+        more = float(values[2])
+        text = f"{more!r} * pow(q[{j}] - {rest!r}, 3.0)"
+        return arm.with_terms(Term(_hardening, j, (more, rest), ((j, text),)))
 
 
 EFFECT = JointSpring()

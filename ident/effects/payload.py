@@ -14,6 +14,11 @@ from ident.simulation.arm import SimulatedArm
 _FARTHEST_M = 1.0  # of a payload's centre from the last link's frame
 
 
+_BODY = "rigid body"
+_PLACES = [9, 6, 7, 8, *range(6)]  # of mass, first moment and tensor among a link's parameters
+_TENSOR = tuple(Coefficient(f"inertia_{s}", "kg m^2") for s in ("xx", "xy", "xz", "yy", "yz", "zz"))
+
+
 class _Centre(NamedTuple):
     """The centre about which the columns are formed [m]."""
 
@@ -23,12 +28,18 @@ class _Centre(NamedTuple):
 
 
 class Payload(Effect[_Centre]):
-    """tau = .. + Y_tool (L, m c, m), with the tensor L of a point mass m at c."""
+    """tau = .. + Y_tool (L, m c, m): the tensor L is that of a point mass m at c in the search.
+
+    Its values are estimated with a tensor of its own: that of a body is larger, and what it leaves
+    of the torque would go into the first moment.
+    """
 
     id = "payload"
     title = "a mass at the tool"
-    equation = "tau += Y_n(q, qd, qdd) (L, first_moment, mass), the last link's columns of (6)"
-    source = "Khalil, Gautier, Lemoine 2007, eq. (10), with the tensor L of a point mass"
+    equation = (
+        "tau += Y_n(q, qd, qdd) (inertia, first_moment, mass), the last link's columns of (6)"
+    )
+    source = "Khalil, Gautier, Lemoine 2007, eq. (10); in the search with a point mass's tensor"
     signature = "gravity and inertia on all joints, as if the last link had become heavier"
     rivals = ("encoder_offset", "gravity_tilt")
     experiment = "the same motion with and without the load"
@@ -72,26 +83,49 @@ class Payload(Effect[_Centre]):
         centre = np.clip(first / mass, -_FARTHEST_M, _FARTHEST_M)
         return replace(candidate, parameters=_Centre(*centre.tolist()))
 
+    def coefficients(self, parameters: _Centre, variant: str) -> tuple[Coefficient, ...]:
+        """Mass and first moment, and the tensor in the last link's frame where it is its own."""
+        return (*self.linear, *_TENSOR) if variant == _BODY else self.linear
+
+    def final_form(self, candidate: Candidate[_Centre]) -> Candidate[_Centre]:
+        """A body with a tensor of its own."""
+        return self.at(candidate.joints, _Centre(), _BODY, candidate.rows)
+
     def columns(self, seen: Observed, candidate: Candidate[_Centre]) -> Array:
         """The last link's mass and first moment, with the change of its tensor with each."""
-        centre = np.array(candidate.parameters)
         rows = regressor(seen.arm.chain, seen.q, seen.qd, seen.qdd)[:, :, -10:]
-        return rows[:, :, [9, 6, 7, 8]] + rows[:, :, :6] @ _tensor_slopes(centre)
+        if candidate.variant == _BODY:
+            return rows[:, :, _PLACES]
+        centre = np.array(candidate.parameters)
+        return rows[:, :, _PLACES[:4]] + rows[:, :, :6] @ _tensor_slopes(centre)
 
     def simulated(
         self, arm: SimulatedArm, candidate: Candidate[_Centre], values: Array
     ) -> SimulatedArm:
-        """A heavier last link, with the tensor of a point mass at the payload's centre."""
+        """A heavier last link; of a tensor that no body has, the nearest one that a body has."""
         delta = arm.delta.copy()
-        mass, first = values[0], np.asarray(values[1:])
+        mass, first = values[0], np.asarray(values[1:4])
         centre = first / mass if mass > 0.0 else np.zeros(3)
-        delta[-10:] += np.concatenate([mass * _tensor(centre), first, [mass]])
+        tensor = mass * _tensor(centre)
+        if candidate.variant == _BODY:
+            tensor = tensor + _of_a_body(np.asarray(values[4:]) - tensor)
+        delta[-10:] += np.concatenate([tensor, first, [mass]])
         return replace(arm, delta=delta)
 
 
 def _tensor(centre: Array) -> Array:
     """xx, xy, xz, yy, yz, zz of a point of 1 kg [m^2], shape (6,)."""
     return (centre @ centre * np.eye(3) - np.outer(centre, centre))[np.triu_indices(3)]
+
+
+def _of_a_body(tensor: Array) -> Array:
+    """The nearest tensor about a body's centre: no mass lies at a negative distance, shape (6,)."""
+    whole = np.zeros((3, 3))
+    whole[np.triu_indices(3)] = tensor
+    whole = whole + np.triu(whole, 1).T
+    lengths, axes = np.linalg.eigh(0.5 * np.trace(whole) * np.eye(3) - whole)
+    spread = axes * np.maximum(lengths, 0.0) @ axes.T
+    return (np.trace(spread) * np.eye(3) - spread)[np.triu_indices(3)]
 
 
 def _tensor_slopes(centre: Array) -> Array:

@@ -166,6 +166,11 @@ class Rivals(_Section):
     form_gain: float = _positive(
         0.05, "Forms of one effect within this difference widen its interval [nats per sample]."
     )
+    near_form_gain: float = _positive(
+        0.7,
+        "The same of the interval that is reported [nats per sample]: a residual twice as large."
+        " The true form need be none of them, and misfits this close do not tell which is nearest.",
+    )
     constant_share: float = _share(
         0.75,
         "Share of its gain at which an effect that changes with time yields to one that does not"

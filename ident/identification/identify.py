@@ -123,7 +123,7 @@ def model_of(found: Identification) -> Model:
     if delta is None:
         delta = with_beta(evidence.base, evidence.prior, chosen.beta)
     errors = np.zeros((len(delta), found.errors.shape[1]))
-    errors[list(evidence.base.kept)] = np.where(np.isfinite(found.errors), found.errors, 0.0)
+    errors[list(evidence.base.kept)] = found.errors
     return Model(
         arm=evidence.arm.name,
         estimator=name,

@@ -77,6 +77,21 @@ def arm_of(model: Model) -> Arm:
     return arm.with_settings(terms=terms)
 
 
+def refuse_unseen(model: Model, data: Dataset) -> None:
+    """Refuse a recording of which the model says nothing.
+
+    Raises:
+        DataError: the recording moves joints that the model has not seen moving.
+    """
+    unseen = data.moving & ~model.moving
+    if unseen.any():
+        names = ", ".join(np.array(model.robot.joint_names)[unseen])
+        raise DataError(
+            f"{data.name} moves {names}, held in the recordings that the model was fitted on:"
+            " it says nothing about them."
+        )
+
+
 def predict(model: Model, arm: Arm, data: Dataset) -> Prediction:
     """The model's errors on one recording, with the effects that the model holds.
 
@@ -91,13 +106,7 @@ def predict(model: Model, arm: Arm, data: Dataset) -> Prediction:
     Raises:
         DataError: the recording moves joints that the model has not seen moving.
     """
-    unseen = data.moving & ~model.moving
-    if unseen.any():
-        names = ", ".join(np.array(model.robot.joint_names)[unseen])
-        raise DataError(
-            f"{data.name} moves {names}, held in the recordings that the model was fitted on:"
-            " it says nothing about them."
-        )
+    refuse_unseen(model, data)
     known = KnownShapes.of_model(model.filter.reversals) if model.filter.reversals else None
     evidence = whole = slow = reduce_recordings([data], arm, known=known)
     if model.effects.records:

@@ -12,7 +12,7 @@ from ident.dynamics.regressor import Motion, all_columns, smooth_columns
 from ident.model.arm import TERM_NAMES
 from ident.model.fit_filter import Filter, smooth_motion
 from ident.model.readable_yaml import write_yaml
-from ident.model.records import BaseParameter, EffectRecord, errors_content
+from ident.model.records import BaseParameter, EffectRecord, errors_content, undetermined_links
 from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.inertial import INERTIAL_NAMES
@@ -82,7 +82,7 @@ class Model:
         effects: effects beyond (3), as `ident gap` finds them.
         errors: of delta in the fit, shape (p, k): each column is what an independent error of size
             one does to the parameters that the base parameters are named after; k is 0 where the
-            errors are not known.
+            errors are not known. Infinite for parameters that stood in no row of the fit.
     """
 
     arm: str
@@ -144,8 +144,12 @@ class Model:
     @property
     def inertial(self) -> Array:
         """The links' ten parameters each, in the order of (8), shape (10 n,)."""
-        chosen = [p.kind == "inertial" for p in self.parameters]
-        return self.delta[chosen]
+        return self.delta[[p.kind == "inertial" for p in self.parameters]]
+
+    @property
+    def undetermined(self) -> NDArray[np.intp]:
+        """Places among the links' parameters of those that stood in no row of the fit."""
+        return undetermined_links(self.parameters, self.errors)
 
     def inverse_dynamics(
         self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, dt: float | None = None

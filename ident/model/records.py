@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from ident.dynamics.parameters import Parameter
@@ -66,6 +67,16 @@ def errors_content(parameters: Sequence[Parameter], errors: Array) -> dict[str, 
         if row.any()
     }
     return {"errors": rows} if rows else {}
+
+
+def undetermined_links(parameters: Sequence[Parameter], errors: Array) -> NDArray[np.intp]:
+    """Places among the links' parameters of those whose errors are infinite."""
+    links = [
+        bool(np.isinf(row).any())
+        for p, row in zip(parameters, errors, strict=False)
+        if p.kind == "inertial"
+    ]
+    return np.flatnonzero(links)
 
 
 def errors_from(parameters: Sequence[Parameter], rows: Mapping[str, Sequence[float]]) -> Array:

@@ -159,7 +159,12 @@ def _unsure_contact(found: SearchResult, transient: Transient) -> Content:
 
 
 def _parameters(values: Mapping[str, Value]) -> Content:
-    return {name: {"value": v.value, "sd": v.sd, "unit": v.unit} for name, v in values.items()}
+    """Those that the recordings determine."""
+    return {
+        name: {"value": v.value, "sd": v.sd, "unit": v.unit}
+        for name, v in values.items()
+        if math.isfinite(v.sd)
+    }
 
 
 def _certainty(c: Certainty) -> Content:

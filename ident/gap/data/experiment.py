@@ -15,6 +15,7 @@ from ident.effects.observation import ArmFacts
 from ident.estimation.regression_data import posture
 from ident.gap.data.stretches import stretch_remarks, stretches
 from ident.gap.settings import LongLogs
+from ident.identification.validation import refuse_unseen
 from ident.model.arm import Arm
 from ident.model.attachments import attached_config, carries_urdf
 from ident.model.identified_model import Model
@@ -155,10 +156,10 @@ def file_of(recording: Recording, name: str, robot: Path | None) -> RobotFile | 
 def base_columns(source: Experiment) -> NDArray[np.int64]:
     """Positions of the base inertial parameters among the links' parameters, shape (b,).
 
-    Empty with a reference model, whose links are not fitted again.
+    Of a reference model's links only what its own recordings did not show is fitted again.
     """
     if source.reference_model is not None:
-        return np.zeros(0, dtype=np.int64)
+        return source.reference_model.undetermined
     terms = Terms(
         viscous=False,
         coulomb=False,
@@ -198,7 +199,8 @@ def with_reference_model(
         path: what errors call it.
 
     Raises:
-        DataError: a model of another arm, or one that holds effects already.
+        DataError: a model of another arm, of one some of whose joints were held, or one that holds
+            effects already.
     """
     joints = source.arm.robot.joint_names
     if model.robot.joint_names != joints:
@@ -212,6 +214,8 @@ def with_reference_model(
             f"{path} holds effects already ({names}); changes are searched against a model of"
             " ident run: give that one with --model."
         )
+    for data in source.datasets:
+        refuse_unseen(model, data)
     return replace(source, reference_model=model)
 
 

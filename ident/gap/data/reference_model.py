@@ -19,7 +19,7 @@ class ReferenceTorque:
     """Torque of a reference model beside new recordings.
 
     The joints' viscous and Coulomb friction are left out: they change from day to day and are
-    fitted anew.
+    fitted anew. So are the links' parameters that its own recordings did not show.
 
     Attributes:
         model: the reference.
@@ -42,7 +42,9 @@ class ReferenceTorque:
         speed = s.qd @ drive.T
         motor = model.parameter("fvm") * speed + model.parameter("fcm") * np.sign(speed)
         motor = motor + model.parameter("ia") * (s.qdd @ drive.T)
-        links = torques(self.chain, model.inertial, *motion)
+        known = model.inertial
+        known[model.undetermined] = 0.0
+        links = torques(self.chain, known, *motion)
         return links + model.parameter("fo") + motor @ drive
 
     def errors(self, q: Array, qd: Array, qdd: Array) -> Array:
@@ -51,7 +53,7 @@ class ReferenceTorque:
         known = [
             i
             for i, (p, row) in enumerate(zip(model.parameters, model.errors, strict=False))
-            if row.any() and p.kind not in _FITTED_ANEW
+            if row.any() and np.isfinite(row).all() and p.kind not in _FITTED_ANEW
         ]
         parameters = [model.parameters[i] for i in known]
         motion = Motion(*map(np.ascontiguousarray, (q, qd, qdd)))

@@ -80,9 +80,9 @@ def _updated(rows: WindowedRows, current: CurrentFit, found: Fit, least: Array) 
     model = current.model
     b, n = len(rows.base_parameters), model.facts.dof
     delta = model.facts.delta.copy()
-    if b:
+    if b and not model.facts.trusted:
         delta[:] = 0.0
-        delta[rows.base_parameters] = found.x[:b]
+    delta[rows.base_parameters] = found.x[:b]
     shapes = found.structure.shapes
     return CurrentModel(
         replace(model.facts, delta=delta),

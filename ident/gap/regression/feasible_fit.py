@@ -71,7 +71,7 @@ def feasible_fit(
     """The physically possible parameters nearest to a fit, in units of its noise.
 
     The effects' coefficients are not constrained; their columns are projected off first. With a
-    reference model the links stay as they are, and only the joints' friction is taken from the fit.
+    reference model the links stay as it knows them, and the rest is taken from the fit.
 
     Args:
         source: the arm, and where its joints were.
@@ -81,7 +81,7 @@ def feasible_fit(
             does; otherwise they are arbitrary, which does not change the motion.
     """
     if source.reference_model is not None:
-        return _beside_reference(source, source.reference_model, model)
+        return _beside_reference(source, source.reference_model, model, base_size)
     arm = source.arm
     terms = friction_terms(arm)
     base = base_map(arm.robot, terms, [posture(d) for d in source.datasets])
@@ -133,15 +133,15 @@ def _possible(problem: Problem, near_cad: bool) -> tuple[Estimate, str]:
         return Estimate(base.K @ prior, prior), f"{reason}: the links are those of the CAD model."
 
 
-def _beside_reference(source: Experiment, known: Model, model: Fit) -> FeasibleModel:
-    n = source.arm.robot.dof
-    terms = friction_terms(source.arm)
+def _beside_reference(source: Experiment, known: Model, model: Fit, b: int) -> FeasibleModel:
+    terms, inertial = friction_terms(source.arm), known.inertial
+    inertial[known.undetermined] = model.x[:b]
     return FeasibleModel(
         terms,
         known.delta,
-        known.inertial,
-        np.maximum(model.x[:n], 0.0),
-        np.maximum(model.x[n : 2 * n], 0.0),
+        inertial,
+        np.maximum(model.viscous, 0.0),
+        np.maximum(model.coulomb, 0.0),
         model.effects,
         model.x,
         np.zeros(0),

@@ -17,6 +17,7 @@ from ident.gap.settings import Significance
 from ident.signals.arrays import Array
 
 _RECTANGLE = 3**-0.5  # standard deviation of what lies anywhere within one (JCGM 100:2008, 4.3.7)
+_FORM_ROUNDS = 3  # the other form hangs on the values: a spring hardens about where it rests
 _STEPS = (1.0, 0.5, 0.25)  # parts of a Gauss-Newton step
 
 
@@ -50,14 +51,20 @@ def final_estimates(
         settings: of the standard errors.
         accepted: the same effects with their other forms, in the same order: where the data cannot
             tell the forms apart, standard errors span them.
-        systematic: whether standard errors hold what the model gets wrong alike in each period and
-            near reversals, as those that are reported do; the tests of the search have bounds of
-            their own.
+        systematic: whether effects take their final forms, and standard errors hold what the model
+            gets wrong alike in each period and near reversals, as those that are reported do; the
+            tests of the search have bounds of their own.
     """
+    if systematic:
+        forms = (catalogue()[h.effect].final_form(h) for h in end.accepted)
+        end = replace(end, accepted=tuple(forms))
     effects, at = _gauss_newton_step(rows, end, settings)
+    if systematic:
+        effects, at = _with_needed_terms(rows, end, (effects, at), settings)
     named = _named(effects, at, solution(rows, at, settings.block_s, systematic)[1])
     for i, (h, values, item) in enumerate(zip(effects, named, accepted, strict=False)):
-        parts = _form_errors(h, item, end.model.slow)
+        forms = (*item.forms, *item.near_forms) if systematic else item.forms
+        parts = _form_errors(h, item.score, forms, end.model.slow)
         parts |= _alternative_errors(rows, end, at, effects, i)
         for name, part in _double_number_errors(rows, end, at, effects, i, settings).items():
             parts[name] = float(np.hypot(parts.get(name, 0.0), part))
@@ -91,6 +98,35 @@ def _gauss_newton_step(
     return effects, at
 
 
+def _with_needed_terms(
+    rows: WindowedRows,
+    end: CurrentFit,
+    now: tuple[tuple[Candidate, ...], Linearised],
+    settings: Significance,
+) -> tuple[tuple[Candidate, ...], Linearised]:
+    """The effects with those further terms of their other forms that are surely not zero.
+
+    A spring that hardens has another stiffness at rest than one that does not: once the data tell
+    that it does, that is no uncertainty but an error.
+    """
+    effects, at = now
+    for i, h in enumerate(effects):
+        for _ in range(_FORM_ROUNDS):
+            form = catalogue()[h.effect].alternative_form(effects[i], at.fit.effects[i])
+            if form is None or len(form.coefficients) == len(h.coefficients):
+                break
+            others = tuple(form if k == i else other for k, other in enumerate(effects))
+            there = linearised(rows, end, others, [free_parameters(o) for o in others])
+            sd = np.sqrt(solution(rows, there, settings.block_s, systematic=True)[1])
+            widths = [len(o.coefficients) for o in others]
+            last = len(there.fit.x) - sum(widths[i + 1 :])
+            further = slice(last - len(form.coefficients) + len(h.coefficients), last)
+            if not (np.abs(there.fit.x[further]) > settings.z * sd[further]).any():
+                break
+            effects, at = others, there
+    return effects, at
+
+
 def estimates_with_fixed_parameters(
     rows: WindowedRows, end: CurrentFit, settings: Significance
 ) -> list[dict[str, Value]]:
@@ -99,11 +135,13 @@ def estimates_with_fixed_parameters(
     return _named(end.accepted, at, solution(rows, at, settings.block_s)[1])
 
 
-def _form_errors(h: Candidate, item: AcceptedEffect, slow: Array) -> dict[str, float]:
+def _form_errors(
+    h: Candidate, score: Score, forms: Sequence[Score], slow: Array
+) -> dict[str, float]:
     """How far each value may be off because the effect's form is uncertain, relative to it."""
-    first = {name: x for name, x in _sizes(item.score).items() if x}
+    first = {name: x for name, x in _sizes(score).items() if x}
     parts = {
-        name: max((abs(_sizes(form)[name] / x - 1) for form in item.forms), default=0.0)
+        name: max((abs(_sizes(form)[name] / x - 1) for form in forms), default=0.0)
         for name, x in first.items()
     }
     effect = catalogue()[h.effect]

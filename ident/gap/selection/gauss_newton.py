@@ -25,6 +25,7 @@ from ident.signals.arrays import Array
 
 _DIFFERENCE = 0.02  # of a parameter, for its derivative
 _LONGEST_STEP = 0.3  # of a parameter
+_DETERMINED = 0.99  # of an unknown: of less the ridge of the solution decides, not the rows
 
 
 @dataclass(frozen=True)
@@ -96,7 +97,8 @@ def solution(
         at: the model, linearised.
         block_s: blocks of time whose residuals count as independent [s].
         systematic: whether the variances hold what comes again with each period of the motion, and
-            half the square of the move with weights that trust reversals less.
+            half the square of the move with weights that trust reversals less, and are infinite
+            where the rows do not determine an unknown: its column is a sum of others.
     """
     size, more = len(at.fit.x), len(at.slopes)
     total = size + more
@@ -133,6 +135,8 @@ def solution(
     if systematic:
         variance = np.maximum(variance, _sandwich(scores[1], inverse, freedom))
         variance += 0.5 * (solve(normal[1], right[1]) - x) ** 2
+        seen = np.einsum("ij,ji->i", inverse, normal[0])  # part of each that the rows determine
+        variance[(seen < _DETERMINED) & (np.diag(normal[0]) > 0.0)] = np.inf
     return x, variance + np.sum((inverse @ known) ** 2, axis=1)
 
 

@@ -50,6 +50,7 @@ def accept(
         tuple(s for s in others if cannot_tell(best, s, before, rows, settings.rivals)),
         others[0] if others else None,
         _equivalent_forms(best, forms, before, rows, settings.rivals),
+        tuple(s for s in forms if best.gain - s.gain < settings.rivals.near_form_gain),
     )
 
 

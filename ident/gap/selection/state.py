@@ -27,6 +27,7 @@ class AcceptedEffect:
         rivals: other effects that cannot be told from it.
         next_best: best other effect at the same joints, or None.
         forms: its other forms that explain nearly as much, refined.
+        near_forms: those whose residual is no more than some times as large.
     """
 
     score: Score
@@ -36,6 +37,7 @@ class AcceptedEffect:
     rivals: tuple[Score, ...] = ()
     next_best: Score | None = None
     forms: tuple[Score, ...] = ()
+    near_forms: tuple[Score, ...] = ()
 
     @property
     def candidate(self) -> Candidate:

@@ -7,13 +7,14 @@ import pytest
 
 from ident.effects.bound_effects import load_model
 from ident.effects.catalogue import catalogue
-from ident.gap.data.experiment import Experiment, facts_of
+from ident.gap.data.experiment import Experiment, facts_of, with_reference_model
 from ident.gap.options import Options
 from ident.gap.regression.current_model import CurrentFit, extend, nominal_fit
 from ident.gap.search import rows_of
 from ident.gap.selection.gauss_newton import linearised, solution
 from ident.identification.identify import identify, model_of
 from ident.model.identified_model import Model
+from wamctl.arm.errors import DataError
 
 
 @pytest.fixture(scope="module")
@@ -31,12 +32,13 @@ def fitted(source, known) -> CurrentFit:
 
 
 def payload_beside(
-    source: Experiment, model: Model, fitted: CurrentFit
+    source: Experiment, model: Model, fitted: CurrentFit, reported: bool = False
 ) -> tuple[np.ndarray, np.ndarray]:
     """Mass and first moment of a payload, and their variances, with the noise of the fit."""
     rows = rows_of(replace(source, reference_model=model), Options())
     at = linearised(rows, fitted, fitted.accepted, [()])
-    x, variances = solution(rows, replace(at, fit=replace(at.fit, sigma=fitted.fit.sigma)), 1.0)
+    at = replace(at, fit=replace(at.fit, sigma=fitted.fit.sigma))
+    x, variances = solution(rows, at, 1.0, reported)
     return x[-4:], variances[-4:]
 
 
@@ -49,7 +51,7 @@ def test_the_covariance_grows_by_what_the_references_errors_do(source, known, fi
     moves = []
     for error in some.errors.T:
         wrong = replace(certain, delta=known.delta + np.where(friction, 0.0, error))
-        moves.append(payload_beside(source, wrong, fitted)[0] - values)
+        moves.append(payload_beside(source, wrong, fitted, reported=True)[0] - values)
     assert more == pytest.approx(np.sum(np.square(moves), axis=0), rel=0.02)
     assert (payload_beside(source, known, fitted)[1] > 1.3 * least).all()
 
@@ -81,3 +83,39 @@ def test_what_comes_again_in_each_period_counts_once(source, known, fitted, agai
     at = linearised(rows, fitted, fitted.accepted, [()])
     alone, systematic = (solution(rows, at, 0.4, s)[1][-4:] for s in (False, True))
     assert least <= np.mean(systematic / alone) < most
+
+
+def unknown(model: Model, name: str, wrong: float = 0.0) -> Model:
+    """The model as of recordings that do not show one of its parameters."""
+    place = [p.name for p in model.parameters].index(name)
+    delta, errors = model.delta.copy(), model.errors.copy()
+    delta[place] += wrong
+    errors[place, 0] = np.inf
+    return replace(model, delta=delta, errors=errors)
+
+
+def test_a_parameter_that_stood_in_no_row_of_its_fit_is_fitted_again(source, known, fitted):
+    """Its value was taken as certain, whatever it was."""
+    free, wrong = unknown(known, "l7x"), unknown(known, "l7x", 0.05)
+    values, variances = payload_beside(source, free, fitted, reported=True)
+    again, same = payload_beside(source, wrong, fitted, reported=True)
+    assert np.abs(again - values).max() < 1e-6
+    assert same == pytest.approx(variances, rel=1e-3)
+    assert np.isinf(variances).tolist() == [False, True, False, False]
+
+
+def test_what_stood_in_no_row_is_told_by_the_model_file(known, tmp_path):
+    unknown(known, "l7x").save(tmp_path / "model.yaml")
+    again = load_model(tmp_path / "model.yaml")
+    assert again.undetermined.tolist() == [66]
+    assert known.undetermined.tolist() == []
+
+
+def test_a_joint_that_was_held_in_the_references_recordings_is_refused(source, known):
+    held = replace(known, moving=np.arange(7) != 4)
+    with pytest.raises(DataError) as refusal:
+        with_reference_model(source, held)
+    assert str(refusal.value) == (
+        f"{source.datasets[0].name} moves wam/wrist_yaw_joint, held in the recordings that the"
+        " model was fitted on: it says nothing about them."
+    )
