@@ -51,7 +51,7 @@ def test_positions_in_a_scale_of_their_own_are_told(velocity):
     (remark,) = told(0.9 * LOG.q, velocity)
     assert remark.code == "positions"
     assert remark.joints == (1, 2, 3, 4)
-    assert "1.11 times that of the positions at joints 1, 2, 3, and 4," in remark.sentence
+    assert "1.11 times that of the positions at joints 1 to 4," in remark.sentence
 
 
 def test_joints_with_factors_of_their_own_are_listed_beside_a_hole():
