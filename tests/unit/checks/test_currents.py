@@ -71,7 +71,7 @@ def test_one_factor_of_all_joints_is_not_said_where_a_light_joint_has_another():
     (remark,) = examine(log.arm(), [data]).remarks
     assert remark.code == "current_not_torque"
     assert "joint 6 is 9.99 ±" in remark.sentence
-    assert "joints 1, 2, 3, 4, and 5 1.6 times" in remark.sentence
+    assert "joints 1 to 5 1.6 times" in remark.sentence
 
 
 def test_without_masses_one_factor_stays_open():
