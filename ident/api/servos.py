@@ -12,8 +12,8 @@ from ident.api.recording import Recording
 from ident.api.result import Result, table
 from ident.model.arm import Arm as ArmModel
 from ident.output_error.fit import MotionSegment
-from ident.output_error.missing.settings import GapBySimulation
 from ident.output_error.recordings import segments_of
+from ident.output_error.search.settings import SearchSettings
 from ident.output_error.servo_model import ServoModel
 from ident.regression.progress import Tell
 from ident.workflows.output_error.gap import GapOfServos, gap_of_servos
@@ -93,5 +93,5 @@ def servo_gap(arm: Arm, recordings: Sequence[Recording], null_runs: int, tell: T
         DataError: recordings from which nothing can be learned.
     """
     known, segments = commanded(arm, recordings)
-    options = GapBySimulation(null_runs=null_runs)
+    options = SearchSettings(null_runs=null_runs)
     return ServoGap(gap_of_servos(known, segments, options, tell))

@@ -62,7 +62,7 @@ def gap(
     """
     from ident.commands.outputs import folder_written
     from ident.gap.options import Options
-    from ident.output_error.missing.settings import GapBySimulation
+    from ident.output_error.search.settings import SearchSettings
     from ident.workflows.gap import gap_logs
     from ident.workflows.method import method_for
     from wamctl.arm.compilation import compilation_announced
@@ -78,7 +78,7 @@ def gap(
 
             unfit = {"--model": wanted.model, "--with-suspected": wanted.with_suspected}
             refuse_with_simulation([name for name, value in unfit.items() if value])
-            settings = GapBySimulation(null_runs=wanted.null_runs)
+            settings = SearchSettings(null_runs=wanted.null_runs)
             text, sentences = gap_simulation(logs, robot, out, reading, settings, tell, remarks)
         else:
             options = Options(null_runs=wanted.null_runs, with_suspected=wanted.with_suspected)

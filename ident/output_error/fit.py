@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import Chain
-from ident.output_error.parameters import QUANTITIES
+from ident.output_error.parameters import PER_STIFFNESS, QUANTITIES, ROW
 from ident.output_error.plant import Motion, simulate
 from ident.signals.arrays import Array
 
@@ -32,6 +32,7 @@ NEAR = 0.3
 MEMORY_S = 0.4
 """Residuals closer than this say the same."""
 
+_STIFFNESS = ROW["stiffness"]
 _AWAY = 1e6  # rad: where a simulation that ran away is taken to be
 _REACHING = ("zero",)  # felt by other joints
 _NUDGE = 0.1  # of a logarithm; sticking makes smaller changes uneven
@@ -142,7 +143,7 @@ def coordinates(settings: Array) -> Array:
     """Settings as a fit moves them: logarithms, or in units of their scale."""
     rows = [
         np.log(row) if q.scale == 0.0 else row / q.scale
-        for q, row in zip(QUANTITIES, settings, strict=True)
+        for q, row in zip(QUANTITIES, settings / _units(settings[_STIFFNESS]), strict=True)
     ]
     return np.array(rows)
 
@@ -150,16 +151,38 @@ def coordinates(settings: Array) -> Array:
 def settings_at(place: Array) -> Array:
     """The settings at coordinates, inside their bounds."""
     rows = [
-        np.clip(np.exp(np.clip(row, -60, 60)) if q.scale == 0.0 else row * q.scale, q.low, q.high)
+        np.exp(np.clip(row, -60, 60)) if q.scale == 0.0 else row * q.scale
         for q, row in zip(QUANTITIES, place, strict=True)
     ]
-    return np.array(rows)
+    low, high = bounds()
+    stiffness = np.clip(rows[_STIFFNESS], low[_STIFFNESS], high[_STIFFNESS])
+    return np.clip(rows * _units(stiffness), low, high)
 
 
-def within_bounds(settings: Array) -> Array:
-    """The settings, or the bounds that they are beyond: derivatives there would be none."""
-    low, high = (np.array([[getattr(q, end)] for q in QUANTITIES]) for end in ("low", "high"))
-    return np.clip(settings, low, high)
+def turned(settings: Array, rows: Array) -> Array:
+    """Change of a joint's settings per coordinate, shape (p, p).
+
+    Args:
+        settings: of the joint, shape (quantities,).
+        rows: which of them, shape (p,).
+    """
+    units = _units(settings[_STIFFNESS : _STIFFNESS + 1])[rows, 0]
+    scales = np.array([QUANTITIES[r].scale for r in rows])
+    made = np.diag(np.where(scales == 0.0, settings[rows], scales * units))
+    with_stiffness = [QUANTITIES[r].name in PER_STIFFNESS for r in rows]
+    made[np.ix_(with_stiffness, rows == _STIFFNESS)] = settings[rows][with_stiffness, None]
+    return made
+
+
+def _units(stiffness: Array) -> Array:
+    """What each quantity is measured in, the stiffness or nothing, shape (quantities, n)."""
+    part = stiffness / QUANTITIES[_STIFFNESS].first
+    return np.array([part if q.name in PER_STIFFNESS else np.ones_like(part) for q in QUANTITIES])
+
+
+def bounds() -> tuple[Array, Array]:
+    """The least and the greatest value of each quantity, shape (quantities, 1) each."""
+    return np.array([[q.low] for q in QUANTITIES]), np.array([[q.high] for q in QUANTITIES])
 
 
 def columns(setup: Setup, settings: Array, free: NDArray[np.bool_], reach: float = NEAR) -> Array:
@@ -224,7 +247,7 @@ def fit(
     """
     pairs = np.argwhere(free)
     at = tuple(pairs.T)
-    settings, damping, taken = within_bounds(start), np.full(start.shape[1], _DAMPED), 0
+    settings, damping, taken = np.clip(start, *bounds()), np.full(start.shape[1], _DAMPED), 0
     reach = 1.0
     residuals = setup.residuals(settings)
     informed = setup.seconds / MEMORY_S
@@ -276,10 +299,9 @@ def fit(
 
 def _stopped(settings: Array, free: NDArray[np.bool_], slope: Array) -> NDArray[np.bool_]:
     """Which free settings lie on a bound beyond which the slope would take them."""
-    rows = np.argwhere(free)[:, 0]
-    low, high = (np.array([getattr(QUANTITIES[r], end) for r in rows]) for end in ("low", "high"))
-    value = settings[free]
-    return ((value <= low) & (slope < 0.0)) | ((value >= high) & (slope > 0.0))
+    low, high = bounds()
+    at_low, at_high = (settings <= low)[free], (settings >= high)[free]
+    return (at_low & (slope < 0.0)) | (at_high & (slope > 0.0))
 
 
 def _cost(

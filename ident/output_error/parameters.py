@@ -64,4 +64,20 @@ QUANTITIES = (
 LATER = ("spring", "drag", "skew", "turning_speed", "presliding", "rise_speed")
 """Quantities that files of the first version may lack."""
 
+PER_STIFFNESS = (
+    "integral",
+    "rate_gain",
+    "torque_limit",
+    "armature",
+    "damping",
+    "coulomb",
+    "stribeck",
+    "offset",
+    "spring",
+    "drag",
+    "skew",
+)
+"""What a fit moves as a part of the stiffness: where a joint lifts too little, all torques may be
+larger together, and the stiffness alone then stands for that."""
+
 ROW = {quantity.name: i for i, quantity in enumerate(QUANTITIES)}

@@ -1,6 +1,7 @@
 """Recordings as segments of commands and positions."""
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -20,6 +21,8 @@ _SHORTEST = 20
 """A segment has so many samples at least."""
 
 _PARTS = 3
+_PIECE_S = 8.0
+_SEARCHED_S = 150.0  # more than this tells a search nothing new
 WARM_S = 0.5
 """What a simulation that begins in the middle of a motion needs to find its way [s]."""
 
@@ -58,25 +61,30 @@ def segments_of(
     return replace(first, wrong=tuple(wrong.sum(axis=0).tolist())), *others
 
 
-def parted(segments: Sequence[MotionSegment], seconds: float) -> list[MotionSegment]:
-    """Pieces of about that length, at least three of each segment, to fit some and judge by others.
+def thinned(segments: Sequence[MotionSegment]) -> tuple[MotionSegment, ...]:
+    """What a search looks at: all of it, or pieces spread over recordings that last long.
 
     Raises:
         DataError: fewer than three, since the recordings are too short or sampled too slowly.
     """
     cut: list[MotionSegment] = []
     for s in segments:
-        cut += pieces([s], max(round(float(s.motion.t[-1] - s.motion.t[0]) / seconds), _PARTS))
+        cut += pieces([s], max(round(_seconds(s) / _PIECE_S), _PARTS))
     if len(cut) < _PARTS:
-        spans = [float(s.motion.t[-1] - s.motion.t[0]) for s in segments]
+        longest = max(_seconds(s) for s in segments)
         period = np.median(np.concatenate([np.diff(s.motion.t) for s in segments]))
         raise DataError(
-            f"{segments[0].name}: unbroken motion of {max(spans):.3g} s with a sample every"
+            f"{segments[0].name}: unbroken motion of {longest:.3g} s with a sample every"
             f" {period:.3g} s does not give {_PARTS} pieces of at least {_SHORTEST} samples and"
-            f" {2 * WARM_S:g} s, some to fit and one to judge; record longer or at a higher rate,"
-            " and check that times are in seconds."
+            f" {2 * WARM_S:g} s, each to be predicted from the others; record longer or at a higher"
+            " rate, and check that times are in seconds."
         )
-    return cut
+    every = math.ceil(sum(_seconds(s) for s in segments) / _SEARCHED_S)
+    return tuple(segments) if every == 1 else tuple(cut[::every])
+
+
+def _seconds(segment: MotionSegment) -> float:
+    return float(segment.motion.t[-1] - segment.motion.t[0])
 
 
 def pieces(segments: Sequence[MotionSegment], count: int) -> tuple[MotionSegment, ...]:

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.output_error.fit import Fit, Prior, Setup, columns
-from ident.output_error.parameters import QUANTITIES, ROW
+from ident.output_error.fit import Fit, Prior, Setup, columns, coordinates, turned
+from ident.output_error.parameters import ROW
 from ident.signals.arrays import Array
 
 _BLOCK_S = 2.0
@@ -30,10 +30,13 @@ class Knowledge:
         sd: standard errors in the settings' units, NaN where not fitted, shape (quantities, n).
         torque_factor_sd: of the logarithm of a joint's torque-like settings together, from the
             recordings and the URDF's masses alone, shape (n,).
+        deviations: standard deviations of each setting from nothing, whatever that factor, shape
+            (quantities, n); of positive ones it says nothing.
     """
 
     sd: Array
     torque_factor_sd: Array
+    deviations: Array
 
 
 def knowledge(setup: Setup, found: Fit, prior: Prior) -> Knowledge:
@@ -48,6 +51,7 @@ def knowledge(setup: Setup, found: Fit, prior: Prior) -> Knowledge:
     blocks = max(int(setup.seconds / _BLOCK_S), 8)
     edges = np.linspace(0, samples, blocks + 1).astype(int)[:-1]
     sd, factor = np.full(found.settings.shape, np.nan), np.full(n, np.inf)
+    away, place = np.zeros(found.settings.shape), coordinates(found.settings)
     for j in range(n):
         mine = np.flatnonzero(pairs[:, 1] == j)
         if not len(mine):
@@ -61,11 +65,11 @@ def knowledge(setup: Setup, found: Fit, prior: Prior) -> Knowledge:
         belief = np.diag(prior.sd[rows, j] ** -2.0) * np.mean(left**2) * max(correlated, 1.0)
         bread = np.linalg.inv(J @ J.T + belief)
         spread = bread @ (meat + belief * np.mean(left**2) * max(correlated, 1.0)) @ bread
-        # a coordinate's unit is its scale, or the value itself where it is a logarithm
-        units = np.array([QUANTITIES[r].scale or found.settings[r, j] for r in rows], dtype=float)
-        sd[rows, j] = np.sqrt(np.diag(spread)) * units
+        turn = turned(found.settings[:, j], rows)
+        sd[rows, j] = np.sqrt(np.diag(turn @ spread @ turn.T))
+        away[rows, j] = np.abs(place[rows, j]) / np.sqrt(np.diag(spread))
         factor[j] = _factor_sd(J, meat, rows)
-    return Knowledge(sd, factor)
+    return Knowledge(sd, factor, away)
 
 
 def unknown_factor(known: Knowledge) -> NDArray[np.bool_]:

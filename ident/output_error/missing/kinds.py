@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 
-from ident.output_error.selection import PARTS, Part
+from ident.output_error.search import parts
+from ident.output_error.search.parts import Part
 
 
 @dataclass(frozen=True)
@@ -11,8 +12,8 @@ class EffectKind:
 
     Attributes:
         name: id in the catalogue.
-        part: its quantities, the deciding one first, and sizes to begin with.
-        reported: name of each quantity in the result file.
+        part: what it adds to a joint.
+        reported: name of each of its quantities in the result file.
         equation: how the simulation forms it.
     """
 
@@ -21,79 +22,58 @@ class EffectKind:
     reported: tuple[str, ...]
     equation: str
 
-    @property
-    def felt_elsewhere(self) -> bool:
-        """Whether it moves other joints too, as a zero that turns their gravity."""
-        return self.part.name == "zero"
-
-    @property
-    def further(self) -> int:
-        """Quantities beside the deciding one."""
-        return len(self.part.quantities) - 1
-
 
 KINDS = (
-    EffectKind(
-        "encoder_offset",
-        Part("zero", ("zero",), (-0.2, -0.05, 0.05, 0.2)),
-        ("offset",),
-        "q_j = q_read,j + offset",
-    ),
+    EffectKind("encoder_offset", parts.ENCODER_OFFSET, ("offset",), "q_j = q_read,j + offset"),
     EffectKind(
         "stribeck",
-        Part("stribeck", ("stribeck", "stribeck_speed"), (0.1, 0.3, 0.8), "coulomb"),
+        parts.STRIBECK,
         ("extra_friction", "speed"),
         "tau_j += extra_friction exp(-(qd_j/speed)^2) sgn(qd_j)",
     ),
     EffectKind(
         "load_dependent_friction",
-        Part("load_friction", ("load_friction",), (0.05, 0.15, 0.4)),
+        parts.LOAD_FRICTION,
         ("coefficient",),
         "tau_j += coefficient |tau_gravity,j| sgn(qd_j)",
     ),
     EffectKind(
         "backlash",
-        Part("half_play", ("half_play",), (1e-3, 2e-3, 4e-3, 8e-3, 0.016), instead="coulomb"),
+        parts.HALF_PLAY,
         ("half_play",),
         "no torque passes the gears while |q_rotor,j - q_j| < half_play (half the backlash)",
     ),
     EffectKind(
         "joint_elasticity",
-        Part("compliance", ("compliance",), (2e-3, 8e-3, 0.03)),
+        parts.COMPLIANCE,
         ("compliance",),
         "q_rotor,j - q_j = compliance tau_j",
     ),
-    EffectKind(
-        "torque_offset",
-        Part("offset", ("offset",), (-3.0, -1.0, -0.3, 0.3, 1.0, 3.0), "coulomb"),
-        ("offset",),
-        "tau_j += offset",
-    ),
+    EffectKind("torque_offset", parts.OFFSET, ("offset",), "tau_j += offset"),
     EffectKind(
         "joint_spring",
-        Part("spring", ("spring", "offset"), (0.3, 1.0, 3.0, 10.0), "coulomb"),
+        parts.SPRING,
         ("stiffness", "torque_at_zero"),
         "tau_j += stiffness q_j + torque_at_zero",
     ),
-    EffectKind(
-        "nonlinear_viscous",
-        Part("drag", ("drag",), (-0.1, 0.1, 0.3, 1.0), "damping"),
-        ("drag",),
-        "tau_j += drag qd_j |qd_j|",
-    ),
+    EffectKind("nonlinear_viscous", parts.DRAG, ("drag",), "tau_j += drag qd_j |qd_j|"),
     EffectKind(
         "asymmetric_viscous",
-        Part("skew", ("skew",), (-0.5, -0.15, 0.15, 0.5), "damping"),
+        parts.SKEW,
         ("half_difference",),
         "tau_j += half_difference |qd_j|",
     ),
 )
 """In the order of the report."""
 
-SERVO_PARTS = tuple(
-    p for p in PARTS if p.name in ("profile", "torque_limit", "rate_gain", "profile_speed")
-)
-"""What belongs to a servo and is fitted before any effect is asked for."""
+KIND_OF = {kind.part: kind for kind in KINDS}
+"""The effect that a part is; a servo's own parts are none."""
+
+
+def effect_name(part: Part) -> str:
+    """Id in the catalogue, or the name of a servo's part."""
+    return KIND_OF[part].name if part in KIND_OF else part.name
+
 
 NOT_ASKED = {
     "rotor_inertia": "every servo model has it",

@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.output_error.fit import Fit, Prior, Setup, fit
-from ident.output_error.missing.folds import Fold
-from ident.output_error.missing.judging import block_errors, rms, typical
-from ident.output_error.missing.kinds import EffectKind
-from ident.output_error.missing.screening import promising
-from ident.output_error.missing.trial import tried
+from ident.output_error.judging import left_out, rms, typical
+from ident.output_error.search.parts import Part
+from ident.output_error.search.settings import SearchSettings
+from ident.output_error.search.trial import trials
+from ident.regression.progress import silent
 from ident.signals.arrays import Array
 
 _STEP_S = 0.001
@@ -24,50 +24,46 @@ class Nulls:
     """What effect-free simulations showed.
 
     Attributes:
-        gain: largest held-out gain of each effect over joints and simulations, by name.
+        gain: largest held-out gain of each effect over joints and simulations.
         floor: held-out rms of a model with nothing missing [rad], shape (n,).
         typical: the same of its typical block of time.
         runs: how many there were.
     """
 
-    gain: dict[str, float]
+    gain: dict[Part, float]
     floor: Array
     typical: Array
     runs: int
 
 
 def nulls(
-    fold: Fold, base: Fit, prior: Prior, asked: dict[EffectKind, NDArray[np.bool_]],
-    resolution: Array, runs: int, screen: float,
+    setup: Setup, base: Fit, prior: Prior, asked: dict[Part, NDArray[np.bool_]],
+    resolution: Array, settings: SearchSettings,
 ) -> Nulls:  # fmt: skip
     """Gains and errors of effect-free simulations.
 
     Args:
-        fold: the recordings whose commands are simulated.
+        setup: the recordings whose commands are simulated.
         base: the fitted arm without effects.
         prior: what is believed.
         asked: joints at which each effect is looked for.
         resolution: steps of the encoders [rad], shape (n,).
-        runs: how many.
-        screen: what an effect explains in first order at least, to be fitted.
+        settings: numbers that decide, also how many runs.
     """
-    noise = white_noise(fold.fitted, base.settings, resolution)
-    largest, floors = dict.fromkeys((k.name for k in asked), 0.0), []
-    for seed in range(max(runs, 1)):
+    noise = white_noise(setup, base.settings, resolution)
+    largest, floors = dict.fromkeys(asked, 0.0), []
+    for seed in range(max(settings.null_runs, 1)):
         rng = np.random.default_rng(seed)
-        made = Fold(*(_recorded(s, base.settings, noise, resolution, rng)
-                      for s in (fold.fitted, fold.judged)))  # fmt: skip
-        begun = fit(made.fitted, base.settings, base.free, prior, _ROUNDS)
-        errors = block_errors(made.judged, begun.settings)
+        made = _recorded(setup, base.settings, noise, resolution, rng)
+        begun = fit(made, base.settings, base.free, prior, _ROUNDS)
+        errors = left_out(made, begun, prior)
         floors.append((rms(errors), typical(errors)))
-        worth = promising(made.fitted, begun, asked, screen) if runs else {}
-        for kind, places in worth.items():
-            if not places.any():
-                continue
-            found = tried(made, begun, errors, kind, places, prior, _ROUNDS)
-            largest[kind.name] = max(largest[kind.name], float(found.gain.max()))
+        if settings.null_runs:
+            args = made, begun, errors, asked, prior, replace(settings, fit_rounds=_ROUNDS), silent
+            for trial in trials(*args):
+                largest[trial.part] = max(largest[trial.part], float(trial.gain.max()))
     floor, usual = np.mean(floors, axis=0)
-    return Nulls(largest, floor, usual, runs)
+    return Nulls(largest, floor, usual, settings.null_runs)
 
 
 def white_noise(setup: Setup, settings: Array, resolution: Array) -> Array:

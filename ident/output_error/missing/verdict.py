@@ -5,35 +5,28 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.output_error.fit import Fit
-from ident.output_error.identify import Prepared, fit_of_all
-from ident.output_error.missing.judging import typical
-from ident.output_error.missing.search import (
-    Accepted,
-    Confirmation,
-    Search,
-    confirmed,
-    lacking,
-    share_left,
-    unexplained,
-)
-from ident.output_error.missing.settings import GapBySimulation
+from ident.output_error.identify import fit_of_all
+from ident.output_error.judging import typical
+from ident.output_error.missing.search import Search
 from ident.output_error.parameters import ROW
+from ident.output_error.prepared import Prepared
+from ident.output_error.search.confirmation import Confirmation, confirmed, doubt, without_parts
+from ident.output_error.search.selection import Accepted
+from ident.output_error.search.settings import SearchSettings
 from ident.output_error.uncertainty import Knowledge, knowledge
 from ident.regression.progress import Tell
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """What speaks for an effect beside all others.
+    """What speaks for an effect.
 
     Attributes:
-        gains: on each fold, predicted by a fit to the others [nats per sample].
-        sureness: standard errors over the blocks of all folds by which it helps.
+        beside: how it helps beside all others.
         deviations: standard deviations of its size from nothing.
     """
 
-    gains: tuple[float, ...]
-    sureness: float
+    beside: Confirmation
     deviations: float
 
 
@@ -69,8 +62,7 @@ class Outcome:
 
     Attributes:
         kind: of the verdict, in one word.
-        search: what was found on the first fold.
-        confirmation: errors on all folds.
+        search: what was found.
         effects: named ones.
         evidence: for each named one.
         suspected: the others.
@@ -81,7 +73,6 @@ class Outcome:
 
     kind: str
     search: Search
-    confirmation: Confirmation
     effects: tuple[Accepted, ...]
     evidence: tuple[Evidence, ...]
     suspected: tuple[Suspected, ...]
@@ -91,7 +82,7 @@ class Outcome:
     known: Knowledge
 
 
-def outcome(begun: Prepared, found: Search, settings: GapBySimulation, tell: Tell) -> Outcome:
+def outcome(begun: Prepared, found: Search, settings: SearchSettings, tell: Tell) -> Outcome:
     """What the search may say.
 
     Args:
@@ -100,28 +91,32 @@ def outcome(begun: Prepared, found: Search, settings: GapBySimulation, tell: Tel
         settings: numbers that decide.
         tell: hears what is being done.
     """
-    tell("confirming on motions that were left out")
-    checked = confirmed(found, begun, settings)
-    after = fit_of_all(begun, found.end, tell)
-    known = knowledge(begun.setup, after, begun.prior)
-    evidence = _evidence(found, checked, after, known)
-    doubts = [_doubt(e, settings) for e in evidence]
-    pairs = list(zip(found.accepted, evidence, doubts, strict=True))
-    suspected = tuple(Suspected(a, e, why) for a, e, why in pairs if why)
+    tell("confirming each effect beside the others")
+    after, known, evidence = _known(begun, found, settings, tell)
+    pairs = [(a, e, _doubt(e, settings)) for a, e in zip(found.effects, evidence, strict=True)]
+    suspected = tuple(Suspected(*each) for each in pairs if each[2])
     if suspected:
-        kept = lacking(found, [s.effect for s in suspected])
-        found = replace(found, end=kept, accepted=tuple(a for a, _, why in pairs if not why))
-        checked = confirmed(found, begun, settings)
-        after = fit_of_all(begun, found.end, tell)
-        known = knowledge(begun.setup, after, begun.prior)
-        evidence = _evidence(found, checked, after, known)
-    left = _left(checked, found, begun, settings)
-    before = fit_of_all(begun, found.base, tell) if found.accepted else after
-    kind = _kind(found.accepted, left)
-    return Outcome(
-        kind, found, checked, found.accepted, evidence, suspected, left, before, after,
-        known,
-    )  # fmt: skip
+        base, doubted = found.base.fit, [s.effect for s in suspected]
+        found = replace(found, end=without_parts(found.end, base, doubted, begun, settings))
+        after, known, evidence = _known(begun, found, settings, tell)
+    left = _left(found, begun, settings)
+    before = fit_of_all(begun, found.base.fit, tell) if found.effects else after
+    kind = _kind(found.effects, left)
+    return Outcome(kind, found, found.effects, evidence, suspected, left, before, after, known)
+
+
+def _known(
+    begun: Prepared, found: Search, settings: SearchSettings, tell: Tell
+) -> tuple[Fit, Knowledge, tuple[Evidence, ...]]:
+    """The fit of all recordings, how well it is known, and what speaks for each effect."""
+    beside = confirmed(found.end, found.base.fit, found.effects, begun, settings)
+    after = fit_of_all(begun, found.end.fit, tell)
+    known = knowledge(begun.setup, after, begun.prior)
+    rows = [ROW[a.part.quantities[0]] for a in found.effects]
+    sizes = [
+        float(known.deviations[row, a.joint]) for row, a in zip(rows, found.effects, strict=True)
+    ]
+    return after, known, tuple(Evidence(*each) for each in zip(beside, sizes, strict=True))
 
 
 def _kind(effects: tuple[Accepted, ...], left: tuple[Left, ...]) -> str:
@@ -132,35 +127,21 @@ def _kind(effects: tuple[Accepted, ...], left: tuple[Left, ...]) -> str:
     return "named" if effects else "no_gap"
 
 
-def _evidence(
-    found: Search, checked: Confirmation, after: Fit, known: Knowledge
-) -> tuple[Evidence, ...]:
-    rows = [ROW[a.kind.part.quantities[0]] for a in found.accepted]
-    sizes = [
-        float(abs(after.settings[row, a.joint]) / known.sd[row, a.joint])
-        for row, a in zip(rows, found.accepted, strict=True)
-    ]
-    parts = zip(checked.gains, checked.sureness, sizes, strict=True)
-    return tuple(Evidence(*each) for each in parts)
-
-
-def _doubt(evidence: Evidence, settings: GapBySimulation) -> str:
+def _doubt(evidence: Evidence, settings: SearchSettings) -> str:
     if evidence.deviations < settings.sure:
         return f"its size is only {evidence.deviations:.1f} standard deviations from nothing"
-    if min(evidence.gains) <= 0.0:
-        return "some of the motions that were left out are predicted better without it"
-    if evidence.sureness < settings.sure:
-        return f"it helps by only {evidence.sureness:.1f} standard errors over all motions"
-    return ""
+    return doubt(evidence.beside, settings)
 
 
-def _left(
-    checked: Confirmation, found: Search, begun: Prepared, settings: GapBySimulation
-) -> tuple[Left, ...]:
-    before, after = (np.concatenate(errors) for errors in (checked.before, checked.after))
+def _left(found: Search, begun: Prepared, settings: SearchSettings) -> tuple[Left, ...]:
+    """Joints at which error is left that no effect explains."""
     floor = found.nulls.typical
-    rms, share = typical(after), share_left(before, after, floor)
-    clear = unexplained(before, after, floor, begun, settings)
+    before, after = typical(found.base.errors), typical(found.end.errors)
+    gap, rest = (typical_error**2 - floor**2 for typical_error in (before, after))
+    share = np.clip(rest / np.maximum(gap, rest.clip(1e-300)), 0.0, 1.0)
+    seen = np.sqrt(rest.clip(0.0)) > settings.clear_steps * begun.resolution
+    clear = (after > settings.clear * floor) & seen & begun.moving & (share > settings.unclosed)
     return tuple(
-        Left(int(j), float(rms[j]), float(floor[j]), float(share[j])) for j in np.flatnonzero(clear)
+        Left(int(j), float(after[j]), float(floor[j]), float(share[j]))
+        for j in np.flatnonzero(clear)
     )

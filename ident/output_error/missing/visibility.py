@@ -5,10 +5,11 @@ from numpy.typing import NDArray
 
 from ident.output_error.first_guess import smoothed
 from ident.output_error.fit import Setup
-from ident.output_error.missing.screening import at_sizes, tangents
 from ident.output_error.missing.search import Search
-from ident.output_error.missing.settings import GapBySimulation
 from ident.output_error.parameters import ROW
+from ident.output_error.search.parts import Part
+from ident.output_error.search.screening import at_sizes, tangents
+from ident.output_error.search.settings import SearchSettings
 from ident.signals.arrays import Array
 
 _RARE = 0.005
@@ -27,29 +28,28 @@ def held_by_weight(setup: Setup, settings: Array) -> NDArray[np.bool_]:
     return one_way & (np.median(np.abs(load), axis=0) > settings[ROW["coulomb"]])
 
 
-def smallest(found: Search, resolution: Array, settings: GapBySimulation) -> dict[str, Array]:
+def smallest(found: Search, resolution: Array, settings: SearchSettings) -> dict[Part, Array]:
     """Size of each effect that would be named, by joint; NaN where none would, shape (n,).
 
     What the arm's other settings can take of an effect is taken, in first order; what remains
     counts against the noise floor.
     """
-    setup, end = found.folds[0].judged, found.end
+    setup, end = found.end.setup, found.end.fit
     residuals = setup.residuals(end.settings)
     bases = tangents(setup, end)
     sizes = {}
-    for kind, places in found.asked.items():
-        asked = max(settings.least_gain, settings.null_factor * found.nulls.gain[kind.name])
-        need = found.nulls.floor**2 * np.expm1(2.0 * asked)
+    for part, places in found.asked.items():
+        need = found.nulls.floor**2 * np.expm1(2.0 * found.least(part, settings))
         need = np.maximum(need, settings.seen**2 * resolution**2 / 12.0)
         tried, shown = [], []
-        for size, moved in at_sizes(end, kind, places):
+        for size, moved in at_sizes(end, part, places):
             if (size > 0.0).all():
                 change = setup.residuals(moved) - residuals
                 left = [c - Q @ (Q.T @ c) for c, Q in zip(change.T, bases, strict=True)]
                 tried.append(size)
                 shown.append([np.mean(x**2) for x in left])
         seen = zip(np.array(tried).T, np.array(shown).T, need, strict=True)
-        sizes[kind.name] = np.array(
+        sizes[part] = np.array(
             [_crossing(*s) if here else np.nan for s, here in zip(seen, places, strict=True)]
         )
     return sizes

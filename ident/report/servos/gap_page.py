@@ -171,7 +171,7 @@ def _held_out(report: ServoGap) -> list[Block]:
         for k, (words, sign) in sides.items()
     }
     caption = (
-        "Motions, or pieces of them, that the fit had not seen, simulated from their commands"
+        "Stretches of time, each predicted from a fit of all the others and simulated from commands"
         " alone. The noise floor is the same of a simulated arm that misses nothing: encoder steps"
         " and white noise."
     )

@@ -82,7 +82,7 @@ def error_sentence(content: Content) -> str:
     return (
         f"Simulated in closed loop from the commands alone, the arm is {rms:.2f} mrad (rms over"
         " the joints that move) from where it was measured, and"
-        f" {away:.2f} mrad on pieces that were not fitted."
+        f" {away:.2f} mrad on stretches of time that are left out."
     )
 
 
@@ -108,7 +108,7 @@ def _error_table(content: Content, labels: Sequence[str]) -> Table:
     rows.append(["all", *(number(1e3 * x) for x in content["rms_q_by_joint"])])
     if "held_out" in content:
         held = content["held_out"]["rms_q_by_joint"]
-        rows.append(["pieces not fitted", *(number(1e3 * x) for x in held)])
+        rows.append(["stretches left out", *(number(1e3 * x) for x in held)])
     away = content["following_rms_by_joint"]
     rows.append(["command less position", *(number(1e3 * x) for x in away)])
     return Table("Rms of measured less simulated position.", heads, rows)
@@ -146,8 +146,8 @@ def _tried(content: Content, labels: Sequence[str]) -> Table:
         for trial in content["parts_tried"]
     ]
     caption = (
-        "Logarithm of the ratio of errors without and with each part, on pieces that were not"
-        " fitted; 0.02 is 2 % smaller."
+        "Logarithm of the ratio of errors without and with each part, on stretches of time that"
+        " are left out; 0.03 is 3 % smaller. What the others explain at once is not tried."
     )
     return Table(caption, ("part", *labels), rows)
 

@@ -8,11 +8,12 @@ from pathlib import Path
 from ident.checks.remark import Remark, verdict_content
 from ident.model.arm import Arm
 from ident.output_error.fit import MotionSegment
-from ident.output_error.identify import Prepared, model_of, prepared
+from ident.output_error.identify import model_of
 from ident.output_error.missing.search import search
-from ident.output_error.missing.settings import GapBySimulation
 from ident.output_error.missing.verdict import Outcome, outcome
+from ident.output_error.prepared import Prepared, prepared
 from ident.output_error.recordings import settled
+from ident.output_error.search.settings import SearchSettings
 from ident.output_error.servo_model import ServoModel
 from ident.recordings.loading import Reading
 from ident.regression.progress import Tell, silent
@@ -64,7 +65,7 @@ def gap_simulation(
     robot: Path | None,
     out: Path,
     reading: Reading,
-    settings: GapBySimulation,
+    settings: SearchSettings,
     tell: Tell = silent,
     remarks: Sequence[Remark] = (),
 ) -> tuple[str, list[str]]:
@@ -94,7 +95,7 @@ def gap_simulation(
 def gap_of_servos(
     arm: Arm,
     segments: Sequence[MotionSegment],
-    settings: GapBySimulation,
+    settings: SearchSettings,
     tell: Tell = silent,
     remarks: Sequence[Remark] = (),
     paths: Sequence[Path] = (),

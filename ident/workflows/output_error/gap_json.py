@@ -6,13 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.output_error.fit import Setup
-from ident.output_error.identify import Prepared
-from ident.output_error.missing.kinds import NOT_ASKED
-from ident.output_error.missing.search import Accepted
-from ident.output_error.missing.settings import GapBySimulation
+from ident.output_error.judging import rms
+from ident.output_error.missing.kinds import KIND_OF, NOT_ASKED, effect_name
 from ident.output_error.missing.verdict import Evidence, Outcome
 from ident.output_error.missing.visibility import held_by_weight, smallest
 from ident.output_error.parameters import QUANTITIES, ROW
+from ident.output_error.prepared import Prepared
+from ident.output_error.search.parts import Part
+from ident.output_error.search.selection import Accepted
+from ident.output_error.search.settings import SearchSettings
 from ident.signals.arrays import Array
 
 Content = dict[str, Any]
@@ -21,13 +23,13 @@ _SLOW = 0.1  # rad/s
 _LEAST_SHARE = 0.05
 
 
-def gap_content(begun: Prepared, done: Outcome, settings: GapBySimulation) -> Content:
+def gap_content(begun: Prepared, done: Outcome, settings: SearchSettings) -> Content:
     """All but remarks, provenance, and time."""
     arm = begun.arm
     seen = smallest(done.search, begun.resolution, settings)
     held = held_by_weight(begun.setup, done.after.settings)
     for a in done.effects:
-        seen[a.kind.name][a.joint] = np.nan
+        seen[a.part][a.joint] = np.nan
     return {
         "method": "simulation",
         "verdict": done.kind,
@@ -46,11 +48,11 @@ def gap_content(begun: Prepared, done: Outcome, settings: GapBySimulation) -> Co
             "after": {"rms_q_by_joint": done.after.rms.tolist()},
         },
         "minimum_detectable": {
-            name: {str(j + 1): float(x) for j, x in enumerate(sizes) if np.isfinite(x)}
-            for name, sizes in seen.items()
+            effect_name(p): {str(j + 1): float(x) for j, x in enumerate(sizes) if np.isfinite(x)}
+            for p, sizes in seen.items()
         },
         "detectable_units": {
-            kind.name: QUANTITIES[ROW[kind.part.quantities[0]]].unit for kind in done.search.asked
+            effect_name(p): QUANTITIES[ROW[p.quantities[0]]].unit for p in done.search.asked
         },
         "unexplained": [
             {"joint": x.joint + 1, "share_of_gap": x.share, "rms": x.rms, "noise_floor": x.floor}
@@ -66,35 +68,38 @@ def gap_content(begun: Prepared, done: Outcome, settings: GapBySimulation) -> Co
 
 
 def _effect(a: Accepted, found: Evidence, done: Outcome) -> Content:
-    deviations = found.deviations
+    deviations, beside = found.deviations, found.beside
     evidence: Content = {
         "gain_nats_per_sample": a.gain,
         "asked_nats_per_sample": a.asked,
-        "smallest_held_out_gain": min(found.gains),
-        "held_out_parts": len(found.gains),
-        "confirmed_parts": sum(g > 0.0 for g in found.gains),
+        "smallest_held_out_gain": min(beside.gains),
+        "held_out_parts": len(beside.gains),
+        "confirmed_parts": sum(g > 0.0 for g in beside.gains),
         "effect_free_runs": done.search.nulls.runs,
-        "standard_errors_over_blocks": found.sureness,
+        "standard_errors_over_blocks": beside.over_all,
         "standard_deviations": deviations if np.isfinite(deviations) else None,
         "explained_rms": a.explained,
     }
     if a.next_best is not None:
-        evidence["next_best"] = f"{a.next_best.name} at [{a.joint + 1}]"
+        evidence["next_best"] = f"{effect_name(a.next_best.part)} at [{a.joint + 1}]"
         evidence["next_best_gain"] = a.next_best.gain
     return {
-        "name": a.kind.name,
+        "name": effect_name(a.part),
         "joints": [a.joint + 1],
         "parameters": _parameters(a, done),
-        "equation": a.kind.equation,
+        "equation": KIND_OF[a.part].equation,
         "evidence": evidence,
-        "rivals": [{"name": r.name, "joints": [a.joint + 1], "evidence": r.gain} for r in a.rivals],
-        "separating_experiment": f"{a.kind.name}:{a.joint + 1}" if a.rivals else None,
+        "rivals": [
+            {"name": effect_name(r.part), "joints": [a.joint + 1], "evidence": r.gain}
+            for r in a.rivals
+        ],
+        "separating_experiment": f"{effect_name(a.part)}:{a.joint + 1}" if a.rivals else None,
     }
 
 
 def _parameters(a: Accepted, done: Outcome) -> Content:
     found = {}
-    for quantity, name in zip(a.kind.part.quantities, a.kind.reported, strict=True):
+    for quantity, name in zip(a.part.quantities, KIND_OF[a.part].reported, strict=True):
         row = ROW[quantity]
         sd = float(done.known.sd[row, a.joint])
         found[name] = {
@@ -130,25 +135,22 @@ def _where(setup: Setup, done: Outcome) -> list[Content]:
 
 
 def _not_observable(
-    seen: dict[str, Array], moving: NDArray[np.bool_], done: Outcome
+    seen: dict[Part, Array], moving: NDArray[np.bool_], done: Outcome
 ) -> list[Content]:
     """Effects that these motions do not show; those that were named are there."""
     hidden = {}
-    for name, sizes in seen.items():
-        named = [a.joint for a in done.effects if a.kind.name == name]
+    for part, sizes in seen.items():
+        named = [a.joint for a in done.effects if a.part == part]
         here = np.isnan(sizes) & moving
         here[named] = False
-        hidden[name] = np.flatnonzero(here)
+        hidden[effect_name(part)] = np.flatnonzero(here)
     return [{"name": k, "joints": [int(j) + 1 for j in x]} for k, x in hidden.items() if len(x)]
 
 
 def _held_out(begun: Prepared, done: Outcome) -> Content:
-    """Position errors of all folds, in rad, and relative to how far the joints moved."""
+    """Position errors of blocks left out, in rad, and relative to how far the joints moved."""
     floor = done.search.nulls.floor
-    before, after = (
-        np.sqrt(np.concatenate(errors).mean(axis=0))
-        for errors in (done.confirmation.before, done.confirmation.after)
-    )
+    before, after = rms(done.search.base.errors), rms(done.search.end.errors)
     q = np.concatenate([s.q for s in begun.setup.segments])
     motion, moving = q.std(axis=0), begun.moving
 

@@ -12,6 +12,7 @@ from ident.checks.remark import Grade, Remark, joints, verdict_content
 from ident.model.arm import Arm
 from ident.output_error.fit import MotionSegment
 from ident.output_error.identify import Found, identify_by_simulation
+from ident.output_error.judging import rms
 from ident.output_error.parameters import QUANTITIES
 from ident.output_error.servo_model import ServoModel
 from ident.output_error.uncertainty import unknown_factor
@@ -136,7 +137,7 @@ def _remarks(found: Found, names: Sequence[str]) -> list[Remark]:
     limit = np.maximum(
         _BAD * np.minimum(_following(found), still), _COUNTS * found.model.resolution
     )
-    worst = np.maximum(found.search.held_out, found.fit.rms)
+    worst = np.maximum(rms(found.search.errors), found.fit.rms)
     bad = np.flatnonzero((worst > limit) & found.moving)
     if len(bad):
         said.append(
@@ -206,7 +207,7 @@ def _content(arm: Arm, found: Found) -> dict[str, Any]:
         ],
         "rms_q_by_joint": found.fit.rms.tolist(),
         "following_rms_by_joint": _following(found).tolist(),
-        "held_out": {"rms_q_by_joint": found.search.held_out.tolist()},
+        "held_out": {"rms_q_by_joint": rms(found.search.errors).tolist()},
         "parameters": [
             {
                 "name": q.name,
@@ -222,8 +223,12 @@ def _content(arm: Arm, found: Found) -> dict[str, Any]:
         "lost_motion_rad": (model.value("coulomb") / model.value("stiffness")).tolist(),
         "torque_factor_sd": [x if np.isfinite(x) else None for x in found.known.torque_factor_sd],
         "parts_tried": [
-            {"name": t.name, "gain_by_joint": t.gain.tolist(), "kept": t.kept.tolist()}
-            for t in found.search.trials
+            {
+                "name": part.name,
+                "gain_by_joint": gain.tolist(),
+                "kept": found.search.kept(part).tolist(),
+            }
+            for part, gain in found.search.gains.items()
         ],
         "solver": {"name": "Levenberg-Marquardt", "status": "done", "rounds": found.fit.rounds},
     }

@@ -9,7 +9,7 @@ from ident.output_error.first_guess import first_guess
 from ident.output_error.fit import MotionSegment, Prior, Setup, fit
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.plant import Motion
-from ident.output_error.selection import BASE
+from ident.output_error.search.parts import BASE
 from ident.output_error.uncertainty import knowledge
 from wamctl.arm.robot import cad_parameters, load_robot
 

@@ -11,9 +11,9 @@ import ident
 from ident.api.servos import IdentifiedServos
 from ident.output_error.first_guess import neutral
 from ident.output_error.glitches import unreachable
-from ident.output_error.identify import prepared
 from ident.output_error.missing.visibility import held_by_weight
 from ident.output_error.parameters import ROW
+from ident.output_error.prepared import prepared
 from ident.output_error.recordings import segments_of
 from wamctl.arm.errors import DataError
 

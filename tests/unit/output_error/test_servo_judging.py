@@ -1,8 +1,16 @@
 """How errors of simulated positions are compared: no few blocks of time decide."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from ident.output_error.missing.judging import explained, gain, sureness, typical
+from ident.output_error.first_guess import neutral
+from ident.output_error.fit import MEMORY_S, Fit, MotionSegment, Prior, Setup
+from ident.output_error.judging import blocks, explained, gain, left_out, sureness, typical
+from ident.output_error.parameters import QUANTITIES, ROW
+from ident.output_error.plant import Motion
+from ident.output_error.search.parts import ENCODER_OFFSET, OFFSET
+from ident.output_error.search.trial import felt
 
 RESTING = 4e-6  # rad^2: a joint that rests on the other side of its friction, 2 mrad away
 
@@ -29,3 +37,60 @@ def test_an_effect_in_all_blocks_counts_whole() -> None:
     np.testing.assert_allclose(gain(before, after), np.log(2.0), atol=0.1)
     assert sureness(before, after)[0] > 10.0
     np.testing.assert_allclose(explained(before, after), np.sqrt(3.0) * 1e-4, rtol=0.1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Line(Setup):
+    """Positions that are a straight line in two settings of a joint, and nothing else."""
+
+    slopes: np.ndarray
+    told: np.ndarray
+
+    def residuals(self, settings: np.ndarray) -> np.ndarray:
+        """What was told less the line, shape (S, 1)."""
+        return (self.told - self.slopes @ settings[ROWS, 0])[:, None]
+
+
+ROWS = [ROW["zero"], ROW["load_friction"]]
+SCALES = np.array([QUANTITIES[r].scale for r in ROWS])
+
+
+def test_a_stretch_that_is_left_out_is_predicted_as_a_fit_of_the_others_would() -> None:
+    rng, count = np.random.default_rng(2), 600
+    t = np.arange(count) / 50
+    slopes = np.column_stack([np.sin(t), np.linspace(0.0, 1.0, count)])
+    told = slopes @ [0.1, 0.4] + 1e-3 * rng.standard_normal(count)
+    motion = Motion(t, t, told[:, None], told[:1], np.zeros(1))
+    segments = (MotionSegment(motion, told[:, None]),)
+    args = None, np.empty(0), np.array([True]), segments, 0.002
+    setup = Line(*args, slopes=slopes, told=told)
+    prior = Prior(neutral(1), np.full((len(QUANTITIES), 1), 3.0), np.full(len(QUANTITIES), np.inf))
+    X, at_once = slopes * SCALES, 2
+
+    def fitted(kept: np.ndarray, belief: float) -> np.ndarray:
+        H = X[kept].T @ X[kept] + belief * np.eye(2)
+        return SCALES * np.linalg.solve(H, X[kept].T @ told[kept])
+
+    settings, free = neutral(1), np.zeros((len(QUANTITIES), 1), dtype=bool)
+    free[ROWS] = True
+    settings[ROWS, 0] = fitted(np.ones(count, dtype=bool), 0.0)
+    found = Fit(settings, free, setup.residuals(settings), 0.0, 1)
+    belief = np.mean(found.residuals**2) * count * MEMORY_S / setup.seconds / 9.0
+    edges, errors = blocks(setup), left_out(setup, found, prior)
+    for k in range(0, len(edges) - 1, at_once):
+        a, b = edges[k], edges[min(k + at_once, len(edges) - 1)]
+        kept = np.ones(count, dtype=bool)
+        kept[a:b] = False
+        off = (told - slopes @ fitted(kept, belief))[a : edges[k + 1]]
+        np.testing.assert_allclose(errors[k, 0], np.mean(off**2), rtol=1e-3)
+
+
+def test_what_other_joints_gain_by_a_zero_counts_at_its_own() -> None:
+    rng = np.random.default_rng(3)
+    before = np.hstack([errors(rng, 2e-4) for _ in range(3)])
+    after = before * [1.0, 0.5, 0.25]
+    place = np.array([False, True, False])
+
+    own, whole = (gain(before, felt(p, place, before, after)) for p in (OFFSET, ENCODER_OFFSET))
+    np.testing.assert_allclose(own[1], 0.5 * np.log(2.0))
+    np.testing.assert_allclose(whole[1], 0.5 * np.log(8.0))

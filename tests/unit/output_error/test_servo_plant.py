@@ -5,8 +5,8 @@ from servo_arm import URDF
 
 from ident.dynamics.compiled_chain import chain_of
 from ident.output_error.first_guess import neutral
-from ident.output_error.fit import MotionSegment, Setup, coordinates, settings_at
-from ident.output_error.parameters import QUANTITIES, ROW
+from ident.output_error.fit import MotionSegment, Setup, coordinates, settings_at, turned
+from ident.output_error.parameters import PER_STIFFNESS, QUANTITIES, ROW
 from ident.output_error.plant import Motion
 from wamctl.arm.robot import load_robot
 
@@ -136,3 +136,29 @@ def test_coordinates_and_settings_belong_together():
     settings = neutral(2)
     assert settings_at(coordinates(settings)) == pytest.approx(settings)
     assert len(QUANTITIES) == len(ROW)
+
+
+def test_all_torques_together_are_one_coordinate():
+    """Where a joint lifts nothing, its positions do not depend on it."""
+    settings, stiffness = neutral(1), ROW["stiffness"]
+    settings[ROW["offset"]] = 0.3
+    settings[ROW["torque_limit"]] = 2.0
+    place = coordinates(settings)
+    place[stiffness] += np.log(7.0)
+    larger = settings_at(place)
+    rows = [ROW[name] for name in ("stiffness", *PER_STIFFNESS)]
+    assert larger[rows] == pytest.approx(7.0 * settings[rows])
+    others = np.setdiff1d(np.arange(len(QUANTITIES)), rows)
+    assert larger[others] == pytest.approx(settings[others])
+
+
+def test_settings_turn_with_their_coordinates():
+    settings = neutral(1)[:, 0]
+    settings[[ROW["offset"], ROW["torque_limit"]]] = 0.3, 2.0
+    rows = np.array([ROW[name] for name in ("stiffness", "offset", "coulomb", "delay", "zero")])
+    made, step = turned(settings, rows), 1e-6
+    for i, row in enumerate(rows):
+        place = coordinates(settings[:, None])
+        place[row] += step
+        change = (settings_at(place)[:, 0] - settings)[rows] / step
+        assert made[:, i] == pytest.approx(change, rel=1e-4, abs=1e-6)

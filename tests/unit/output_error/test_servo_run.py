@@ -24,7 +24,7 @@ def test_method_is_chosen_where_no_torque_is_and_said(identified):
     assert "no_torque" in [r["code"] for r in content["remarks"]]
     assert content["verdict"] == "trustworthy"
     said = (identified / "said.txt").read_text(encoding="utf-8")
-    assert re.search(r"[\d.]+ mrad on pieces that were not fitted\.\n", said)
+    assert re.search(r"[\d.]+ mrad on stretches of time that are left out\.\n", said)
 
 
 def test_settings_of_another_simulator_are_recovered(identified):
@@ -107,5 +107,5 @@ def test_joints_that_are_held_do_not_count_in_the_headline():
     }
     assert error_sentence(content).endswith(
         "the arm is 2.00 mrad (rms over the joints that move) from where it was measured, and"
-        " 3.00 mrad on pieces that were not fitted."
+        " 3.00 mrad on stretches of time that are left out."
     )

@@ -1,0 +1,145 @@
+"""Where an identification by simulation begins: arm, recordings, and what is known of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.dynamics.compiled_chain import chain_of, torques
+from ident.model.arm import Arm
+from ident.output_error.first_guess import first_guess
+from ident.output_error.fit import MotionSegment, Prior, Setup
+from ident.output_error.parameters import QUANTITIES, ROW
+from ident.output_error.recordings import settled
+from ident.output_error.servo_model import STEP_S
+from ident.signals.arrays import Array
+from wamctl.arm.errors import ConfigurationError, DataError
+from wamctl.arm.robot import cad_parameters
+
+_MOVES = 0.02  # a joint that spans less is held [rad]
+_TOO_FAR = 2.0  # times the range that the URDF allows: another unit
+_SD = 3.0
+_SAME = {"stiffness": 0.03, "rate_gain": 0.3, "profile_acceleration": 0.03, "delay": 0.2}
+"""Spread of coordinates over servos of one kind."""
+
+_LEAST_WEIGHT = 1e-3  # N m: a joint that lifts less knows no zero
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """An arm, its recordings, and where a fit of them begins.
+
+    Attributes:
+        arm: kinematics, links, and what its file says of the servos.
+        setup: it, along all recordings.
+        prior: what is believed before the data; its centre is the first guess.
+        may: what may be fitted, shape (quantities, n): not what is known, nor joints at rest.
+        moving: which joints moved, shape (n,).
+        resolution: smallest step of the positions [rad], shape (n,).
+    """
+
+    arm: Arm
+    setup: Setup
+    prior: Prior
+    may: NDArray[np.bool_]
+    moving: NDArray[np.bool_]
+    resolution: Array
+
+    @property
+    def start(self) -> Array:
+        """The first guess, shape (quantities, n)."""
+        return self.prior.center
+
+    @property
+    def same_servo(self) -> bool:
+        """Whether all joints have the same."""
+        return self.arm.servo.same_servo
+
+
+def prepared(arm: Arm, segments: Sequence[MotionSegment]) -> Prepared:
+    """Where an identification begins.
+
+    Raises:
+        DataError: no joint moves, or one farther than its limits allow.
+        ConfigurationError: the arm's file names quantities that do not exist.
+    """
+    n = arm.robot.dof
+    span = np.ptp(np.concatenate([s.q for s in segments]), axis=0)
+    _check_unit(arm, span, segments[0].name)
+    moving = span > _MOVES
+    if not moving.any():
+        raise DataError(f"No joint moves by more than {_MOVES} rad; nothing can be learned.")
+    setup = Setup(
+        chain_of(arm.robot),
+        cad_parameters(arm.robot),
+        np.full(n, arm.servo.encoder == "link"),
+        settled(segments),
+        STEP_S,
+    )
+    fixed = _given(arm.servo.fixed, n, arm.source)
+    known = np.where(np.isnan(fixed), _given(arm.servo.first, n, arm.source), fixed)
+    start = first_guess(setup, known, same_servo=arm.servo.same_servo)
+    alike = np.full(len(QUANTITIES), np.inf)
+    if arm.servo.same_servo:
+        alike[[ROW[name] for name in _SAME]] = list(_SAME.values())
+    may = np.isnan(fixed) & moving
+    may[ROW["zero"]] &= _weight(setup) > _LEAST_WEIGHT
+    prior = Prior(start, np.full(start.shape, _SD), alike)
+    return Prepared(arm, setup, prior, may, moving, _resolution(segments))
+
+
+def _check_unit(arm: Arm, span: Array, name: str) -> None:
+    """Refuse positions that span far more than the URDF allows; zeros may lie anywhere."""
+    model = arm.robot.model
+    allowed = np.asarray(model.upperPositionLimit) - np.asarray(model.lowerPositionLimit)
+    wild = np.flatnonzero((allowed > 0.0) & (span > _TOO_FAR * allowed))
+    if len(wild):
+        joint = int(wild[0])
+        raise DataError(
+            f"{name}: {arm.robot.joint_names[joint]} moves through {span[joint]:.4g}, and its URDF"
+            f" allows {allowed[joint]:.4g}; give positions and commands in rad (unit: deg in the"
+            " mapping of ident import converts them)."
+        )
+
+
+def _given(values: dict, n: int, source: str) -> Array:
+    """Settings that a file gives, NaN elsewhere, shape (quantities, n)."""
+    wrong = [name for name in values if name not in ROW]
+    if wrong:
+        raise ConfigurationError(
+            source, [f"servo: {', '.join(wrong)}: not one of {', '.join(ROW)}"]
+        )
+    given = np.full((len(QUANTITIES), n), np.nan)
+    for name, value in values.items():
+        if np.size(value) not in (1, n):
+            raise ConfigurationError(
+                source, [f"servo: {name}: {np.size(value)} values for {n} joints"]
+            )
+        q = QUANTITIES[ROW[name]]
+        if np.min(value) < q.low or np.max(value) > q.high:
+            bounds = f"{q.low:g} to {q.high:g} {q.unit}"
+            raise ConfigurationError(source, [f"servo: {name}: {value} is not within {bounds}"])
+        given[ROW[name]] = value
+    return given
+
+
+def _weight(setup: Setup) -> Array:
+    """Largest torque of gravity along the recordings [N m], shape (n,)."""
+    largest = np.zeros(len(setup.at_link))
+    for s in setup.segments:
+        q = np.ascontiguousarray(s.q[::10])
+        still = np.zeros_like(q)
+        held = torques(setup.chain, setup.delta, q, still, still)
+        largest = np.maximum(largest, np.abs(held).max(axis=0))
+    return largest
+
+
+def _resolution(segments: Sequence[MotionSegment]) -> Array:
+    """Smallest step between the positions that were told [rad], shape (n,)."""
+    q = np.concatenate([s.q for s in segments])
+    steps = np.zeros(q.shape[1])
+    for j, column in enumerate(q.T):
+        places = np.unique(np.round(column, 7))
+        steps[j] = np.median(np.diff(places)) if len(places) > 1 else 0.0
+    return steps

@@ -1,0 +1,1 @@
+"""The search by simulation: parts that recordings ask for, one after the other."""

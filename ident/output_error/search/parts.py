@@ -1,0 +1,88 @@
+"""What a joint may have beside gain, damping, rotor, dry friction, and delay."""
+
+from dataclasses import dataclass
+
+TURNING = ("turning_speed", "presliding", "rise_speed")
+"""How dry friction turns round: nobody knows, so that it is fitted at every joint."""
+
+BASE = ("stiffness", "armature", "damping", "coulomb", *TURNING, "delay")
+"""What every joint has."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """Something that a servo, its gears, or its link may have.
+
+    Attributes:
+        name: in arms' files and reports.
+        quantities: what it adds, the deciding one first.
+        sizes: of the deciding one, to begin with; empty: where it is.
+        relative: quantity that the sizes are parts of.
+        servo: whether it belongs to the servo, and is looked for before all else.
+        common: whether joints have it all or none, as servos of one kind do.
+        instead: quantity that grows where the part is left out, because it lags alike.
+    """
+
+    name: str
+    quantities: tuple[str, ...]
+    sizes: tuple[float, ...] = ()
+    relative: str = ""
+    servo: bool = False
+    common: bool = False
+    instead: str = ""
+
+    @property
+    def felt_elsewhere(self) -> bool:
+        """Whether it moves other joints too, as a zero that turns their gravity."""
+        return "zero" in self.quantities
+
+    @property
+    def further(self) -> int:
+        """Quantities beside the deciding one."""
+        return len(self.quantities) - 1
+
+
+ZEROS = Part("zero", ("zero",), servo=True, common=True)
+"""Of all joints: the pose in which the arm's positions are nothing."""
+
+SERVO_PARTS = (
+    Part(
+        "profile",
+        ("profile_acceleration",),
+        (3.0, 6.0, 12.0, 25.0, 50.0, 100.0, 200.0),
+        servo=True,
+        common=True,
+        instead="armature",
+    ),
+    Part(
+        "torque_limit", ("torque_limit",), (0.03, 0.06, 0.09, 0.12, 0.17, 0.25), "stiffness", True
+    ),
+    Part("rate_gain", ("rate_gain",), (0.15, 0.4, 0.8), "damping", True, True),
+    Part("profile_speed", ("profile_speed",), (0.5, 1.0, 2.0, 4.0), "", True, True),
+)
+
+INTEGRAL = Part("integral", ("integral",), (0.3, 1.0, 4.0), "stiffness", True, True)
+DEAD_ZONE = Part("dead_zone", ("dead_zone",), (2e-3, 5e-3), "", True, True)
+
+ENCODER_OFFSET = Part("encoder_offset", ("zero",), (-0.2, -0.05, 0.05, 0.2))
+LOAD_FRICTION = Part("load_friction", ("load_friction",), (0.05, 0.15, 0.4))
+STRIBECK = Part("stribeck", ("stribeck", "stribeck_speed"), (0.1, 0.3, 0.8), "coulomb")
+HALF_PLAY = Part("half_play", ("half_play",), (1e-3, 2e-3, 4e-3, 8e-3, 0.016), instead="coulomb")
+COMPLIANCE = Part("compliance", ("compliance",), (2e-3, 8e-3, 0.03))
+OFFSET = Part("offset", ("offset",), (-3.0, -1.0, -0.3, 0.3, 1.0, 3.0), "coulomb")
+SPRING = Part("spring", ("spring", "offset"), (0.3, 1.0, 3.0, 10.0), "coulomb")
+DRAG = Part("drag", ("drag",), (-0.1, 0.1, 0.3, 1.0), "damping")
+SKEW = Part("skew", ("skew",), (-0.5, -0.15, 0.15, 0.5), "damping")
+
+PARTS = (
+    ZEROS,
+    *SERVO_PARTS,
+    INTEGRAL,
+    DEAD_ZONE,
+    LOAD_FRICTION,
+    STRIBECK,
+    HALF_PLAY,
+    COMPLIANCE,
+    OFFSET,
+)
+"""What an identification looks for."""

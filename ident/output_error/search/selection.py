@@ -1,0 +1,225 @@
+"""Parts that recordings ask for, one after the other, joint by joint.
+
+In each round every part that could explain something is put in at all joints at once and fitted
+with all else; at each joint the one stays that predicts best what is left out. The servo's own come
+first, since they shape the motion most; a part that joints have all or none has to help at half of
+them, so that it does not stand in for what a single joint has.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.output_error.fit import Fit, Setup, fit
+from ident.output_error.judging import explained, gain, left_out, sureness
+from ident.output_error.parameters import ROW
+from ident.output_error.prepared import Prepared
+from ident.output_error.search.parts import BASE, Part
+from ident.output_error.search.settings import SearchSettings
+from ident.output_error.search.trial import Places, Trial, trials
+from ident.regression.progress import Tell
+from ident.signals.arrays import Array
+
+
+@dataclass(frozen=True)
+class Rival:
+    """Another part that explains as much.
+
+    Attributes:
+        part: what it is.
+        gain: nats per sample.
+    """
+
+    part: Part
+    gain: float
+
+
+@dataclass(frozen=True)
+class Accepted:
+    """A part at a joint.
+
+    Attributes:
+        part: what it is.
+        joint: from 0.
+        gain: nats per sample on blocks of time that are left out.
+        asked: what it needed.
+        explained: rms of the positions that it explains [rad].
+        next_best: the best other part there, if any helps.
+        rivals: those that are not surely worse, the best first.
+    """
+
+    part: Part
+    joint: int
+    gain: float
+    asked: float
+    explained: float
+    next_best: Rival | None
+    rivals: tuple[Rival, ...]
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The arm with the parts that were accepted.
+
+    Attributes:
+        setup: arm and recordings, as they were searched.
+        fit: with all accepted parts.
+        errors: of blocks of time that are left out [rad^2], shape (B, n).
+        accepted: in order of acceptance.
+        gains: of each part that was tried, largest at each joint [nats per sample], shape (n,).
+    """
+
+    setup: Setup
+    fit: Fit
+    errors: Array
+    accepted: tuple[Accepted, ...] = ()
+    gains: Mapping[Part, Array] = field(default_factory=dict)
+
+    def kept(self, part: Part) -> Places:
+        """Joints at which a part was accepted, shape (n,)."""
+        joints = [a.joint for a in self.accepted if a.part == part]
+        return np.isin(np.arange(self.errors.shape[1]), joints)
+
+
+def bare(setup: Setup, begun: Prepared, rounds: int) -> Selection:
+    """The arm with what every joint has."""
+    free = np.zeros(begun.may.shape, dtype=bool)
+    free[[ROW[name] for name in BASE]] = True
+    found = fit(setup, begun.start, free & begun.may, begun.prior, rounds)
+    return Selection(setup, found, left_out(setup, found, begun.prior))
+
+
+def extended(
+    found: Selection, begun: Prepared, parts: Sequence[Part], least: Mapping[Part, float],
+    settings: SearchSettings, tell: Tell,
+) -> Selection:  # fmt: skip
+    """Parts added as long as what is left out is predicted better.
+
+    Args:
+        found: what is there.
+        begun: arm and recordings.
+        parts: what is looked for.
+        least: nats per sample that a part has to bring, where it is not the settings' own.
+        settings: numbers that decide.
+        tell: hears what is being done.
+    """
+    setup = found.setup
+    for _ in range(settings.rounds):
+        made = _round(found, begun, parts, settings, tell)
+        gains = dict(found.gains)
+        for t in made:
+            gains[t.part] = np.maximum(gains.get(t.part, t.gain), t.gain)
+        found = replace(found, gains=gains)
+        won = _winners(made, found.errors, least, begun, settings)
+        if not won:
+            break
+        best = _with(found, made, won, begun, settings)
+        errors = left_out(setup, best, begun.prior)
+        if gain(found.errors, errors).sum() <= 0.0:
+            break
+        found = replace(found, fit=best, errors=errors, accepted=(*found.accepted, *won))
+    return found
+
+
+def possible(part: Part, begun: Prepared) -> Places:
+    """Joints at which a part may be: neither known nor at rest, shape (n,)."""
+    return begun.may[[ROW[name] for name in part.quantities]].all(axis=0)
+
+
+def _round(
+    found: Selection, begun: Prepared, parts: Sequence[Part], settings: SearchSettings, tell: Tell
+) -> list[Trial]:
+    asked = {part: possible(part, begun) & ~found.kept(part) for part in parts}
+    tell("looking for what is missing", 0.0)
+    args = found.setup, found.fit, found.errors, asked, begun.prior, settings, tell
+    made = trials(*args, same_servo=begun.same_servo)
+    return [replace(t, gain=_shared(t, begun)) for t in made]
+
+
+def _shared(trial: Trial, begun: Prepared) -> Array:
+    """Gains by joint; of what joints have all or none, no more than at half of them."""
+    if not trial.part.common:
+        return trial.gain
+    usual = np.median(trial.gain[trial.places])
+    whole = of_all_joints(trial.part, begun)
+    return np.where(trial.places, usual if whole else np.minimum(trial.gain, usual), 0.0)
+
+
+def of_all_joints(part: Part, begun: Prepared) -> bool:
+    """Whether a part is at all joints or at none."""
+    return part.common and (begun.same_servo or part.felt_elsewhere)
+
+
+def _winners(
+    made: Sequence[Trial], errors: Array, least: Mapping[Part, float], begun: Prepared,
+    settings: SearchSettings,
+) -> list[Accepted]:  # fmt: skip
+    """The best part of each joint, where it is large and sure enough; the largest ones only."""
+    found = []
+    for joint in range(errors.shape[1]):
+        ordered = sorted(
+            (t for t in made if t.places[joint]),
+            key=lambda t: t.gain[joint] - settings.per_quantity * t.part.further,
+            reverse=True,
+        )
+        if ordered and (won := _accepted(ordered, joint, errors, least, begun, settings)):
+            found.append(won)
+    found.sort(key=lambda a: a.gain, reverse=True)
+    servo = [a for a in found if a.part.servo]
+    if servo:
+        return servo
+    if found and found[0].part.felt_elsewhere:
+        return found[:1]  # it may explain the others' gains
+    alone = [a for a in found if not a.part.felt_elsewhere]
+    return [a for a in alone if a.gain >= settings.together * alone[0].gain]
+
+
+def _accepted(
+    ordered: Sequence[Trial], joint: int, errors: Array, least: Mapping[Part, float],
+    begun: Prepared, settings: SearchSettings,
+) -> Accepted | None:  # fmt: skip
+    first = ordered[0]
+    asked = least.get(first.part, settings.least_gain) + settings.per_quantity * first.part.further
+    size = float(explained(errors, first.errors)[joint])
+    whole = of_all_joints(first.part, begun)
+    sure = np.inf if whole else float(sureness(errors, first.errors)[joint])
+    noise = 0.0 if whole else settings.seen * begun.resolution[joint] / np.sqrt(12.0)
+    if first.gain[joint] < asked or sure < settings.sure or size < noise:
+        return None
+    own = set(first.part.quantities)  # what holds them all and more is the same again
+    others = [t for t in ordered[1:] if not own <= set(t.part.quantities)]
+    names = [Rival(t.part, float(t.gain[joint])) for t in others]
+    rivals = [
+        r
+        for r, t in zip(names, others, strict=True)
+        if r.gain >= settings.rival_share * first.gain[joint]
+        and sureness(t.errors, first.errors)[joint] < settings.apart
+    ]
+    best = names[0] if names and names[0].gain > 0.0 else None
+    return Accepted(first.part, joint, float(first.gain[joint]), asked, size, best, tuple(rivals))
+
+
+def _with(
+    found: Selection, made: Sequence[Trial], won: Sequence[Accepted], begun: Prepared,
+    settings: SearchSettings,
+) -> Fit:  # fmt: skip
+    """The arm with new parts, fitted together."""
+    began, free = found.fit.settings.copy(), found.fit.free.copy()
+    for a in won:
+        mine = next(t for t in made if t.part == a.part and t.places[a.joint])
+        felt_at = slice(None) if a.part.felt_elsewhere else a.joint
+        began[:, felt_at] = mine.fit.settings[:, felt_at]
+        free[[ROW[name] for name in a.part.quantities], a.joint] = True
+    return refitted(found.setup, began, free, won, begun, settings)
+
+
+def refitted(
+    setup: Setup, began: Array, free: NDArray[np.bool_], changed: Sequence[Accepted],
+    begun: Prepared, settings: SearchSettings,
+) -> Fit:  # fmt: skip
+    """The arm with the joints fitted anew that feel some parts come or go."""
+    joints = np.isin(np.arange(free.shape[1]), [a.joint for a in changed])
+    loose = free & (joints | any(a.part.felt_elsewhere for a in changed))
+    return replace(fit(setup, began, loose, begun.prior, settings.fit_rounds), free=free)

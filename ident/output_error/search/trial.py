@@ -1,0 +1,138 @@
+"""A part put into the simulated arm at many joints at once, fitted, and judged by joint."""
+
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.output_error.fit import Fit, Prior, Setup, fit
+from ident.output_error.judging import gain, left_out
+from ident.output_error.parameters import QUANTITIES, ROW
+from ident.output_error.search.parts import BASE, Part
+from ident.output_error.search.screening import promising
+from ident.output_error.search.settings import SearchSettings
+from ident.regression.progress import Tell
+from ident.signals.arrays import Array
+
+Places = NDArray[np.bool_]
+
+_SHARES = (1.0, 0.5, 0.1)  # of what a part stands in for
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A part that was tried.
+
+    Attributes:
+        part: what was tried.
+        places: joints at which it was, shape (n,).
+        fit: with it at all of them.
+        errors: of blocks of time that are left out [rad^2], shape (B, n); of the places only.
+        gain: nats per sample on them, by joint, shape (n,); 0 where it was not.
+    """
+
+    part: Part
+    places: Places
+    fit: Fit
+    errors: Array
+    gain: Array
+
+
+def trials(
+    setup: Setup, best: Fit, judged: Array, asked: dict[Part, Places], prior: Prior,
+    settings: SearchSettings, tell: Tell, *, same_servo: bool = False,
+) -> list[Trial]:  # fmt: skip
+    """Trials of the parts that could explain something.
+
+    One that other joints feel too is tried at one joint after the other, unless all have it.
+
+    Args:
+        setup: arm and recordings.
+        best: the arm so far.
+        judged: its errors on blocks that are left out, shape (B, n).
+        asked: joints at which each part is looked for.
+        prior: what is believed.
+        settings: numbers that decide.
+        tell: hears what is being done.
+        same_servo: whether all joints have the same.
+    """
+    worth = promising(setup, best, asked, settings.least_gain, settings.screen_share)
+    made = []
+    for k, (part, places) in enumerate(worth.items()):
+        if places.any():
+            tell(f"trying {part.name.replace('_', ' ')}", k / len(worth))
+        apart = part.felt_elsewhere and not part.common
+        for group in np.diag(places) if apart else [places]:
+            if not group.any():
+                continue
+            began = scanned(setup, best, part, group, prior, alike=same_servo and part.common)
+            made.append(_tried(setup, best, judged, part, group, began, prior, settings.fit_rounds))
+    return made
+
+
+def _tried(
+    setup: Setup, best: Fit, judged: Array, part: Part, places: Places, began: Array, prior: Prior,
+    rounds: int,
+) -> Trial:  # fmt: skip
+    new = np.zeros_like(best.free)
+    new[[ROW[name] for name in part.quantities]] = places
+    loose = best.free | new
+    if not part.felt_elsewhere:  # the other joints hardly feel it, and zeros take long
+        loose &= places
+        loose[ROW["zero"]] = False
+    found = fit(setup, began, loose, prior, rounds)
+    errors = felt(part, places, judged, left_out(setup, found, prior))
+    found = replace(found, free=best.free | new)
+    return Trial(part, places, found, errors, np.where(places, gain(judged, errors), 0.0))
+
+
+def felt(part: Part, places: Places, before: Array, after: Array) -> Array:
+    """Errors with a part; what other joints gain by it counts at its own.
+
+    Args:
+        part: what was added.
+        places: where, shape (n,).
+        before: errors without it, shape (B, n).
+        after: errors with it, shape (B, n).
+    """
+    if not part.felt_elsewhere or part.common:
+        return after
+    all_joints = np.prod(after / before, axis=1)[:, None]
+    return np.where(places, before * all_joints, after)
+
+
+def scanned(
+    setup: Setup, best: Fit, part: Part, places: Places, prior: Prior,
+    *, alike: bool = False,
+) -> Array:  # fmt: skip
+    """Each joint where it fits best with a part at one of its sizes, shape (quantities, n).
+
+    All else is as in the arm so far, or as in the first guess: settings that were fitted without
+    the part may have gone far to make up for it. What it stands in for is also tried smaller.
+
+    Args:
+        setup: arm and recordings.
+        best: the arm so far.
+        part: what is tried.
+        places: joints that get it, shape (n,).
+        prior: what is believed; its centre is the first guess.
+        alike: whether all joints have one size.
+    """
+    row, q = ROW[part.quantities[0]], QUANTITIES[ROW[part.quantities[0]]]
+    basic = [ROW[name] for name in BASE]
+    fresh = best.settings.copy()
+    fresh[basic] = np.where(best.free[basic], prior.center[basic], fresh[basic])
+    began, left = best.settings.copy(), np.full(len(places), np.inf)
+    shares = _SHARES if part.instead else (1.0,)
+    for origin, size, share in product((best.settings, fresh), part.sizes, shares):
+        unit = origin[ROW[part.relative]] if part.relative else 1.0
+        trial = np.where(places, origin, best.settings)
+        trial[row] = np.where(places, np.clip(size * unit, q.low, q.high), trial[row])
+        if part.instead:
+            trial[ROW[part.instead]] *= np.where(places, share, 1.0)
+        error = 0.5 * np.log(np.mean(setup.residuals(trial) ** 2, axis=0))
+        error = np.full_like(error, error.mean()) if alike else error
+        better = places & (error < left)
+        began, left = np.where(better, trial, began), np.where(better, error, left)
+    return began
