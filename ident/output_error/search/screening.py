@@ -25,14 +25,16 @@ def promising(
         best: the arm so far.
         asked: joints at which each part is looked for.
         least: nats per sample in first order, below which a part is not worth a fit.
-        share: the same, of what the best part would bring at the joint.
+        share: the same, of what the best part would bring at the joint; a servo's own parts move it
+            too far for the first order to say which of them is best.
     """
     hopes = {p: _of_half(h, asked[p]) if p.common else h for p, h in _hopes(setup, best, asked)}
     most = np.max([np.zeros(best.free.shape[1]), *hopes.values()], axis=0)
-    return {
-        part: places & ((hopes[part] > np.maximum(least, share * most)) | (not part.sizes))
-        for part, places in asked.items()
-    }
+    found = {}
+    for part, places in asked.items():
+        needed = np.maximum(least, 0.0 if part.servo else share * most)
+        found[part] = places & ((hopes[part] > needed) | (not part.sizes))
+    return found
 
 
 def _of_half(gain: Array, places: Places) -> Array:
