@@ -1,6 +1,6 @@
 """How errors of simulated positions are compared: no few blocks of time decide."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,7 +9,8 @@ from ident.output_error.fit import MEMORY_S, Fit, MotionSegment, Prior, Setup
 from ident.output_error.judging import blocks, explained, gain, left_out, sureness, typical
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.plant import Motion
-from ident.output_error.search.parts import ENCODER_OFFSET, OFFSET
+from ident.output_error.search.parts import ENCODER_OFFSET, OFFSET, Part
+from ident.output_error.search.screening import promising
 from ident.output_error.search.trial import felt
 
 RESTING = 4e-6  # rad^2: a joint that rests on the other side of its friction, 2 mrad away
@@ -83,6 +84,24 @@ def test_a_stretch_that_is_left_out_is_predicted_as_a_fit_of_the_others_would() 
         kept[a:b] = False
         off = (told - slopes @ fitted(kept, belief))[a : edges[k + 1]]
         np.testing.assert_allclose(errors[k, 0], np.mean(off**2), rtol=1e-3)
+
+
+def test_a_part_of_the_servo_is_tried_beside_one_that_promises_more() -> None:
+    """It moves a joint too far for the first order to say which of two is better."""
+    rng, count = np.random.default_rng(4), 600
+    t = np.arange(count) / 50
+    slopes = np.column_stack([np.sin(3.0 * t), np.cos(5.0 * t)])
+    told = slopes @ [0.3, 0.1] + 0.1 * rng.standard_normal(count)
+    motion = Motion(t, t, told[:, None], told[:1], np.zeros(1))
+    args = None, np.empty(0), np.array([True]), (MotionSegment(motion, told[:, None]),), 0.002
+    setup, free = Line(*args, slopes=slopes, told=told), np.zeros((len(QUANTITIES), 1), dtype=bool)
+    free[ROW["delay"]] = True
+    best = Fit(neutral(1), free, setup.residuals(neutral(1)), 0.0, 1)
+    large, small = Part("large", ("zero",), (0.3,)), Part("small", ("load_friction",), (0.1,))
+    for servo in (False, True):
+        asked = {part: np.array([True]) for part in (large, replace(small, servo=servo))}
+        tried = [places.item() for places in promising(setup, best, asked, 0.01, 0.25).values()]
+        assert tried == [True, servo]
 
 
 def test_what_other_joints_gain_by_a_zero_counts_at_its_own() -> None:
