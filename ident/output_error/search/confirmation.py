@@ -16,6 +16,7 @@ from ident.output_error.search.settings import SearchSettings
 from ident.output_error.search.trial import felt
 
 _SPANS = 3
+_LEAST_BLOCKS = 2  # fewer do not tell how they differ
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,8 @@ def _together(part: Accepted, accepted: Sequence[Accepted]) -> tuple[Accepted, .
 
 
 def _spans(setup: Setup) -> list[NDArray[np.int64]]:
-    """Blocks of each recording, or of each third of the only one."""
+    """Blocks of each recording, or of each third of the only one; all where these are short."""
     names = [s.name for s in setup.segments for _ in blocks(replace(setup, segments=(s,)))[1:]]
     each = [np.flatnonzero(np.array(names) == name) for name in dict.fromkeys(names)]
-    return each if len(each) > 1 else np.array_split(each[0], _SPANS)
+    spans = each if len(each) > 1 else np.array_split(each[0], _SPANS)
+    return [s for s in spans if len(s) >= _LEAST_BLOCKS] or [np.arange(len(names))]
