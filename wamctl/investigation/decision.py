@@ -53,7 +53,7 @@ def decided(rounds: Sequence[Round], left: int) -> Decision | None:
         return None
     if last.verdict == NO_GAP and not _may_be_refuted(rounds, left):
         return Decision(NO_GAP, True, "Two different motions show no gap.")
-    if last.verdict == UNKNOWN:
+    if last.verdict == UNKNOWN and not (left and _has_failed_curve(last)):
         return Decision(UNKNOWN, True, "Two different motions show a gap that has no name.")
     return None
 
@@ -88,6 +88,11 @@ def suspect_that_leads(rounds: Sequence[Round]) -> str:
         return ""
     last = whole[-1]
     return _ahead(last, last.suspected)[0] or (last.leader if _led_by_suspect(last) else "")
+
+
+def _has_failed_curve(item: Round) -> bool:
+    """Whether no effect predicted the motion better than the measured curve did."""
+    return item.leader == UNKNOWN and item.evidence.get(NONE, 0.0) < 0.0
 
 
 def _may_be_refuted(rounds: Sequence[Round], left: int) -> bool:
@@ -160,14 +165,14 @@ def _bar(rounds: Sequence[Round], answer: str) -> float:
     return rounds[-1].asked if answer == rounds[-1].leader else asked_of(rounds, answer)
 
 
-def _ratios(rounds: Sequence[Round], answer: str, rival: str) -> list[float]:
-    """Log-likelihood ratios of two answers in all rounds that had both [nats]."""
-    found = list[float]()
+def _ratios(rounds: Sequence[Round], answer: str, rival: str) -> list[list[float]]:
+    """Log-likelihood ratios of two answers, by block, in each round that had both [nats]."""
+    found = list[list[float]]()
     for item in rounds:
         nothing = [0.0] * len(next(iter(item.bets.values()), []))
         behind = {item.leader: nothing, **item.bets}  # of each answer, the leader's lead
         if answer in behind and rival in behind:
-            found += [b - a for a, b in zip(behind[answer], behind[rival], strict=True)]
+            found.append([b - a for a, b in zip(behind[answer], behind[rival], strict=True)])
     return found
 
 

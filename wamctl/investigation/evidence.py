@@ -7,7 +7,9 @@ above zero, of whatever size), the factor's mean is at most one, so that by Vill
 wealth ever exceeds 1/alpha with a probability of at most alpha (Ramdas, Grunwald, Vovk, Shafer
 2023, "Game-theoretic statistics and safe anytime-valid inference", sections 2 and 3). The same
 holds for z over any factor, by which the noise may be larger than written down, and for the mean
-over several.
+over several. It holds for wealth that waits for a later motion, too: half of what is left is bet
+from each motion on, so that what a model predicted badly, when it was fitted to one log, does not
+outweigh for ever what it predicts well after several.
 """
 
 import math
@@ -44,14 +46,21 @@ def growth(ratios: Array) -> Array:
     return math.log(2.0) - np.logaddexp(0.0, -ratios / np.array(NOISIER)[:, None])
 
 
-def log_evidence(ratios: Sequence[float]) -> float:
-    """Logarithm of the e-value of the leader over a rival after these blocks [nats].
+def log_evidence(motions: Sequence[Sequence[float]]) -> float:
+    """Logarithm of the e-value of the leader over a rival after these motions [nats].
 
     Args:
-        ratios: log-likelihood of the leader less that of the rival, by block [nats].
+        motions: of each motion, log-likelihood of the leader less that of the rival, by block
+            [nats].
     """
-    wealth = growth(np.array(ratios, dtype=float)).sum(axis=1)
-    return float(np.logaddexp.reduce(wealth)) - math.log(len(NOISIER))
+    if not motions:
+        return 0.0
+    grown = np.array([growth(np.array(m, dtype=float)).sum(axis=1) for m in motions])
+    wealth = np.cumsum(grown[::-1], axis=0)[::-1]  # of what is bet from each motion on
+    bet = -math.log(2.0) * np.arange(1, len(motions) + 1)
+    parts = wealth + bet[:, None] - math.log(len(NOISIER))
+    kept = -math.log(2.0) * len(motions)
+    return float(np.logaddexp.reduce([*parts.ravel(), kept]))
 
 
 def odds_text(nats: float) -> str:
@@ -73,10 +82,10 @@ def _effect_words(name: str, joints: str) -> str:
     return f"{said} at {joints_text(joints.split('-'))}" if joints else said
 
 
-def signed_evidence(ratios: Sequence[float]) -> float:
+def signed_evidence(motions: Sequence[Sequence[float]]) -> float:
     """Evidence of the leader over a rival [nats], or minus that of the rival over it."""
-    ahead = log_evidence(ratios)
-    return ahead if ahead > 0.0 else -max(log_evidence([-z for z in ratios]), 0.0)
+    ahead, behind = log_evidence(motions), log_evidence([[-z for z in m] for m in motions])
+    return ahead if ahead > 0.0 else -max(behind, 0.0)
 
 
 def asked(alpha: float, leaders: int, among: int = 1) -> float:
@@ -92,7 +101,7 @@ def asked(alpha: float, leaders: int, among: int = 1) -> float:
 
 def odds(
     searched: Mapping[str, float],
-    pairs: Mapping[tuple[str, str], Sequence[float]],
+    pairs: Mapping[tuple[str, str], Sequence[Sequence[float]]],
     alike: Collection[str] = (),
 ) -> dict[str, float]:
     """How much each answer is believed; they add to one.
@@ -104,17 +113,17 @@ def odds(
     Args:
         searched: answers that a search of the same motions sees, and what that counts for each
             [nats].
-        pairs: log-likelihood ratios of all blocks, by leader and rival [nats].
+        pairs: log-likelihood ratios of all blocks of each motion, by leader and rival [nats].
         alike: answers that the search cannot tell apart.
     """
     nats = dict(searched)
     for leader, rival in pairs:
         nats.setdefault(leader, 0.0)
         nats.setdefault(rival, 0.0)
-    for (leader, rival), ratios in pairs.items():
+    for (leader, rival), motions in pairs.items():
         if leader in alike and rival in alike:
             continue
-        ahead = signed_evidence(ratios)
+        ahead = signed_evidence(motions)
         seen = (leader if ahead > 0.0 else rival) in searched
         nats[rival] -= ahead if seen else max(-SEARCH_NATS, min(ahead, SEARCH_NATS))
     most = max(nats.values())

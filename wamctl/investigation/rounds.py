@@ -322,10 +322,10 @@ def _odds(rounds: Sequence[Round]) -> dict[str, float]:
     The last search has seen the logs of all earlier ones. A measured curve that predicts badly
     speaks against itself, not against an effect that has no name, if the search still sees one.
     """
-    pairs: dict[tuple[str, str], list[float]] = {}
+    pairs: dict[tuple[str, str], list[list[float]]] = {}
     for item in rounds:
         for rival, won in item.bets.items():
-            pairs.setdefault((item.leader, rival), []).extend(won)
+            pairs.setdefault((item.leader, rival), []).append(won)
     last = rounds[-1]
     if last.verdict == UNKNOWN:
         pairs = {p: b for p, b in pairs.items() if p[0] != UNKNOWN or signed_evidence(b) > 0.0}

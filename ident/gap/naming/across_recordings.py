@@ -76,16 +76,15 @@ def _relative_sd(left_out: Sequence[Fit], index: int, logs: Sequence[int]) -> Ar
 
 
 def _gain(apart: DesignMatrix, found: Fit, index: int, logs: Sequence[int], count: int) -> float:
-    """Mean gain at the effect's joints on recordings that were left out."""
+    """Mean gain at all joints, which share parameters, on recordings that were left out."""
     others = tuple(e for i, e in enumerate(found.structure.effects) if i != index)
     less = replace(found, structure=replace(found.structure, effects=others))
-    joints = list(apart.index[index].joints)
     gains = []
     for k in logs:
         here = apart.equations.of([k])
         with_it, without = _without(apart, found, k, count), _without(apart, less, k, count)
         errors = predicted_rms(here, without), predicted_rms(here, with_it)
-        gains.append(float(mean_log_ratio(*errors, here.counts[:, 0])[joints].sum()))
+        gains.append(float(mean_log_ratio(*errors, here.counts[:, 0]).sum()))
     return float(np.mean(gains))
 
 

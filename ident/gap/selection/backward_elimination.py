@@ -40,9 +40,10 @@ def drop_unconfirmed(state: SelectionState, settings: GapSettings) -> SelectionS
 
 
 def _held_out_gain(state: SelectionState, index: int, settings: CrossValidation) -> float:
-    """Gain of one effect beside all others at its joints on the held-out fold [nats per sample].
+    """Gain of one effect beside all others on the held-out fold, at all joints [nats per sample].
 
-    Infinite where that fold does not excite it.
+    Without it the fit may leave its own joint right and put the error of the parameters that all
+    share at the other joints. Infinite where that fold does not excite the effect.
     """
     design = state.current.design(state.rows)
     if not excites(design, index, state.current.fit, HELD_OUT, settings):
@@ -53,8 +54,7 @@ def _held_out_gain(state: SelectionState, index: int, settings: CrossValidation)
         here = current.design(state.rows).equations.of([HELD_OUT])
         errors.append(predicted_rms(here, current.fit))
     counts = design.equations.counts[:, HELD_OUT]
-    gains = mean_log_ratio(errors[0], errors[1], counts)
-    return float(gains[list(state.accepted[index].joints)].sum())
+    return float(mean_log_ratio(errors[0], errors[1], counts).sum())
 
 
 def keep_significant(

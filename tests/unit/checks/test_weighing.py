@@ -72,7 +72,7 @@ def test_what_is_wrong_while_a_joint_turns_back_hides_no_small_effect(known):
 
     def evidence(noise: Noise) -> float:
         ours, theirs = (log_likelihood(m, noise, felt, [motion]) for m in (answer, model))
-        return signed_evidence((ours - theirs).sum(axis=1).tolist())
+        return signed_evidence([(ours - theirs).sum(axis=1).tolist()])
 
     told = Noise(sigma, slow, 10.0, None)
     alike = replace(told, sigma=np.tile(sigma[:, [Region.SLIDING]], (1, len(Region))))

@@ -74,7 +74,9 @@ def wam(*terms: Term) -> SimulatedArm:
     return replace(simulated_arm(chain_of(robot), heavier, viscous, coulomb), terms=terms)
 
 
-def recorded(arm: SimulatedArm, periods: int = PERIODS, alone: int | None = None) -> Recording:
+def recorded(
+    arm: SimulatedArm, periods: int = PERIODS, alone: int | None = None, slower: float = 1.0
+) -> Recording:
     """The arm, or one joint (from 0), on the shipped excitation, logged as the driver does."""
     file = load_arm_file("wam7.yaml")
     robot = arm_from_file(Path("wam7.yaml"), ()).robot
@@ -82,6 +84,8 @@ def recorded(arm: SimulatedArm, periods: int = PERIODS, alone: int | None = None
     if alone is not None:
         moves = (np.arange(len(arm.coulomb)) == alone)[:, None]
         series = replace(series, a=series.a * moves, b=series.b * moves)
+    slow = series.fundamental_rad_s / slower
+    series = replace(series, fundamental_rad_s=slow, a=series.a / slower, b=series.b / slower)
     trajectory = Trajectory(series, periods, {}, {})
     motion = reference(series, periods, file.excitation.ramp_s, file.bus.period_s)
     wanted = motion.q, motion.qd, motion.qdd

@@ -232,3 +232,17 @@ def test_of_three_recordings_only_one_may_tell_the_parameters_apart(plain):
     three = experiment([sprung(r) for r in logs], ["all.mcap", "1.mcap", "5.mcap"])
     found = search(three, Options(null_runs=1), lambda _: None).verdict
     assert (found.kind, [e.place for e in found.effects]) == (Kind.NAMED, [("joint_spring", (4,))])
+
+
+def test_an_effect_counts_for_the_joints_that_pay_for_it_where_it_is_left_out(plain):
+    """Weight of the lower arm makes up for a gain of its joint, and puts the error at others."""
+
+    def scaled(recording):
+        effort = recording.command.effort.copy()
+        effort[:, 3] *= 1.04
+        return replace(recording, command=replace(recording.command, effort=effort))
+
+    logs = [scaled(plain), scaled(recorded(wam(), 1, 3, slower=4.0))]
+    both = experiment(logs, ["all.mcap", "4.mcap"])
+    found = search(both, Options(null_runs=1), lambda _: None).verdict
+    assert (found.kind, [e.place for e in found.effects]) == (Kind.NAMED, [("torque_gain", (3,))])
