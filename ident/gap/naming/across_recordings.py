@@ -2,7 +2,8 @@
 
 Stretches of one motion look alike, and an effect that stands in for another cause is confirmed on
 all of them. Another motion tells. The spread of an effect's size is the delete-one jackknife over
-recordings (Efron, Stein 1981).
+recordings (Efron, Stein 1981), in which each value counts by what its recording knew: without the
+only one that shows an effect, the others may give it any size.
 """
 
 from collections.abc import Mapping, Sequence
@@ -59,7 +60,9 @@ def across_recordings(
         if len(logs) < 2:
             across.append(nothing)
             continue
-        across.append(Across(_relative_sd(left_out, i, logs), _gain(apart, found, i, logs, count)))
+        parts = [left_out[k] for k in logs]
+        spread = relative_spread(parts, found, i, settings.min_energy_share)
+        across.append(Across(spread, _gain(apart, found, i, logs, count)))
     return across
 
 
@@ -69,10 +72,23 @@ def _without(apart: DesignMatrix, found: Fit, log: int, count: int) -> Fit:
     return fit(rest, found.structure, found.sigma)
 
 
-def _relative_sd(left_out: Sequence[Fit], index: int, logs: Sequence[int]) -> Array:
-    values = np.array([left_out[k].effects[index] for k in logs])
-    spread = np.sqrt((len(logs) - 1) * values.var(axis=0))
-    return spread / np.maximum(np.abs(values.mean(axis=0)), 1e-300)
+def relative_spread(left_out: Sequence[Fit], found: Fit, index: int, least: float) -> Array:
+    """Jackknife standard deviation of an effect's coefficients, relative to them, shape (k,).
+
+    What a value moves by without a recording has, if all recordings agree, the variance by which it
+    is known worse then (Hausman 1978). Of recordings that know alike this is the plain jackknife.
+
+    Args:
+        left_out: fits without one recording each.
+        found: the fit to all of them.
+        index: of the effect.
+        least: share of what is known that each of these recordings holds at least.
+    """
+    value, known = found.effects[index], found.effect_variances[index]
+    moved = np.array([f.effects[index] - value for f in left_out])
+    worse = np.array([f.effect_variances[index] for f in left_out]) / known - 1.0
+    spread = np.sqrt((moved**2 / np.maximum(worse, least)).mean(axis=0))
+    return spread / np.maximum(np.abs(value), 1e-300)
 
 
 def _gain(apart: DesignMatrix, found: Fit, index: int, logs: Sequence[int], count: int) -> float:

@@ -44,9 +44,19 @@ class Fit:
     @property
     def effects(self) -> list[Array]:
         """Coefficients of each effect."""
+        return self._of_effects(self.x)
+
+    @property
+    def effect_variances(self) -> list[Array]:
+        """Their variances were all rows independent; of what the data do not fix, huge ones."""
+        length = np.sqrt(np.maximum(np.diag(self.normal), 1e-300))
+        scaled = self.normal / np.outer(length, length) + _RIDGE * np.eye(len(length))
+        return self._of_effects(np.diag(np.linalg.inv(scaled)) / length**2)
+
+    def _of_effects(self, values: Array) -> list[Array]:
         widths = [e.width for e in self.structure.effects]
-        start = len(self.x) - sum(widths)
-        return np.split(self.x[start:], np.cumsum(widths)[:-1]) if widths else []
+        start = len(values) - sum(widths)
+        return np.split(values[start:], np.cumsum(widths)[:-1]) if widths else []
 
     @property
     def viscous(self) -> Array:

@@ -1,6 +1,7 @@
 """What an effect needs to be named: to be surely not zero, to have a size, to carry over."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from ident.effects.catalogue import catalogue
 from ident.gap.data.experiment import base_columns, facts_of
 from ident.gap.data.segments import segments
 from ident.gap.data.windows import windows_for
-from ident.gap.naming.across_recordings import Across, with_spread
+from ident.gap.naming.across_recordings import Across, relative_spread, with_spread
 from ident.gap.naming.certainty import (
     Certainty,
     Suspected,
@@ -25,6 +26,7 @@ from ident.gap.naming.dependence import dependences
 from ident.gap.naming.terms_on_demand import terms_on_demand
 from ident.gap.regression.current_model import extend, nominal_fit
 from ident.gap.regression.rows import windowed_rows
+from ident.gap.regression.weighted_fit import Fit
 from ident.gap.results.verdict import Kind, decide
 from ident.gap.selection.estimates import final_estimates
 from ident.gap.selection.gauss_newton import refit
@@ -250,3 +252,29 @@ def test_standard_deviations_span_the_recordings(source):
     apart = with_spread(offset, values, Across(np.array([0.3])))
     assert apart["offset"].sd == pytest.approx(0.6)
     assert with_spread(offset, values, Across(np.array([0.01])))["offset"].sd == 0.1
+
+
+def fitted(rows: list[tuple[float, float]], torque: list[float]) -> Fit:
+    """A fit of one common parameter and one effect."""
+    columns = np.array(rows)
+    normal = columns.T @ columns
+    structure = SimpleNamespace(effects=[SimpleNamespace(width=1)])
+    x = np.linalg.pinv(normal) @ columns.T @ np.array(torque)
+    return Fit(structure, x, np.ones((1, 1)), np.ones((1, 1), dtype=np.int64), normal)
+
+
+def test_recordings_that_know_an_effect_alike_spread_as_the_jackknife_says():
+    one, other = [(1.0, 1.0), (1.0, -1.0)], [(1.0, 1.0), (1.0, -1.0)]
+    torque = [2.0, -2.0], [3.0, -3.0]  # sizes 2 and 3
+    every = fitted(one + other, [*torque[0], *torque[1]])
+    left_out = [fitted(other, torque[1]), fitted(one, torque[0])]
+    assert relative_spread(left_out, every, 0, 0.1) == pytest.approx([0.5 / 2.5])
+
+
+def test_a_recording_that_hardly_knows_an_effect_does_not_make_it_unsure():
+    sharp, blunt = [(1.0, 1.0), (1.0, -1.0)], [(1.0, 0.01), (1.0, -0.01)]
+    torque = [2.0, -2.0], [0.15, -0.05]  # the second one alone: 10
+    every = fitted(sharp + blunt, [*torque[0], *torque[1]])
+    left_out = [fitted(blunt, torque[1]), fitted(sharp, torque[0])]
+    assert left_out[0].effects[0] == pytest.approx([10.0])
+    assert relative_spread(left_out, every, 0, 0.1)[0] < 0.05
