@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ident.estimation.least_squares import ESTIMATORS
 from ident.estimation.regression_data import FOLDS, RegressionData, held_out
@@ -49,7 +50,8 @@ def left_out_sums(evidence: RegressionData, name: str) -> list[Sums]:
     Recordings are left out one by one, or by threes as stretches are; of one recording the thirds
     of its time.
     """
-    logs, parts = evidence.logs, []
+    logs = evidence.logs
+    parts: list[tuple[RegressionData, Sequence[int], NDArray[np.bool_]]] = []
     if len(logs) == 1:
         third = np.arange(BLOCKS) * FOLDS // BLOCKS
         parts = [(evidence.only(third != k), [0], third == k) for k in range(FOLDS)]
@@ -60,7 +62,7 @@ def left_out_sums(evidence: RegressionData, name: str) -> list[Sums]:
     found: list[Sums] = []
     for seen, own, kept in parts:
         beta = ESTIMATORS[name](seen).beta
-        known = evidence.counts.any(axis=2) & kept
+        known = np.any(evidence.counts, axis=2) & kept
         places = [(i, b) for i in own for b in np.flatnonzero(known[i])]
         found += [sums(evidence.triangles[at], evidence.counts[at], beta) for at in places]
     return found

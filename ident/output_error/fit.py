@@ -159,7 +159,7 @@ def settings_at(place: Array) -> Array:
     return np.clip(rows * _units(stiffness), low, high)
 
 
-def turned(settings: Array, rows: Array) -> Array:
+def turned(settings: Array, rows: NDArray[np.int64]) -> Array:
     """Change of a joint's settings per coordinate, shape (p, p).
 
     Args:

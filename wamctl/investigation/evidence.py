@@ -60,7 +60,7 @@ def log_evidence(motions: Sequence[Sequence[float]]) -> float:
     bet = -math.log(2.0) * np.arange(1, len(motions) + 1)
     parts = wealth + bet[:, None] - math.log(len(NOISIER))
     kept = -math.log(2.0) * len(motions)
-    return float(np.logaddexp.reduce([*parts.ravel(), kept]))
+    return float(np.logaddexp.reduce(np.append(parts, kept)))
 
 
 def odds_text(nats: float) -> str:

@@ -60,9 +60,9 @@ def across_recordings(
         if len(logs) < 2:
             across.append(nothing)
             continue
-        parts = [left_out[k] for k in logs]
-        spread = relative_spread(parts, found, i, settings.min_energy_share)
-        across.append(Across(spread, _gain(apart, found, i, logs, count)))
+        parts = {k: left_out[k] for k in logs}
+        spread = relative_spread([*parts.values()], found, i, settings.min_energy_share)
+        across.append(Across(spread, _gain(apart, parts, found, i, count)))
     return across
 
 
@@ -91,17 +91,24 @@ def relative_spread(left_out: Sequence[Fit], found: Fit, index: int, least: floa
     return spread / np.maximum(np.abs(value), 1e-300)
 
 
-def _gain(apart: DesignMatrix, found: Fit, index: int, logs: Sequence[int], count: int) -> float:
-    """Mean gain at all joints, which share parameters, on recordings that were left out."""
+def _gain(
+    apart: DesignMatrix, left_out: Mapping[int, Fit], found: Fit, index: int, count: int
+) -> float:
+    """Mean gain at all joints, which share parameters, on recordings that were left out.
+
+    Each counts by what the others know of the effect.
+    """
     others = tuple(e for i, e in enumerate(found.structure.effects) if i != index)
     less = replace(found, structure=replace(found.structure, effects=others))
-    gains = []
-    for k in logs:
+    known = found.effect_variances[index]
+    gains, weights = [], []
+    for k, with_it in left_out.items():
         here = apart.equations.of([k])
-        with_it, without = _without(apart, found, k, count), _without(apart, less, k, count)
+        without = _without(apart, less, k, count)
         errors = predicted_rms(here, without), predicted_rms(here, with_it)
         gains.append(float(mean_log_ratio(*errors, here.counts[:, 0]).sum()))
-    return float(np.mean(gains))
+        weights.append(float((known / with_it.effect_variances[index]).min()))
+    return float(np.average(gains, weights=weights))
 
 
 def spread_over_recordings(

@@ -49,7 +49,8 @@ class Fit:
     @property
     def effect_variances(self) -> list[Array]:
         """Their variances were all rows independent; of what the data do not fix, huge ones."""
-        length = np.sqrt(np.maximum(np.diag(self.normal), 1e-300))
+        squares = np.diag(self.normal)
+        length = np.sqrt(np.where(squares > 0.0, squares, 1.0))
         scaled = self.normal / np.outer(length, length) + _RIDGE * np.eye(len(length))
         return self._of_effects(np.diag(np.linalg.inv(scaled)) / length**2)
 

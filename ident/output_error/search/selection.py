@@ -125,7 +125,7 @@ def extended(
 
 def possible(part: Part, begun: Prepared) -> Places:
     """Joints at which a part may be: neither known nor at rest, shape (n,)."""
-    return begun.may[[ROW[name] for name in part.quantities]].all(axis=0)
+    return np.all(begun.may[[ROW[name] for name in part.quantities]], axis=0)
 
 
 def _round(
