@@ -17,8 +17,9 @@ from ident.output_error.judging import explained, gain, left_out, sureness
 from ident.output_error.parameters import ROW
 from ident.output_error.prepared import Prepared
 from ident.output_error.search.parts import BASE, Part
+from ident.output_error.search.screening import Places
 from ident.output_error.search.settings import SearchSettings
-from ident.output_error.search.trial import Places, Trial, trials
+from ident.output_error.search.trial import Trial, trials
 from ident.regression.progress import Tell
 from ident.signals.arrays import Array
 

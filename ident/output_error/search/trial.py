@@ -4,18 +4,15 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.output_error.fit import Fit, Prior, Setup, fit
 from ident.output_error.judging import gain, left_out
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.search.parts import BASE, Part
-from ident.output_error.search.screening import promising
+from ident.output_error.search.screening import Places, promising
 from ident.output_error.search.settings import SearchSettings
 from ident.regression.progress import Tell
 from ident.signals.arrays import Array
-
-Places = NDArray[np.bool_]
 
 _SHARES = (1.0, 0.5, 0.1)  # of what a part stands in for
 
