@@ -11,6 +11,14 @@ from wamctl.arm.robot import Robot
 
 Kind = Literal["inertial", "fv", "fc", "fo", "ia", "fvm", "fcm"]
 
+KIND_OF_TERM: dict[str, Kind] = {
+    "viscous": "fv",
+    "coulomb": "fc",
+    "offset": "fo",
+    "rotor_inertia": "ia",
+}
+"""What holds each term of an arm's settings, at a joint and its motor."""
+
 NON_NEGATIVE: tuple[Kind, ...] = ("fv", "fc", "ia", "fvm", "fcm")
 """Kinds that (17) keeps from being negative; the offset `fo` has no sign."""
 

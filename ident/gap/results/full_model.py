@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ident.dynamics.parameters import KIND_OF_TERM
 from ident.effects.bound_effects import BoundEffects, members_of
 from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
@@ -66,8 +67,9 @@ def fitted_beside(
 ) -> Model:
     """The arm as `ident run` fits it beside a model's effects.
 
-    Offsets and rotors without a name are no effects any more where the arm's settings take the
-    term for all joints.
+    Offsets and rotors are fitted as terms where the arm's settings, or the data, take the term for
+    all joints. Those without a name are no effects any more; those with one stay effects, of the
+    size that this fit gives them.
 
     Args:
         model: with the effects, which are taken off the torque first, and kept.
@@ -78,21 +80,35 @@ def fitted_beside(
     Raises:
         DataError: recordings from which nothing can be learned beside the effects.
     """
-    members = members_of(model)
-    kept = [m for m in members if not _is_spare(m[0], named)]
-    spare = [m for m in members if _is_spare(m[0], named)]
-    while True:
-        known = replace(model, effects=BoundEffects(tuple(kept)))
+    effects = {(h.effect, h.joints): (h, values) for h, values in members_of(model)}
+
+    def beside(places: Collection[Place], arm: Arm) -> tuple[Model, Arm]:
+        kept = BoundEffects(tuple(m for place, m in effects.items() if place in places))
+        known = replace(model, effects=kept)
         found = identify([without_effects(known, d) for d in data], arm)
-        arm = found.evidence.arm
-        left = [m for m in spare if catalogue()[m[0].effect].usual_term not in arm.settings.terms]
-        if not left:
-            return replace(model_of(found), effects=known.effects)
-        kept, spare = [*kept, *left], []
+        return replace(model_of(found), effects=kept), found.evidence.arm
+
+    everything = set(effects)
+    terms = {p: _usual_term(effects[p][0], p in named, arm) for p in everything}
+    fitted, arm = beside({p for p in everything if not terms[p]}, arm)
+    taken = {p for p in everything if terms[p] in arm.settings.terms}
+    if any(terms[p] for p in everything - taken):
+        fitted, arm = beside(everything - taken, arm)
+    sized = taken & set(named)
+    if not sized:
+        return fitted
+    for place in sized:
+        h, _ = effects[place]
+        effects[place] = (h, fitted.parameter(KIND_OF_TERM[terms[place]])[list(h.joints)])
+    return beside(everything - (taken - sized), arm)[0]
 
 
-def _is_spare(h: Candidate, named: Collection[Place]) -> bool:
-    return bool(catalogue()[h.effect].usual_term) and (h.effect, h.joints) not in named
+def _usual_term(h: Candidate, is_named: bool, arm: Arm) -> str:
+    """The term that may hold an effect; a named one is another thing where motors are coupled."""
+    drives, j = arm.terms.drive_matrix, h.joints[0]
+    if is_named and np.count_nonzero(drives[j]) + np.count_nonzero(drives[:, j]) > 2:
+        return ""
+    return catalogue()[h.effect].usual_term
 
 
 def _table(fitted: FeasibleModel) -> tuple[BaseParameter, ...]:

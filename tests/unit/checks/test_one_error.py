@@ -90,8 +90,8 @@ def test_the_gaps_model_is_what_a_run_fits_beside_its_effects(fitted):
     assert model.effects.records == known.effects.records
 
 
-@pytest.mark.parametrize(("term", "kept"), [("auto", [2]), ("coulomb", [2, 1])])
-def test_offsets_without_a_name_are_effects_where_the_settings_hold_none(
+@pytest.mark.parametrize(("term", "kept"), [("auto", [2]), ("coulomb", [1, 2])])
+def test_offsets_are_of_the_size_of_a_term_where_the_settings_may_hold_one(
     fitted, shifted, term, kept
 ):
     arm, _, first = fitted
@@ -103,8 +103,10 @@ def test_offsets_without_a_name_are_effects_where_the_settings_hold_none(
     model = fitted_beside(known, {("torque_offset", (1,))}, [shifted], arm)
     assert [e.joints[0] for e in model.effects.records] == kept
     if term == "auto":
-        fo = model.parameter("fo") - [0.0, 2.0, 0.0]
+        (named,) = model.effects.records
+        fo = model.parameter("fo") + [0.0, named.parameters["offset"], 0.0]
         assert fo == pytest.approx(OFFSETS, abs=0.1)
+        assert abs(model.parameter("fo")[1]) < 1e-2
 
 
 def of_joint(joint: int, name: str, **parameters: float) -> EffectRecord:
