@@ -85,28 +85,35 @@ def standard_parameters(robot: Robot, terms: Terms) -> tuple[Parameter, ...]:
 
 
 def is_revolute(robot: Robot, joint: int) -> bool:
-    """Whether a joint, from 1, turns; the others slide."""
-    """Whether a joint is revolute; Pinocchio calls sliding ones JointModelPX and the like."""
+    """Whether a joint, from 1, turns; Pinocchio calls sliding ones JointModelPX and the like."""
     return not str(robot.model.joints[joint].shortname()).startswith("JointModelP")
 
 
+def of_joint(unit: str, slides: bool) -> str:
+    """A unit of a number at one joint: where it slides a force instead of a torque, m for rad."""
+    if not slides:
+        return unit
+    linear = unit.replace("kg m^2", "kg").replace("N m", "N").replace("rad", "m")
+    return linear.replace("(N)", "N")
+
+
 def _of_link(k: int, terms: Terms, revolute: bool) -> list[Parameter]:
-    force, metre = ("N m", "rad") if revolute else ("N", "m")
     units = ["kg m^2"] * 6 + ["kg m"] * 3 + ["kg"]
     link = [
         Parameter(parameter_name(s, k), unit, "inertial", k)
         for s, unit in zip(INERTIAL_NAMES, units, strict=True)
     ]
-    viscous_unit, inertia_unit = f"{force} s/{metre}", "kg m^2" if revolute else "kg"
     on_motor = terms.motor_friction and k in terms.coupled_motors
     choices: list[tuple[bool, Kind, str]] = [
-        (terms.viscous, "fv", viscous_unit),
-        (terms.coulomb, "fc", force),
-        (terms.offset, "fo", force),
-        (terms.rotor_inertia, "ia", inertia_unit),
-        (on_motor and terms.viscous, "fvm", viscous_unit),
-        (on_motor and terms.coulomb, "fcm", force),
+        (terms.viscous, "fv", "N m s/rad"),
+        (terms.coulomb, "fc", "N m"),
+        (terms.offset, "fo", "N m"),
+        (terms.rotor_inertia, "ia", "kg m^2"),
+        (on_motor and terms.viscous, "fvm", "N m s/rad"),
+        (on_motor and terms.coulomb, "fcm", "N m"),
     ]
     return link + [
-        Parameter(f"{kind}{k}", unit, kind, k) for wanted, kind, unit in choices if wanted
+        Parameter(f"{kind}{k}", of_joint(unit, not revolute), kind, k)
+        for wanted, kind, unit in choices
+        if wanted
     ]

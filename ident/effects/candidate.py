@@ -102,14 +102,6 @@ class Candidate(Generic[P]):
         return {name: value for name, value in named.items() if isinstance(value, float)}
 
 
-def of_joint(unit: str, slides: bool) -> str:
-    """A unit of a number at one joint: where it slides a force instead of a torque, m for rad."""
-    if not slides:
-        return unit
-    linear = unit.replace("kg m^2", "kg").replace("N m", "N").replace("rad", "m")
-    return linear.replace("(N)", "N")
-
-
 def fields_of(parameters: Any) -> dict[str, Any]:
     """The fields of an effect's parameters by name."""
     return parameters._asdict()

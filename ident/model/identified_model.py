@@ -327,7 +327,7 @@ def _content(model: Model) -> dict[str, Any]:
         | {"reversals": [[vars(part) for part in joint] for joint in model.filter.reversals]},
         "logs": list(model.logs),
         **({"gains_nm_per_a": list(model.gains_nm_per_a)} if model.gains_nm_per_a else {}),
-        "effects": [e.model_dump(mode="json") for e in model.effects.records],
+        "effects": [e.content(robot.sliding.tolist()) for e in model.effects.records],
         "urdf": model.robot.urdf,
     }
 

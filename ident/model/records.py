@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from ident.dynamics.parameters import Parameter
+from ident.dynamics.parameters import Parameter, of_joint
 from ident.signals.arrays import Array
 from wamctl.arm.config import Section
 
@@ -52,6 +52,12 @@ class EffectRecord(Section):
     units: dict[str, str] = Field(default={})
     settings: dict[str, Any] = Field(default={})
     rows: tuple[int, ...]
+
+    def content(self, sliding: Sequence[bool]) -> dict[str, Any]:
+        """What `model.yaml` holds, in N and m where the one joint named slides."""
+        slides = len(self.joints) == 1 and sliding[self.joints[0] - 1]
+        units = {name: of_joint(unit, slides) for name, unit in self.units.items()}
+        return self.model_dump(mode="json") | {"units": units}
 
 
 def errors_content(parameters: Sequence[Parameter], errors: Array) -> dict[str, Any]:

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from ident.checks.remark import RefusedError, Remark, verdict_content
-from ident.effects.candidate import Value, of_joint
+from ident.dynamics.parameters import of_joint
+from ident.effects.candidate import Value
 from ident.effects.catalogue import catalogue
 from ident.effects.events import CONTACT, DROPPED_SAMPLES
 from ident.gap.naming.certainty import Certainty, deviations

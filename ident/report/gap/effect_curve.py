@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.effects.candidate import of_joint
+from ident.dynamics.parameters import of_joint
 from ident.gap.data.noise_regions import Region
 from ident.gap.results.held_out_error import BeforeAfter
 from ident.gap.results.outcome import SearchResult

@@ -104,7 +104,7 @@ def test_offsets_are_of_the_size_of_a_term_where_the_settings_may_hold_one(
     assert [e.joints[0] for e in model.effects.records] == kept
     if term == "auto":
         (named,) = model.effects.records
-        fo = model.parameter("fo") + [0.0, named.parameters["offset"], 0.0]
+        fo = model.parameter("fo") + np.array([0.0, named.parameters["offset"], 0.0])
         assert fo == pytest.approx(OFFSETS, abs=0.1)
         assert abs(model.parameter("fo")[1]) < 1e-2
 

@@ -2,8 +2,9 @@
 
 import pytest
 
-from ident.effects.candidate import of_joint
+from ident.dynamics.parameters import of_joint
 from ident.gap.results.held_out_error import Share
+from ident.model.records import EffectRecord
 from ident.workflows.gap_json import in_own_units, where_content
 
 
@@ -56,3 +57,15 @@ def test_the_region_of_a_joint_that_slides_is_in_metres():
     shares = [Share(0, "|qd| > 0.1 rad/s", 0.6), Share(1, "|qd| > 0.1 rad/s", 0.4)]
     regions = [w["region"] for w in where_content(shares, [False, True])]
     assert regions == ["|qd| > 0.1 rad/s", "|qd| > 0.1 m/s"]
+
+
+def test_a_model_file_tells_an_effect_in_the_units_of_its_joint():
+    record = EffectRecord(
+        name="joint_spring",
+        joints=(2,),
+        parameters={"stiffness": 3.0},
+        units={"stiffness": "N m/rad"},
+        rows=(2,),
+    )
+    assert record.content([False, True])["units"] == {"stiffness": "N/m"}
+    assert record.content([True, False])["units"] == {"stiffness": "N m/rad"}
