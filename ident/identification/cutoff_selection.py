@@ -44,17 +44,22 @@ class CutoffChoice:
     def sentence(self) -> str:
         """What was done."""
         first = next(iter(self.errors))
-        asked = (
-            f"The motion, or noise on the positions, calls for a cut-off of {self.wanted_hz:.3g} Hz"
-        )
         if first < self.wanted_hz:
-            asked += f", but {first:.3g} Hz is the highest at this sampling rate"
+            asked = (
+                "The velocity's spectrum goes beyond the highest cut-off at this sampling rate,"
+                f" {first:.3g} Hz: the motion is fast, or the positions are noisy"
+            )
+        else:
+            asked = (
+                "The velocity's spectrum, of the motion or of noise on the positions, asks for a"
+                f" cut-off of {self.wanted_hz:.3g} Hz"
+            )
         left = f"{self.errors[self.chosen_hz]:.3g} % left"
         if self.chosen_hz != first:
             left += f"; {self.errors[first]:.3g} % at {first:.3g} Hz"
         return (
-            f"{asked}. {self.chosen_hz:.3g} Hz was chosen, at which the fit explains the unfiltered"
-            f" torque best ({left}); --cutoff sets another."
+            f"{asked}. {self.chosen_hz:.3g} Hz was chosen, with which the fit explains the"
+            f" unfiltered torque best ({left}); --cutoff sets another."
         )
 
 
