@@ -15,6 +15,7 @@ from ident.effects.candidate import Candidate, Value
 from ident.gap.data.segments import EXCLUDED
 from ident.gap.regression.current_model import CurrentFit
 from ident.gap.regression.design_matrix import DesignMatrix
+from ident.gap.regression.model_columns import without_effect
 from ident.gap.regression.rows import WindowedRows
 from ident.gap.regression.weighted_fit import Fit, fit, mean_log_ratio, predicted_rms
 from ident.gap.selection.cross_validation import effect_energy
@@ -30,7 +31,7 @@ class Across:
     Attributes:
         relative_sd: jackknife standard deviation of each coefficient, relative to it, shape (k,);
             zero where it cannot be told.
-        gain: on the recordings that excite it, each predicted by a fit to the others, beside all
+        gain: on the recordings that excite it, of the size that the others give it, beside all
             other effects [nats per sample]; None where fewer than two recordings excite it.
     """
 
@@ -94,20 +95,23 @@ def relative_spread(left_out: Sequence[Fit], found: Fit, index: int, least: floa
 def _gain(
     apart: DesignMatrix, left_out: Mapping[int, Fit], found: Fit, index: int, count: int
 ) -> float:
-    """Mean gain at all joints, which share parameters, on recordings that were left out.
+    """Mean gain on recordings at all joints, of an effect of the size that the others give it.
 
-    Each counts by what the others know of the effect.
+    All else, which no single recording may tell, is fitted to all of them, with the effect and
+    without. Each counts by what the others know of the effect.
     """
     others = tuple(e for i, e in enumerate(found.structure.effects) if i != index)
-    less = replace(found, structure=replace(found.structure, effects=others))
+    structure, logs = replace(found.structure, effects=others), range(count)
+    without = fit(apart.equations.of(logs), structure, found.sigma)
     known = found.effect_variances[index]
     gains, weights = [], []
-    for k, with_it in left_out.items():
+    for k, rest in left_out.items():
+        less = without_effect(apart.equations, apart.index[index], rest.effects[index])
+        beside = fit(less.of(logs), structure, found.sigma)
         here = apart.equations.of([k])
-        without = _without(apart, less, k, count)
-        errors = predicted_rms(here, without), predicted_rms(here, with_it)
+        errors = predicted_rms(here, without), predicted_rms(less.of([k]), beside)
         gains.append(float(mean_log_ratio(*errors, here.counts[:, 0]).sum()))
-        weights.append(float((known / with_it.effect_variances[index]).min()))
+        weights.append(float((known / rest.effect_variances[index]).min()))
     return float(np.average(gains, weights=weights))
 
 

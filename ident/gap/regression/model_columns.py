@@ -1,6 +1,6 @@
 """Which columns a model has, and which unknown multiplies each."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,6 +69,26 @@ class JointColumns:
     def across(self, products: Array, others: NDArray[np.int64]) -> Array:
         """Inner products of the model's columns with others, shape (..., k, m)."""
         return self.mix.T @ products[..., self.local[:, None], others]
+
+
+def without_effect(
+    equations: NormalEquations, effect: ColumnIndex, values: Array
+) -> NormalEquations:
+    """The same with an effect of known size taken off the torque.
+
+    Args:
+        equations: of all columns.
+        effect: its columns.
+        values: its coefficients, shape (k,).
+    """
+    products = list(equations.products)
+    for j, start in zip(effect.joints, effect.starts, strict=True):
+        first = equations.layouts[j].first_effect + start
+        own, here = slice(first, first + effect.width), products[j].copy()
+        here[..., -1] -= here[..., own] @ values
+        here[..., -1, :] -= values @ here[..., own, :]
+        products[j] = here
+    return replace(equations, products=tuple(products))
 
 
 def sizes(equations: NormalEquations, structure: ModelStructure) -> NDArray[np.int64]:

@@ -5,15 +5,20 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from closed_loop import source_of
+from closed_loop import nominal_of, source_of
 from test_verdict import found, score_of
 
 from ident.effects.candidate import Value
 from ident.effects.catalogue import catalogue
-from ident.gap.data.experiment import base_columns, facts_of
+from ident.gap.data.experiment import base_columns, experiment, facts_of
 from ident.gap.data.segments import segments
 from ident.gap.data.windows import windows_for
-from ident.gap.naming.across_recordings import Across, relative_spread, with_spread
+from ident.gap.naming.across_recordings import (
+    Across,
+    across_recordings,
+    relative_spread,
+    with_spread,
+)
 from ident.gap.naming.certainty import (
     Certainty,
     Suspected,
@@ -244,6 +249,23 @@ def test_a_suspected_effect_stands_in_the_model_where_another_recording_asks_for
     suspected = [Suspected(drag, {}, unsure, "too small")]
     terms = terms_on_demand(source, state.with_only([offset]), suspected, SETTINGS)
     assert (drag.place in [t.effect.place for t in terms if t.in_model]) == stands
+
+
+@pytest.mark.parametrize(
+    ("sizes", "carries"), [((1.0, 1.0), True), ((1.0, -1.0), False)], ids=["same", "opposite"]
+)
+def test_an_effect_carries_over_of_the_size_that_another_recording_gives_it(plain, sizes, carries):
+    shifted = [
+        replace(plain, command=replace(plain.command, effort=plain.command.effort + size * OFFSET))
+        for size in sizes
+    ]
+    source = experiment(shifted, ["one.mcap", "two.mcap"])
+    rows, nominal = nominal_of(source)
+    h = next(h for h in catalogue()["torque_offset"].candidates(nominal.model.facts) if 4 in h.rows)
+    end = extend(rows, nominal, [h])
+    (across,) = across_recordings(end.design(rows), rows, end.fit, SETTINGS.cross_validation)
+    assert (across.gain > 0.1) is carries
+    assert (across.gain < 0.0) is not carries
 
 
 def test_standard_deviations_span_the_recordings(source):
