@@ -47,7 +47,12 @@ def without_effects(model: Model, data: Dataset, motion_hz: float = MOTION_HZ) -
 
 
 def torque_along(model: Model, data: Dataset, motion: SmoothedSegment) -> Array:
-    """Torque of a whole model along a stretch of a recording [N m], shape (S, n).
+    """Torque of a whole model along a stretch of a recording [N m], shape (S, n)."""
+    return observed_along(model, data, motion)[1]
+
+
+def observed_along(model: Model, data: Dataset, motion: SmoothedSegment) -> tuple[Observed, Array]:
+    """What effects look at along a stretch of a recording, and the torque of the whole model there.
 
     Links, friction that turns round as in the model's fit, and effects, all on the smoothed motion.
 
@@ -56,17 +61,19 @@ def torque_along(model: Model, data: Dataset, motion: SmoothedSegment) -> Array:
         data: the recording.
         motion: a stretch of it, smoothed.
 
+    Returns:
+        the stretch, and the torque [N m], shape (S, n).
+
     Raises:
         DataError: an effect that is not known.
     """
     effects = members_of(model)
-    present = _present(model, data, effects)
-    seen = observed(motion, present, 1)[0]
+    seen = observed(motion, _present(model, data, effects), 1)[0]
     drives, value = model.terms.drive_matrix, model.parameter
     joints = value("fv") * motion.qd + value("fc") * seen.direction + value("fo")
     speed, change = motion.qd @ drives.T, motion.qdd @ drives.T
     motors = value("ia") * change + value("fvm") * speed + value("fcm") * np.sign(speed)
-    return seen.load + joints + motors @ drives + _effects_torque(seen, effects)
+    return seen, seen.load + joints + motors @ drives + _effects_torque(seen, effects)
 
 
 def _present(

@@ -6,8 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ident.dynamics.compiled_chain import chain_of
 from ident.dynamics.regressor import Motion as Samples
 from ident.effects.simulated_model import simulation_of
+from ident.effects.smoothed_segment import DIRECTION_HZ
 from ident.excitation.design import Design, DesignTask, problem_of
 from ident.excitation.effect_motions import PROBES, Sketch, scattered
 from ident.excitation.optimisation.scale_into_limits import fit
@@ -17,6 +19,7 @@ from ident.excitation.settings import DesignSettings
 from ident.excitation.target_effect import drawn, frame_of
 from ident.gap.data.windows import windows_for
 from ident.planning.hypotheses import Hypothesis
+from ident.planning.known import left_by_others, open_columns
 from ident.planning.noise import in_blocks
 from ident.signals.arrays import Array
 from ident.simulation.configuration import controller_for, wire_for
@@ -125,11 +128,16 @@ def _judged(place: DesignTask, found: Sequence[Hypothesis], name: str, sketch: S
     energy = 0.0
     windows = windows_for(_RATE_HZ, leader.noise.cutoff_hz)
     for each in (slowed(series), series):
-        torque, qd = torques_along(found, each)
+        torque, motion = torques_along(found, each)
+        qd = motion[1]
         noise = leader.noise.of_rows(qd, windows)
+        turns = np.sign(qd), np.stack([qd] * len(DIRECTION_HZ))
+        own = open_columns(chain_of(place.robot), leader.known, motion, turns, windows)
+        known = leader.known.products[: own.shape[2], : own.shape[2]]
         for h in rivals:
-            apart = windows.mean(torque[leader.name] - torque[h.name]) / noise
-            gains[h.name] += _expected(in_blocks(apart**2, windows).sum(axis=1))
+            apart = windows.mean(torque[leader.name] - torque[h.name])
+            told = in_blocks(apart / noise * left_by_others(apart, own, known, noise), windows)
+            gains[h.name] += _expected(told.sum(axis=1))
         energy += float(np.abs(torque[leader.name] * qd).sum() / _RATE_HZ)
     seconds = (1 + SLOWER) * series.period_s + _OVERHEAD_S
     return Motion(name, _words(name), sketch, seconds, energy, gains)
@@ -158,13 +166,13 @@ def slowed(series: FourierSeries) -> FourierSeries:
 
 def torques_along(
     found: Sequence[Hypothesis], series: FourierSeries
-) -> tuple[dict[str, Array], Array]:
+) -> tuple[dict[str, Array], tuple[Array, Array, Array]]:
     """What each answer predicts along one period.
 
     The answers are models of one arm with the same terms, so that they share their columns.
 
     Returns:
-        torque [N m] by answer, and velocity [rad/s], each of shape (S, n).
+        torque [N m] by answer, and the motion [rad, rad/s, rad/s^2], each of shape (S, n).
     """
     motion = sample(series, np.arange(0.0, series.period_s - 0.5 / _RATE_HZ, 1 / _RATE_HZ))
     columns = found[0].model.regressor(*motion)
@@ -172,7 +180,7 @@ def torques_along(
     for h in found:
         effects = h.model.effects.torque(h.model, Samples(*motion), 1 / _RATE_HZ)
         torque[h.name] = columns @ h.model.delta + effects
-    return torque, motion[1]
+    return torque, motion
 
 
 def _expected(apart: Array) -> float:

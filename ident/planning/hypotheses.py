@@ -1,5 +1,6 @@
 """The rival answers to a gap, each fitted to all logs and kept as a model."""
 
+import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,6 +11,7 @@ import numpy as np
 from ident.checks.examine import examine
 from ident.effects.bound_effects import load_model, members_of
 from ident.effects.candidate import Candidate, Value
+from ident.effects.catalogue import catalogue
 from ident.effects.measured_effect import VARIANTS, curve_over
 from ident.excitation.target_effect import read_gap
 from ident.gap.data.experiment import Experiment, facts_of
@@ -25,6 +27,7 @@ from ident.gap.selection.estimates import final_estimates
 from ident.gap.selection.refinement import refine_nonlinear_parameters
 from ident.gap.selection.scoring import Score
 from ident.model.identified_model import Model
+from ident.planning.known import Known, known_of
 from ident.planning.noise import Noise, noise_of
 
 Tell = Callable[[str], None]
@@ -45,6 +48,7 @@ class Hypothesis:
     Attributes:
         name: `none`, `unknown`, or effects with their joints from 1, such as `stribeck:4`.
         model: the arm with it, fitted to all logs.
+        known: what all logs tell of its numbers.
         noise: what it leaves of the torque.
         size: number of coefficients of its effects.
         estimates: of the parameters of its effects, by name.
@@ -53,6 +57,7 @@ class Hypothesis:
 
     name: str
     model: Model
+    known: Known
     noise: Noise
     size: int = 0
     estimates: tuple[Mapping[str, Value], ...] = ()
@@ -132,6 +137,20 @@ def name_of(effects: Sequence[Candidate]) -> str:
     return "+".join(sorted(parts)) or NONE
 
 
+def lookalikes(answer: Hypothesis, found: Sequence[Hypothesis]) -> list[str]:
+    """Answers with another effect that, as the catalogue says, looks like one of this one's."""
+    return [h.name for h in found if h is not answer and _looks_like(answer, h)]
+
+
+def _looks_like(answer: Hypothesis, other: Hypothesis) -> bool:
+    pairs = itertools.product(answer.model.effects.records, other.model.effects.records)
+    return any(
+        set(a.joints) & set(b.joints)
+        and (b.name in catalogue()[a.name].rivals or a.name in catalogue()[b.name].rivals)
+        for a, b in pairs
+    )
+
+
 class _Work:
     """Recordings as rows, and models fitted to them."""
 
@@ -141,15 +160,14 @@ class _Work:
 
     def hypothesis(self, name: str, current: CurrentFit) -> Hypothesis:
         """The physically possible arm of a fit, on all data."""
-        fit, effects = current.fit, current.accepted
-        estimates: tuple[Mapping[str, Value], ...] = ()
-        if effects:
-            final = final_estimates(self.rows, current, self.options.settings.significance)
-            fit, effects, estimates = final.fit, final.effects, final.parameters
-        possible = feasible_fit(self.source, fit, len(self.rows.base_parameters), near_cad=True)
-        model = model_with(self.source, possible, fit, effects)
-        size = sum(len(h.coefficients) for h in effects)
-        return Hypothesis(name, model, noise_of(current, self.rows.windows), size, estimates)
+        final = final_estimates(self.rows, current, self.options.settings.significance)
+        base_size = len(self.rows.base_parameters)
+        possible = feasible_fit(self.source, final.fit, base_size, near_cad=True)
+        model = model_with(self.source, possible, final.fit, final.effects)
+        size = sum(len(h.coefficients) for h in final.effects)
+        known = known_of(self.rows, current.model, final.effects, final.fit)
+        noise = noise_of(current, self.rows.windows)
+        return Hypothesis(name, model, known, noise, size, final.parameters)
 
     def scores(self, current: CurrentFit, candidates: Sequence[Candidate]) -> list[Score]:
         """Candidates beside a model, best first."""

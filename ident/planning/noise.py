@@ -1,17 +1,14 @@
 """What an answer leaves of the torque, written down before a motion: its predictions' noise."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ident.effects.compensation import torque_along
 from ident.effects.smoothed_segment import SmoothedSegment, smoothed
 from ident.gap.data.noise_regions import Region, regions
-from ident.gap.data.windows import Windows, windows_for
+from ident.gap.data.windows import Windows
 from ident.gap.regression.current_model import CurrentFit
-from ident.model.identified_model import Model
 from ident.recordings.dataset import Dataset
 from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
@@ -82,9 +79,14 @@ def read_noise(content: dict[str, Any]) -> Noise:
     return Noise(np.array(sigma), slow, float(content["cutoff_hz"]), known)
 
 
+def rows_of_block(windows: Windows) -> int:
+    """Rows of a block of time."""
+    return round(BLOCK_S * windows.rate_hz / windows.hop)
+
+
 def in_blocks(values: Array, windows: Windows) -> Array:
     """Sums over blocks that count as independent, shape (B, n), of rows of shape (R, n)."""
-    size = round(BLOCK_S * windows.rate_hz / windows.hop)
+    size = rows_of_block(windows)
     whole = values[: len(values) // size * size]
     return whole.reshape(-1, size, values.shape[1]).sum(axis=1)
 
@@ -100,28 +102,3 @@ def stretches(data: Dataset) -> list[SmoothedSegment]:
     if not long:
         raise DataError(f"{data.name}: too short to say how well an answer predicted it.")
     return long
-
-
-def log_likelihood(
-    model: Model, noise: Noise, data: Dataset, motion: Sequence[SmoothedSegment]
-) -> Array:
-    """Logarithm of the likelihood of each block and joint [nats], shape (B, n).
-
-    What all answers share is left out.
-
-    Args:
-        model: the answer.
-        noise: of the prediction, the same for all answers.
-        data: the recording.
-        motion: its stretches.
-
-    Raises:
-        DataError: an effect that is not known.
-    """
-    windows = windows_for(data.rate_hz, noise.cutoff_hz)
-    found = []
-    for s in motion:
-        left = windows.mean(s.tau - torque_along(model, data, s))
-        squares = (left / noise.of_rows(s.speeds[1], windows)) ** 2
-        found.append(in_blocks(-squares / 2.0, windows))
-    return np.concatenate(found)

@@ -285,6 +285,7 @@ def _content(outcome: _Outcome) -> dict[str, Any]:
         "steps": steps_content(error_by_term(found)),
         "forward_simulation": forward_content(*errors),
         "minimum_detectable": sizes,
+        "detectable_units": {name: unit for name, (_, unit) in sizes_of(found).items()},
         "unexplained": unexplained_content(found),
         "settings": found.options.content(),
         "arm": source.arm.name,

@@ -53,6 +53,7 @@ def refused_gap(arm: Arm, refusal: RefusedError, seconds: float) -> Content:
         | {"closed_fraction": None},
         "forward_simulation": {"before": still, "after": still},
         "minimum_detectable": {},
+        "detectable_units": {},
         "arm": arm.name,
         "joints": list(arm.robot.joint_names),
         "seconds": seconds,

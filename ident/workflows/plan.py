@@ -14,6 +14,7 @@ from ident.effects.catalogue import catalogue
 from ident.effects.effect import Effect
 from ident.excitation.problem.arm_limits import possible_pose
 from ident.gap.data.experiment import read_experiment
+from ident.gap.data.windows import windows_for
 from ident.gap.options import Options
 from ident.identification.validation import arm_of
 from ident.model.identified_model import Model
@@ -27,8 +28,24 @@ from ident.planning.choice import (
     slowed,
     tracking,
 )
-from ident.planning.hypotheses import UNKNOWN, Answer, Hypothesis, hypotheses, read_answer
-from ident.planning.noise import log_likelihood, read_noise, stretches
+from ident.planning.hypotheses import (
+    UNKNOWN,
+    Answer,
+    Hypothesis,
+    hypotheses,
+    lookalikes,
+    read_answer,
+)
+from ident.planning.known import (
+    Known,
+    Prediction,
+    against_rival,
+    log_likelihood,
+    predictions,
+    read_known,
+    squares_of,
+)
+from ident.planning.noise import read_noise, stretches
 from ident.recordings.loading import Reading, fingerprint, read_for
 from ident.workflows.design import place_of
 from ident.workflows.run_json import as_json
@@ -117,9 +134,17 @@ def _written(found: Sequence[Hypothesis], folder: Path) -> dict[str, Any]:
     folder.mkdir(parents=True, exist_ok=True)
     content = {}
     for number, h in enumerate(found):
-        path = folder / f"{number}.yaml"
-        h.model.save(path)
-        content[h.name] = {"file": f"models/{path.name}", "sha256": fingerprint(path)}
+        model, known = folder / f"{number}.yaml", folder / f"{number}-known.json"
+        h.model.save(model)
+        known.write_text(json.dumps(h.known.content()), encoding="utf-8")
+        content[h.name] = {
+            "file": f"models/{model.name}",
+            "sha256": fingerprint(model),
+            "known": f"models/{known.name}",
+            "known_sha256": fingerprint(known),
+            "effects": _effects_content(h),
+            "lookalikes": lookalikes(h, found),
+        }
     return content
 
 
@@ -140,20 +165,28 @@ def _measured(leader: Hypothesis) -> dict[str, Any] | None:
     """An effect outside the catalogue as its measured curve; None: the leader has none."""
     if leader.name != UNKNOWN:
         return None
-    record, values = leader.model.effects.records[-1], leader.estimates[-1]
-    known = {n: {"value": v.value, "sd": v.sd, "unit": v.unit} for n, v in values.items()}
-    return {
-        "name": record.name,
-        "joints": list(record.joints),
-        "parameters": known,
-        "equation": record.equation,
+    record = leader.model.effects.records[-1]
+    return _effects_content(leader)[-1] | {
         "depends_on": record.variant,
         "between": [record.settings["low"], record.settings["high"]],
         "resembles": list(leader.resembles),
-        "evidence": {},
-        "rivals": [],
-        "separating_experiment": None,
     }
+
+
+def _effects_content(answer: Hypothesis) -> list[dict[str, Any]]:
+    """The effects of an answer, as `gap.json` tells them."""
+    return [
+        {
+            "name": record.name,
+            "joints": list(record.joints),
+            "parameters": {n: asdict(v) for n, v in values.items()},
+            "equation": record.equation,
+            "evidence": {},
+            "rivals": [],
+            "separating_experiment": None,
+        }
+        for record, values in zip(answer.model.effects.records, answer.estimates, strict=True)
+    ]
 
 
 def _intervention(model: Model) -> str:
@@ -186,18 +219,34 @@ def weigh_logs(logs: Sequence[Path], plan: Path, tell: Tell) -> dict[str, Any]:
         written, noise = content["models"], read_noise(content["noise"])
     except (OSError, ValueError, LookupError, TypeError) as error:
         raise DataError(f"{plan} holds no plan.json that can be read ({error!r}).") from error
-    models = {}
-    for name, item in written.items():
-        path = plan / item["file"]
-        if fingerprint(path) != item["sha256"]:
-            raise DataError(f"{path} has changed since the plan was made: it is no prediction.")
-        models[name] = load_model(path)
-    arm = arm_of(next(iter(models.values())))
+    answers = {name: _as_written(plan, item) for name, item in written.items()}
+    arm = arm_of(next(iter(answers.values()))[0])
     found = []
+    told: dict[str, list[Prediction]] = {name: [] for name in answers}
     for log in logs:
         tell(f"weighing {log.name}")
         data = read_for(arm, log, Reading())
-        motion = stretches(data)
-        nats = {n: log_likelihood(m, noise, data, motion).tolist() for n, m in models.items()}
-        found.append({"log": log.name, "log_likelihood": nats})
-    return {"logs": found}
+        motion, windows = stretches(data), windows_for(data.rate_hz, noise.cutoff_hz)
+        here = {n: predictions(m, k, noise, data, motion) for n, (m, k) in answers.items()}
+        nats = {n: log_likelihood(p, answers[n][1], windows).tolist() for n, p in here.items()}
+        squares = {n: squares_of(p).tolist() for n, p in here.items()}
+        found.append({"log": log.name, "log_likelihood": nats, "squares": squares})
+        told = {n: [*told[n], *here[n]] for n in told}
+    leader = content["leader"]
+    rivals = [n for n in told if n != leader] if found else []
+    seen = {n: against_rival(told[leader], told[n], answers[n][1]) for n in rivals}
+    return {"logs": found, "predicted": seen}
+
+
+def _as_written(plan: Path, item: dict[str, Any]) -> tuple[Model, Known]:
+    """An answer of a plan, and what was known of its numbers.
+
+    Raises:
+        DataError: files that are not those that were written down.
+    """
+    for name in ("file", "known"):
+        path = plan / item[name]
+        if fingerprint(path) != item["sha256" if name == "file" else "known_sha256"]:
+            raise DataError(f"{path} has changed since the plan was made: it is no prediction.")
+    known = json.loads((plan / item["known"]).read_text(encoding="utf-8"))
+    return load_model(plan / item["file"]), read_known(known)

@@ -23,6 +23,7 @@ FIELDS = {
     "held_out",
     "forward_simulation",
     "minimum_detectable",
+    "detectable_units",
     "seconds",
 }
 HIDDEN = {
@@ -103,6 +104,7 @@ def test_gap_json_holds_every_field_of_the_contract(results):
     assert forward["after"]["rms_q_by_joint"][3] < 0.7 * forward["before"]["rms_q_by_joint"][3]
     assert {"name": "payload", "joints": []} in content["not_observable"]
     assert content["minimum_detectable"]["stribeck"]["4"] < 0.5
+    assert content["detectable_units"]["stribeck"] == "N m"
     assert content["seconds"] > 0.0
 
 

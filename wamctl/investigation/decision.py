@@ -47,9 +47,7 @@ def decided(rounds: Sequence[Round], left: int) -> Decision | None:
         return Decision(NAMED, True, text, answer)
     if last.is_altered:
         return None
-    before = whole[-2]
-    ahead = last.is_suspicion and bool(_ahead(last, last.suspected)[0])
-    if last.verdict != before.verdict or ahead or _led_by_suspect(last):
+    if last.verdict != whole[-2].verdict or suspect_that_leads(rounds):
         return None
     if last.verdict == NO_GAP and not _may_be_refuted(rounds, left):
         return Decision(NO_GAP, True, "Two different motions show no gap.")
@@ -70,24 +68,28 @@ def ended(rounds: Sequence[Round], reason: str) -> Decision:
     text = f"No further motion: {reason}."
     if last not in (NO_GAP, UNKNOWN):
         return Decision(AMBIGUOUS, False, f"{text} No answer is confirmed against its rivals.")
-    better, nats = _better_than_no_effect(whole[-1])
-    if whole[-1].is_suspicion and better:
+    better, nats = _better_than_no_effect(whole)
+    if better and whole[-1].is_suspicion:
         told = f"{words(better)} predicted the motions better than no effect, with odds of"
         return Decision(AMBIGUOUS, False, f"{text} {told} {odds_text(nats)}, but is not confirmed.")
     return Decision(last, False, f"{text} The last verdict is not confirmed.")
 
 
 def suspect_that_leads(rounds: Sequence[Round]) -> str:
-    """The suspect whose prediction was better than that of no effect: it leads the next round.
+    """The effect that leads the next round though `ident gap` does not name it; empty: none.
 
     Its size is below what one search may name, but motions that it predicted beforehand may bear
-    it out. Empty: none; what `ident gap` says leads.
+    it out. What `ident gap` suspects leads once its prediction was better than that of no effect,
+    anything else once it has beaten no effect by what was asked.
     """
     whole = [r for r in rounds if r.verdict]
     if not whole or not whole[-1].is_suspicion:
         return ""
     last = whole[-1]
-    return _ahead(last, last.suspected)[0] or (last.leader if _led_by_suspect(last) else "")
+    ahead = _ahead(last, last.suspected)
+    if ahead or last.leader in last.suspected:
+        return ahead or last.leader
+    return _better_than_no_effect(whole)[0] if last.verdict == NO_GAP else ""
 
 
 def _has_failed_curve(item: Round) -> bool:
@@ -100,40 +102,42 @@ def _may_be_refuted(rounds: Sequence[Round], left: int) -> bool:
 
     If each of them shows as much as those that compared the two have shown.
     """
-    answer, nats = _over_no_effect(rounds[-1])
+    answer, nats = _over_no_effect(rounds)
     compared = sum({answer, NONE} <= {r.leader, *r.bets} for r in rounds)
     return nats > 0.0 and nats * (1.0 + left / compared) >= rounds[-1].asked
 
 
-def _better_than_no_effect(item: Round) -> tuple[str, float]:
+def _better_than_no_effect(rounds: Sequence[Round]) -> tuple[str, float]:
     """The answer that has beaten no effect by what was asked, and by how much [nats], or empty."""
-    answer, nats = _over_no_effect(item)
-    return (answer, nats) if answer and nats >= item.asked else ("", 0.0)
+    answer, nats = _over_no_effect(rounds)
+    return (answer, nats) if answer and nats >= rounds[-1].asked else ("", 0.0)
 
 
-def _over_no_effect(item: Round) -> tuple[str, float]:
-    """The answer that predicted best of all beside no effect, and by how much [nats], or empty."""
-    if item.leader == NONE:
-        return _ahead(item)
-    nats = item.evidence.get(NONE, 0.0) if item.leader != UNKNOWN else 0.0
-    return (item.leader, nats) if nats > 0.0 else ("", 0.0)
-
-
-def _led_by_suspect(item: Round) -> bool:
-    return item.is_suspicion and item.leader in item.suspected
+def _over_no_effect(rounds: Sequence[Round]) -> tuple[str, float]:
+    """The effect that is furthest ahead of no effect, and by how much [nats]; empty: none is."""
+    last = rounds[-1]
+    effects = {last.leader, *last.bets} - {NONE, UNKNOWN} if last.leader != UNKNOWN else set()
+    ahead = {e: known(rounds, e).get(NONE, 0.0) for e in sorted(effects)}
+    answer = max(ahead, key=lambda e: ahead[e], default="")
+    return (answer, ahead[answer]) if answer and ahead[answer] > 0.0 else ("", 0.0)
 
 
 def borne_out(rounds: Sequence[Round]) -> str:
     """The answer that has beaten every other one by what was asked; empty: none has.
 
-    It is what `ident gap` names of all logs, or, where that names nothing, what it suspects. What
-    `ident gap` calls ambiguous, although it has seen these motions, needs a motion of the changed
-    arm, which no search has seen: two models that are wrong alike can predict at different odds.
+    It is what `ident gap` names of all logs, or, where that names nothing, what it suspects or what
+    led although it sees nothing. What `ident gap` calls ambiguous, although it has seen these
+    motions, needs a motion of the changed arm, which no search has seen: two models that are wrong
+    alike can predict at different odds. So does what it does not see beside a lookalike.
     """
     last = rounds[-1]
-    settled = last.verdict == NAMED or any(r.is_altered for r in rounds)
-    found = [last.answer] if settled and last.verdict in (NAMED, AMBIGUOUS) else []
+    altered = any(r.is_altered for r in rounds)
+    found = (
+        [last.answer] if last.verdict == NAMED or (altered and last.verdict == AMBIGUOUS) else []
+    )
     found += last.suspected if last.is_suspicion else []
+    is_alone = last.leader not in (NONE, UNKNOWN) and (altered or not last.lookalikes)
+    found += [last.leader] if last.verdict == NO_GAP and is_alone else []
     for answer in found:
         ahead = known(rounds, answer)
         if ahead and min(ahead.values()) >= _bar(rounds, answer):
@@ -176,8 +180,8 @@ def _ratios(rounds: Sequence[Round], answer: str, rival: str) -> list[list[float
     return found
 
 
-def _ahead(item: Round, among: Sequence[str] | None = None) -> tuple[str, float]:
-    """The rival that is furthest ahead of the leader, and by how much [nats]; empty: none is."""
-    known = {r: -nats for r, nats in item.evidence.items() if among is None or r in among}
-    rival, nats = max(known.items(), key=lambda pair: pair[1], default=("", 0.0))
-    return (rival, nats) if nats > 0.0 else ("", 0.0)
+def _ahead(item: Round, among: Sequence[str]) -> str:
+    """The rival that is furthest ahead of the leader; empty: none is."""
+    rivals = {r: -nats for r, nats in item.evidence.items() if r in among}
+    rival = max(rivals, key=lambda r: rivals[r], default="")
+    return rival if rival and rivals[rival] > 0.0 else ""

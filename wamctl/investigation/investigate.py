@@ -169,7 +169,7 @@ def _write(site: Site, state: State, budget: Budget, decision: Decision | None) 
     if whole[-1].evidence.get("none", 0.0) < 0.0:  # a curve that predicts no better is none
         measured = None
     lead = decision.answer if decision and decision.answer else whole[-1].leader
-    borne_out = [e for e in gap.get("suspected", []) if named and place_of(e) == lead]
+    borne_out = _beside_gap(gap, plan, lead) if named and whole[-1].is_suspicion else []
     if measured:
         measured |= {"evidence": {"closed_on_new_motion": whole[-1].closed.get("none")}}
     content = {
@@ -186,6 +186,7 @@ def _write(site: Site, state: State, budget: Budget, decision: Decision | None) 
         "predicted_before_run": _prediction(whole[-1], plan),
         "intervention": _intervention(decision, plan),
         "minimum_detectable": gap["minimum_detectable"],
+        "detectable_units": gap.get("detectable_units", {}),
         "held_out": gap["held_out"],
         "motion_s": state.cost.motion_s,
         "wall_s": state.wall_s,
@@ -195,11 +196,23 @@ def _write(site: Site, state: State, budget: Budget, decision: Decision | None) 
     asked_for = planned / plan["models"][lead]["file"] if measured or borne_out else None
     model = asked_for or last / "model.yaml"
     write_whole(site.out / "model.yaml", model.read_text(encoding="utf-8"))
-    write_whole(
-        site.out / "report.html", page(content, _sentence(content), what_next(content, site.out))
-    )
+    seen = [_seen(site.out / r.folder / "weights.json") for r in state.rounds]
+    text = page(content, _sentence(content), what_next(content, site.out), seen)
+    write_whole(site.out / "report.html", text)
     write_whole(site.out / "investigation.json", json.dumps(content, indent=2))
     return content
+
+
+def _seen(weights: Path) -> dict[str, Any]:
+    """What `ident weigh` says of a round's predictions, by rival; empty where there were none."""
+    return read(weights).get("predicted", {}) if weights.exists() else {}
+
+
+def _beside_gap(gap: dict[str, Any], plan: dict[str, Any], lead: str) -> list[dict[str, Any]]:
+    """The effects of an answer that leads though `ident gap` does not name it."""
+    suspected = [e for e in gap.get("suspected", []) if place_of(e) == lead]
+    written = plan.get("models", {}).get(lead, {}).get("effects", [])
+    return suspected or ([] if lead == UNKNOWN else written)
 
 
 def _round_content(site: Site, item: Any) -> dict[str, Any]:

@@ -25,6 +25,7 @@ from wamctl.investigation.intervention import with_change
 from wamctl.investigation.programs import STOPPED, ProgramError, call
 from wamctl.investigation.state import NAMED, NO_GAP, UNKNOWN, Round, State, made
 
+_LEAST = 1e-300  # of a sum of squares that is divided by
 _EVENTS = ("contact", "dropped_samples")
 _FIRST = "The first motion: what does the model miss at all?"
 
@@ -113,6 +114,7 @@ def next_round(site: Site, state: State) -> Round:
         suspected=suspected,
         unexplained=unexplained,
         rivals=rivals,
+        lookalikes=plan["models"][leader].get("lookalikes", ()) if leader else (),
     )
     rounds = (*state.rounds, item)
     return replace(item, evidence=known(rounds, leader), odds=_odds(rounds))
@@ -303,16 +305,18 @@ def _weighed(
         folder / "weights.json",
         lambda p: call("ident.cli", ["weigh", *names, *options, "--out", str(p)]),
     )
-    found = [log["log_likelihood"] for log in read(path)["logs"]]
-    nats = {n: np.concatenate([np.array(log[n]) for log in found]) for n in plan["models"]}
-    own = nats.pop(plan["leader"])
+    logs_found = read(path)["logs"]
+    nats, squares = {}, {}
+    for name in plan["models"]:
+        nats[name] = np.concatenate([log["log_likelihood"][name] for log in logs_found])
+        squares[name] = np.sum([log["squares"][name] for log in logs_found], axis=0)
+    leader = plan["leader"]
     bets, closed = {}, {}
-    for rival, theirs in nats.items():
-        apart = own - theirs
-        bets[rival] = apart.sum(axis=1).tolist()
-        joint = int(np.abs(apart.sum(axis=0)).argmax())
-        whole = float(theirs[:, joint].sum())
-        closed[rival] = 1.0 - float(own[:, joint].sum()) / whole if whole < 0.0 else 0.0
+    for rival in [name for name in nats if name != leader]:
+        bets[rival] = (nats[leader] - nats[rival]).sum(axis=1).tolist()
+        gained = squares[rival] - squares[leader]
+        joint = int(np.abs(gained).argmax())
+        closed[rival] = float(gained[joint] / max(squares[rival][joint], _LEAST))
     return bets, closed
 
 
@@ -332,6 +336,7 @@ def _odds(rounds: Sequence[Round]) -> dict[str, float]:
     whole = last.suspected if last.verdict == UNKNOWN and last.is_suspicion else ()
     likely = [*whole] or [UNKNOWN if last.verdict == UNKNOWN else last.answer or NONE]
     likely += last.rivals
-    seen = dict.fromkeys([NONE, UNKNOWN, *last.suspected], 0.0) | dict.fromkeys(likely, SEARCH_NATS)
+    seen = dict.fromkeys([NONE, UNKNOWN, *last.suspected, last.leader or NONE], 0.0)
+    seen |= dict.fromkeys(likely, SEARCH_NATS)
     altered = any(r.is_altered for r in rounds)  # no search has seen that motion
     return odds(seen, pairs, () if altered or whole else likely)

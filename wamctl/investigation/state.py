@@ -65,6 +65,7 @@ class Round:
         suspected: effects that help prediction, but are too small or unsure for `ident gap`.
         unexplained: whether `ident gap` sees structure that no effect explains.
         rivals: answers that `ident gap` cannot tell from its own.
+        lookalikes: written-down answers with an effect that looks like the leader's.
     """
 
     reason: str
@@ -84,6 +85,7 @@ class Round:
     suspected: Sequence[str] = ()
     unexplained: bool = False
     rivals: Sequence[str] = ()
+    lookalikes: Sequence[str] = ()
 
     @property
     def is_suspicion(self) -> bool:

@@ -11,7 +11,8 @@ from ident.effects.compensation import torque_along, without_effects
 from ident.gap.data.noise_regions import Region, regions
 from ident.gap.data.windows import windows_for
 from ident.model.records import EffectRecord
-from ident.planning.noise import Noise, log_likelihood, read_noise, stretches
+from ident.planning.known import Known, log_likelihood, predictions, read_known
+from ident.planning.noise import Noise, read_noise, stretches
 from ident.recordings.dataset import in_memory
 from ident.workflows.run import run_data
 from wamctl.investigation.evidence import signed_evidence
@@ -26,6 +27,22 @@ OFFSET = EffectRecord(
     settings={},
     rows=(2,),
 )
+
+
+EXACT, HARDLY = 1e9, 1.0
+"""Products of columns in logs that know each number for sure, or hardly."""
+
+
+def evidence(ours, theirs, noise, data, links=EXACT, effects=EXACT):
+    """Of one model over another, whose numbers the logs before know so well [nats]."""
+    nats = []
+    for model in (ours, theirs):
+        products = np.diag([links] * (30 + 3 + 3 * 10) + [effects] * len(model.effects.records))
+        known = read_known(Known(np.arange(30), products).content())
+        found = predictions(model, known, noise, data, stretches(data))
+        windows = windows_for(data.rate_hz, noise.cutoff_hz)
+        nats.append(log_likelihood(found, known, windows))
+    return signed_evidence([(nats[0] - nats[1]).sum(axis=1).tolist()])
 
 
 @pytest.fixture(scope="module")
@@ -70,11 +87,30 @@ def test_what_is_wrong_while_a_joint_turns_back_hides_no_small_effect(known):
          for j in range(n)]
     )  # fmt: skip
 
-    def evidence(noise: Noise) -> float:
-        ours, theirs = (log_likelihood(m, noise, felt, [motion]) for m in (answer, model))
-        return signed_evidence([(ours - theirs).sum(axis=1).tolist()])
-
     told = Noise(sigma, slow, 10.0, None)
     alike = replace(told, sigma=np.tile(sigma[:, [Region.SLIDING]], (1, len(Region))))
-    assert evidence(read_noise(told.content())) == evidence(told) > 3.5
-    assert evidence(alike) < 1.5
+    seen = evidence(answer, model, told, felt)
+    assert evidence(answer, model, read_noise(told.content()), felt) == seen > 3.5
+    assert evidence(answer, model, alike, felt) < 1.5
+
+
+def test_a_number_that_the_logs_before_leave_open_is_no_evidence(known):
+    model, data = known
+    noise = Noise(np.full((3, len(Region)), 0.05), np.full(3, 0.1), 10.0, None)
+    heavier = model.delta.copy()
+    heavier[[p.name == "fv2" for p in model.parameters]] *= 1.5
+    other = replace(model, delta=heavier)
+    assert evidence(model, other, noise, data) > 5.0
+    assert abs(evidence(model, other, noise, data, HARDLY)) < 1.0
+
+
+def test_an_effect_counts_though_the_logs_before_leave_its_size_open(known):
+    model, data = known
+    noise = Noise(np.full((3, len(Region)), 0.01), np.full(3, 0.1), 10.0, None)
+    (s,) = data.segments
+    tau = s.tau + np.array([0.0, 0.03, 0.0])
+    felt = in_memory(data, data.rate_hz, [replace(s, tau=tau)])
+    half = OFFSET.model_copy(update={"parameters": {"offset": 0.015}})
+    answer = replace(model, effects=bound([half]))
+    fixed = evidence(answer, model, noise, felt)
+    assert evidence(answer, model, noise, felt, effects=400.0) > fixed > 2.0

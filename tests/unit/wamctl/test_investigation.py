@@ -1,6 +1,7 @@
 """The rounds of an investigation, with programs that write down results at once."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,7 +14,7 @@ from wamctl.arm.configuration.known_change import KnownChangeError, known_change
 from wamctl.errors import UsageError
 from wamctl.investigation import rounds as rounds_module
 from wamctl.investigation.budget import Budget, Cost, duration_s, limited
-from wamctl.investigation.decision import ended
+from wamctl.investigation.decision import borne_out, ended, suspect_that_leads
 from wamctl.investigation.investigate import investigate
 from wamctl.investigation.programs import ProgramError, call
 from wamctl.investigation.rounds import Site
@@ -70,7 +71,8 @@ class Programs:
         effects = [STRIBECK] if verdict == "named" else []
         held = {"before": ERRORS, "after": ERRORS, "noise_floor": ERRORS, "closed_fraction": 1.0}
         content = {"verdict": verdict, "effects": effects, "held_out": held, "arm": "wam7"}
-        content["minimum_detectable"] = {"stribeck": {"1": 0.1}}
+        content["minimum_detectable"] = {"stribeck": {"1": 0.03, "3": 0.02}}
+        content["detectable_units"] = {"stribeck": "N m"}
         out.mkdir()
         (out / "gap.json").write_text(json.dumps(content))
         (out / "model.yaml").write_text("model")
@@ -97,7 +99,7 @@ class Programs:
             json.dumps(
                 {
                     "leader": leader,
-                    "models": {n: {"file": "models/0.yaml", "sha256": ""} for n in (leader, rival)},
+                    "models": {n: MODEL | {"effects": [STRIBECK]} for n in (leader, rival)},
                     "measured": STRIBECK | CURVE if leader == "unknown" else None,
                     "intervention": "hang a mass",
                     "motion": motion | {"expected_nats": {rival: 5.0}},
@@ -110,7 +112,18 @@ class Programs:
         content = json.loads(plan.read_text())
         nats = {name: np.full((20, 1), -10.0 * self.better).tolist() for name in content["models"]}
         nats[content["leader"]] = np.full((20, 1), -10.0).tolist()
-        out.write_text(json.dumps({"logs": [{"log": "log.mcap", "log_likelihood": nats}]}))
+        points = {"predicted_nm": [-0.02, 0.02], "measured_nm": [-0.03, 0.01], "sd_nm": [0.005] * 2}
+        seen = {n: {"joint": 3} | points for n in content["models"] if n != content["leader"]}
+        out.write_text(json.dumps({"logs": [weighed_log(nats)], "predicted": seen}))
+
+
+MODEL = {"file": "models/0.yaml", "sha256": ""}
+
+
+def weighed_log(nats: dict[str, Any]) -> dict[str, Any]:
+    """What `ident weigh` says of a log, where each block counts as its squares do."""
+    squares = {name: (-2.0 * np.sum(values, axis=0)).tolist() for name, values in nats.items()}
+    return {"log": "log.mcap", "log_likelihood": nats, "squares": squares}
 
 
 @pytest.fixture
@@ -296,6 +309,16 @@ def test_a_rival_that_predicts_better_keeps_no_gap_from_being_final(outcome, tmp
     assert (found["verdict"], found["confirmed"]) == ("no_gap", False)
 
 
+def test_the_page_sets_predictions_against_what_was_measured_and_tells_units(outcome, tmp_path):
+    outcome(Programs(["named", "named"], 5.0, {}))
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "measured, ± 40 mN\u202fm" in page
+    assert "predicted, ± 20 mN\u202fm" in page
+    assert page.count("<circle") == 2
+    assert "[mN\u202fm]</span></td><td>30</td><td>20</td>" in page
+    assert "0.900 ± 0.010 N\u202fm" in page
+
+
 def test_a_curve_that_predicts_worse_than_no_effect_is_not_kept(outcome, tmp_path):
     found = outcome(Programs(["unknown"] * 3, 0.6, {}), motions=2)
     assert len(found["rounds"]) == 3, "another motion may find another curve"
@@ -304,19 +327,40 @@ def test_a_curve_that_predicts_worse_than_no_effect_is_not_kept(outcome, tmp_pat
     assert (tmp_path / "out" / "model.yaml").read_text() == "model"
 
 
-def test_a_rival_that_refutes_the_verdict_without_a_name_makes_it_ambiguous(outcome):
-    found = outcome(Programs(["no_gap"] * 4, 0.05, {}))
-    assert (found["verdict"], found["confirmed"], len(found["rounds"])) == ("ambiguous", False, 4)
+def test_a_rival_that_refutes_no_effect_in_the_last_motion_makes_it_ambiguous(outcome):
+    found = outcome(unseen(0.05), motions=1)
+    assert (found["verdict"], found["confirmed"], len(found["rounds"])) == ("ambiguous", False, 2)
     assert "stribeck at joint 1 predicted the motions better than no effect" in found["why"]
 
 
-@pytest.mark.parametrize(("better", "rounds"), [(0.95, 4), (0.98, 2), (1.02, 2)])
-def test_no_gap_is_final_once_the_motions_left_could_not_bear_a_rival_out(outcome, better, rounds):
-    found = outcome(Programs(["no_gap"] * 4, better, {}))
-    assert len(found["rounds"]) == rounds
-    assert (found["verdict"], found["confirmed"]) == (
-        ("ambiguous", False) if rounds == 4 else ("no_gap", True)
-    )
+@pytest.mark.parametrize(("left", "rounds"), [(0.95, 4), (0.98, 2), (1.02, 2)])
+def test_no_gap_is_final_once_the_motions_left_could_not_bear_a_rival_out(outcome, left, rounds):
+    found = outcome(unseen(left))
+    verdict = "named" if rounds == 4 else "no_gap"
+    assert (found["verdict"], len(found["rounds"])) == (verdict, rounds)
+
+
+def test_the_effect_that_is_furthest_ahead_of_no_effect_leads():
+    bets = {"none": [2.0] * 20, "torque_delay:1": [-1.0] * 20, "rotor_inertia:1": [0.5] * 20}
+    common = ("slow", "why", "rounds/02", Cost(), "torque_delay:2", 6.0, {}, bets, {})
+    assert suspect_that_leads([Round(*common, "no_gap")]) == "torque_delay:1"
+    assert suspect_that_leads([Round(*common, "named", "stribeck:1")]) == ""
+
+
+def test_an_effect_that_no_search_sees_is_not_told_from_a_lookalike_by_predictions():
+    bets = {"none": [2.0] * 20, "rotor_inertia:1": [2.0] * 20}
+    common = ("slow", "why", "rounds/02", Cost(), "torque_delay:1", 6.0, {}, bets, {})
+    alone = Round(*common, "no_gap")
+    assert borne_out([alone]) == "torque_delay:1"
+    assert borne_out([replace(alone, lookalikes=("rotor_inertia:1",))]) == ""
+
+
+def test_an_effect_that_no_search_sees_is_named_once_it_has_led_and_is_borne_out(outcome):
+    found = outcome(unseen(0.05))
+    assert (found["verdict"], found["confirmed"], len(found["rounds"])) == ("named", True, 3)
+    assert [r["leader"] for r in found["rounds"]] == ["", "none", "stribeck:1"]
+    (effect,) = found["effects"]
+    assert effect == STRIBECK, "as the plan wrote it down"
 
 
 def test_no_gap_is_final_where_there_is_no_room_for_the_motion_that_might_refute_it(outcome):
@@ -328,16 +372,25 @@ class Suspecting(Programs):
     """Never named, only suspected; whatever leads, the suspect leaves so much of the squares."""
 
     left = 0.3
+    suspected: tuple[dict[str, Any], ...] = (STRIBECK,)
 
     def _gap(self, out: Path, arguments: list[str]) -> None:
         super()._gap(out, arguments)
         path = out / "gap.json"
-        path.write_text(json.dumps(json.loads(path.read_text()) | {"suspected": [STRIBECK]}))
+        more = {"suspected": list(self.suspected)}
+        path.write_text(json.dumps(json.loads(path.read_text()) | more))
 
     def _weigh(self, out: Path, arguments: list[str]) -> None:
         nats = {"none": np.full((20, 1), -10.0).tolist()}
         nats["stribeck:1"] = np.full((20, 1), -10.0 * self.left).tolist()
-        out.write_text(json.dumps({"logs": [{"log": "log.mcap", "log_likelihood": nats}]}))
+        out.write_text(json.dumps({"logs": [weighed_log(nats)]}))
+
+
+def unseen(left: float) -> Programs:
+    """A rival that no search sees leaves so much of the squares, whatever leads."""
+    programs = Suspecting(["no_gap"] * 9, 1.0, {})
+    programs.left, programs.suspected = left, ()
+    return programs
 
 
 def test_a_suspect_that_predicts_better_leads_and_is_named_once_a_motion_bears_it_out(outcome):
@@ -379,8 +432,8 @@ def test_a_suspect_beside_structure_that_no_effect_explains_is_not_named(outcome
 
 
 def test_a_suspect_that_beats_no_effect_but_not_its_rival_is_ambiguous():
-    evidence = {"none": 10.0, "joint_spring:1": 0.4}
-    common = ("slow", "why", "rounds/04", Cost(), "stribeck:1", 6.0, evidence, {}, {})
+    bets = {"none": [5.0] * 20, "joint_spring:1": [0.1] * 20}
+    common = ("slow", "why", "rounds/04", Cost(), "stribeck:1", 6.0, {}, bets, {})
     last = Round(*common, "no_gap", "", {}, suspected=("stribeck:1",))
     found = ended([last], "motions is 3 of 3")
     assert (found.verdict, found.confirmed) == ("ambiguous", False)
