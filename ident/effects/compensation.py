@@ -20,7 +20,7 @@ from wamctl.arm.errors import DataError
 
 
 def without_effects(model: Model, data: Dataset, motion_hz: float = MOTION_HZ) -> Dataset:
-    """A recording with the torque of the model's effects taken off.
+    """A recording with the torque of the model's effects taken off; without any, as it is.
 
     The ends of each span, where the motion cannot be smoothed, are left out.
 
@@ -34,6 +34,8 @@ def without_effects(model: Model, data: Dataset, motion_hz: float = MOTION_HZ) -
         DataError: an effect that is not known, or spans that are too short to smooth.
     """
     effects = members_of(model)
+    if not effects:
+        return data
     present = _present(model, data, effects)
     segments = [
         cleaned

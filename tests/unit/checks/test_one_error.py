@@ -90,6 +90,13 @@ def test_the_gaps_model_is_what_a_run_fits_beside_its_effects(fitted):
     assert model.effects.records == known.effects.records
 
 
+def test_without_effects_the_gaps_model_is_that_of_a_run_alone(fitted):
+    arm, data, first = fitted
+    model = fitted_beside(replace(first.model, effects=bound([])), (), [data], arm)
+    assert np.array_equal(model.delta, first.model.delta)
+    assert model.filter.cutoff_hz == first.model.filter.cutoff_hz
+
+
 @pytest.mark.parametrize(("term", "kept"), [("auto", [2]), ("coulomb", [1, 2])])
 def test_offsets_are_of_the_size_of_a_term_where_the_settings_may_hold_one(
     fitted, shifted, term, kept
