@@ -11,10 +11,10 @@ from ident.api.named import NamedEffects
 from ident.api.recording import Recording
 from ident.api.result import Result, table
 from ident.model.arm import Arm as ArmModel
-from ident.output_error.fit import MotionSegment
 from ident.output_error.recordings import segments_of
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.servo_model import ServoModel
+from ident.output_error.setup import MotionSegment
 from ident.regression.progress import Tell
 from ident.workflows.output_error.gap import GapOfServos, gap_of_servos
 from ident.workflows.output_error.run import ServoRun, simulated_run

@@ -10,15 +10,15 @@ from ident.export.links import Link, links_of
 from ident.export.mjcf import add_joint, each_body, new_mjcf, written
 from ident.export.replay import Replay, loaded_mujoco
 from ident.export.urdf import comment, numbers
-from ident.output_error.fit import MotionSegment
 from ident.output_error.plant import motor_command
 from ident.output_error.servo_model import ServoModel
+from ident.output_error.setup import MotionSegment
 
 _TIMESTEP_S = 0.002
 _UNLIMITED_NM = 1e3
 _NO_PLACE = (
     "rate_gain", "integral", "dead_zone", "stribeck", "load_friction", "drag", "skew", "compliance",
-    "turning_speed", "presliding", "rise_speed",
+    "turning_speed", "presliding", "rise_speed", "gear_lag",
 )  # fmt: skip
 _NO_PROFILE = 1e5  # rad/s^2
 _PLAY_DAMPING = 1e-4  # N m s/rad: the gears' grease

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from ident.dynamics.compiled_chain import torques
-from ident.output_error.fit import MEMORY_S, MotionSegment, Setup
 from ident.output_error.parameters import QUANTITIES, ROW
+from ident.output_error.setup import MEMORY_S, MotionSegment, Setup
 from ident.signals.arrays import Array
 
 _SMOOTHED_S = 0.14

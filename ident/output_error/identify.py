@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.model.arm import Arm
-from ident.output_error.fit import SLOPE_STEP_S, Fit, MotionSegment, Setup, fit
+from ident.output_error.fit import Fit, fit
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.prepared import Prepared, prepared
 from ident.output_error.recordings import thinned
@@ -16,6 +16,8 @@ from ident.output_error.search.parts import PARTS, Part
 from ident.output_error.search.selection import Selection, bare, extended, of_all_joints
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.servo_model import ServoModel
+from ident.output_error.setup import MotionSegment, Setup
+from ident.output_error.slopes import SLOPE_STEP_S
 from ident.output_error.uncertainty import Knowledge, knowledge
 from ident.regression.progress import Tell
 from wamctl.arm.config import ServoSection

@@ -10,7 +10,10 @@ import itertools
 
 import numpy as np
 
-from ident.output_error.fit import MEMORY_S, Fit, Prior, Setup, bounds, columns
+from ident.output_error.coordinates import bounds
+from ident.output_error.fit import Fit
+from ident.output_error.setup import MEMORY_S, Prior, Setup
+from ident.output_error.slopes import columns
 from ident.signals.arrays import Array
 
 BLOCK_S = 1.0

@@ -58,10 +58,11 @@ QUANTITIES = (
     Quantity("turning_speed", "rad/s", 0.0, 0.2, 0.0, 0.005, "where dry friction is whole"),
     Quantity("presliding", "rad", 0.0, 0.05, 0.0, 5e-4, "path after which dry friction slips"),
     Quantity("rise_speed", "rad/s", 0.0, 0.2, 0.0, 0.002, "where half of it has risen further"),
+    Quantity("gear_lag", "s", 0.0, 0.2, 0.0, 5e-3, "damper beside the twist: N m s per N m"),
 )
 """In the order of the rows of a settings array, shape (quantities, n)."""
 
-LATER = ("spring", "drag", "skew", "turning_speed", "presliding", "rise_speed")
+LATER = ("spring", "drag", "skew", "turning_speed", "presliding", "rise_speed", "gear_lag")
 """Quantities that files of the first version may lack."""
 
 PER_STIFFNESS = (

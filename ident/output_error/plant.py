@@ -29,8 +29,8 @@ _SETTLED = 1e-4  # of the largest impulse of a step: less than a thousandth of a
     STIFFNESS, INTEGRAL, RATE_GAIN, DEAD_ZONE, TORQUE_LIMIT, PROFILE_SPEED,
     PROFILE_ACCELERATION, DELAY, ARMATURE, DAMPING,
     COULOMB, STRIBECK, STRIBECK_SPEED, LOAD_FRICTION, OFFSET, HALF_PLAY, COMPLIANCE, ZERO,
-    SPRING, DRAG, SKEW, TURNING_SPEED, PRESLIDING, RISE_SPEED,
-) = range(24)  # fmt: skip
+    SPRING, DRAG, SKEW, TURNING_SPEED, PRESLIDING, RISE_SPEED, GEAR_LAG,
+) = range(25)  # fmt: skip
 
 
 class Motion(NamedTuple):
@@ -298,7 +298,7 @@ def solve(p, joints, inverse, impulse, h):
 
 @njit(cache=True)
 def tie(p, i, joints, mobility, rest, h):
-    """Impulse through the gears: none within the play; beyond it a spring with a damper."""
+    """Impulse through the gears: none within the play; beyond it a spring beside a damper."""
     level, turning = joints.level[i], joints.turning[i]
     twist = joints.rotor[i] - joints.q[i]
     inertia = p[ARMATURE, i] + h * joints.share[i] * p[DAMPING, i]
@@ -308,16 +308,17 @@ def tie(p, i, joints, mobility, rest, h):
     if abs(apart) <= half:
         return 0.0
     edge = half if apart > 0.0 else -half
-    give = p[COMPLIANCE, i] / h
+    felt = h + p[GEAR_LAG, i]  # for which a change of the twist is felt
+    yielding = felt * mobility + p[COMPLIANCE, i] / h
     for side in (1.0, -1.0):
         slip = (momentum - side * level) / inertia
-        carried = (twist - edge + h * (slip - rest)) / (h / inertia + h * mobility + give)
+        carried = (twist - edge + felt * (slip - rest)) / (felt / inertia + yielding)
         if side * (momentum - carried) > level + turning * inertia:
             return carried
     if turning > 0.0:
         held = inertia + level / turning
-        return (twist - edge + h * (momentum / held - rest)) / (h / held + h * mobility + give)
-    return (twist - edge - h * rest) / (h * mobility + give)
+        return (twist - edge + felt * (momentum / held - rest)) / (felt / held + yielding)
+    return (twist - edge - felt * rest) / yielding
 
 
 @njit(cache=True)

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from ident.dynamics.compiled_chain import chain_of, torques
 from ident.model.arm import Arm
 from ident.output_error.first_guess import first_guess
-from ident.output_error.fit import MotionSegment, Prior, Setup
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.recordings import settled
 from ident.output_error.servo_model import STEP_S
+from ident.output_error.setup import MotionSegment, Prior, Setup
 from ident.signals.arrays import Array
 from wamctl.arm.errors import ConfigurationError, DataError
 from wamctl.arm.robot import cad_parameters

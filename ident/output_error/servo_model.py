@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from ident.dynamics.compiled_chain import chain_of
-from ident.output_error.fit import MotionSegment, Setup
 from ident.output_error.parameters import LATER, QUANTITIES, ROW
+from ident.output_error.setup import MotionSegment, Setup
 from ident.signals.arrays import Array
 from wamctl.arm.config import Section, Vector, read_yaml, validate
 from wamctl.arm.errors import DataError

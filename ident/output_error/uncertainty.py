@@ -1,18 +1,22 @@
 """How well the settings of a fit are known.
 
-Two kinds of error count. Residuals of different blocks of time are independent: how their pulls on
-the settings scatter tells what chance does. And a model of another form than the arm's, of friction
-that turns round otherwise say, errs alike whenever the joint moves alike: residuals at like speeds
-are one error, however long they last. The two add up.
+Two kinds of error count. Residuals of different blocks of time are independent: how the settings
+move where one block after the other is left out tells what chance does. And a model of another form
+than the arm's, of friction that turns round otherwise say, errs alike whenever the joint moves
+alike: residuals at like speeds are one error, however long they last. The two add up.
 """
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.output_error.fit import Fit, Prior, Setup, columns, coordinates, turned
-from ident.output_error.parameters import ROW
+from ident.output_error.coordinates import coordinates, turned
+from ident.output_error.fit import Fit
+from ident.output_error.parameters import QUANTITIES, ROW
+from ident.output_error.setup import MEMORY_S, Prior, Setup
+from ident.output_error.slopes import sure_columns
 from ident.signals.arrays import Array
 
 _BLOCK_S = 2.0
@@ -20,6 +24,7 @@ _PACES = 8
 """Parts of a joint's speeds, from fast one way to fast the other, as many samples in each."""
 
 _KNOWN_FACTOR = 0.3  # a torque scale that is known worse than this is not known
+_Z90 = 1.645  # standard deviations of a normal distribution to its 5 and 95 %
 
 
 @dataclass(frozen=True)
@@ -27,9 +32,9 @@ class Knowledge:
     """What a fit knows.
 
     Attributes:
-        sd: standard errors in the settings' units, NaN where not fitted, shape (quantities, n).
-        torque_factor_sd: of the logarithm of a joint's torque-like settings together, from the
-            recordings and the URDF's masses alone, shape (n,).
+        sd: standard errors in the settings' units, NaN where not fitted, shape (quantities, n); of
+            positive ones the longer side of their 90 % interval, over 1.645.
+        torque_factor_sd: of the logarithm of a joint's torque-like settings together, shape (n,).
         deviations: standard deviations of each setting from nothing, whatever that factor, shape
             (quantities, n); of positive ones it says nothing.
     """
@@ -40,41 +45,51 @@ class Knowledge:
 
 
 def knowledge(setup: Setup, found: Fit, prior: Prior) -> Knowledge:
-    """Errors of chance and of the model's form, and of the scale of torque.
-
-    A joint's settings are taken by themselves: those of others hardly move it.
-    """
-    pairs = np.argwhere(found.free)
-    made = columns(setup, found.settings, found.free)
-    speed = _speeds(setup, found.settings)
-    n, samples = found.settings.shape[1], len(found.residuals)
+    """Errors of chance and of the model's form, and of the scale of torque."""
+    pairs, usual = np.argwhere(found.free), np.maximum(found.rms, 1e-12)
+    made = sure_columns(setup, found.settings, found.free, prior) / usual
+    left = found.residuals / usual
+    memory = len(left) * MEMORY_S / setup.seconds  # samples that say the same
+    belief = memory * prior.pull(found.settings, found.free)[0]
+    hessian = belief + np.einsum("asj,bsj->ab", made, made, optimize=True)
+    inverse = np.linalg.inv(hessian)
+    spread = memory * inverse @ belief @ inverse
     blocks = max(int(setup.seconds / _BLOCK_S), 8)
-    edges = np.linspace(0, samples, blocks + 1).astype(int)[:-1]
-    sd, factor = np.full(found.settings.shape, np.nan), np.full(n, np.inf)
+    spread += jackknifed(made, left, hessian, blocks)
+    for j, speed in enumerate(_speeds(setup, found.settings).T):
+        spread += inverse @ alike(made[:, :, j] * left[:, j], speed) @ inverse
+    sd, factor = np.full(found.settings.shape, np.nan), np.full(left.shape[1], np.inf)
     away, place = np.zeros(found.settings.shape), coordinates(found.settings)
-    for j in range(n):
+    for j in np.unique(pairs[:, 1]):
         mine = np.flatnonzero(pairs[:, 1] == j)
-        if not len(mine):
-            continue
-        rows = pairs[mine, 0]
-        J, left = made[mine, :, j], found.residuals[:, j]
-        scores = np.add.reduceat(J * left, edges, axis=1)
-        meat = scores @ scores.T * blocks / max(blocks - len(mine), 1)
-        meat += alike(J * left, speed[:, j])
-        correlated = np.trace(meat) / max(np.trace(J @ J.T) * np.mean(left**2), 1e-300)
-        belief = np.diag(prior.sd[rows, j] ** -2.0) * np.mean(left**2) * max(correlated, 1.0)
-        bread = np.linalg.inv(J @ J.T + belief)
-        spread = bread @ (meat + belief * np.mean(left**2) * max(correlated, 1.0)) @ bread
-        turn = turned(found.settings[:, j], rows)
-        sd[rows, j] = np.sqrt(np.diag(turn @ spread @ turn.T))
-        away[rows, j] = np.abs(place[rows, j]) / np.sqrt(np.diag(spread))
-        factor[j] = _factor_sd(J, meat, rows)
+        rows, cov = pairs[mine, 0], spread[np.ix_(mine, mine)]
+        sd[rows, j] = _in_units(found.settings[:, j], rows, cov)
+        away[rows, j] = np.abs(place[rows, j]) / np.sqrt(np.diag(cov))
+        scale = rows == ROW["stiffness"]  # if it is given, all torques are given with it
+        factor[j] = np.sqrt(np.diag(cov)[scale].sum())
     return Knowledge(sd, factor, away)
 
 
 def unknown_factor(known: Knowledge) -> NDArray[np.bool_]:
     """Joints whose torques are known up to a common factor only, shape (n,)."""
     return known.torque_factor_sd > _KNOWN_FACTOR
+
+
+def jackknifed(J: Array, left: Array, hessian: Array, blocks: int) -> Array:
+    """Covariance of the settings from how leaving out a block of time moves them, shape (p, p).
+
+    Args:
+        J: change of the samples per setting, shape (p, S, n).
+        left: residuals, shape (S, n).
+        hessian: of all samples and what is believed, shape (p, p).
+        blocks: how many there are.
+    """
+    edges = np.linspace(0, len(left), blocks + 1).astype(int)
+    moved = np.empty((blocks, len(J)))
+    for k, (a, b) in enumerate(itertools.pairwise(edges)):
+        own = J[:, a:b].reshape(len(J), -1)
+        moved[k] = np.linalg.solve(hessian - own @ own.T, own @ left[a:b].ravel())
+    return (blocks - 1) / blocks * moved.T @ moved
 
 
 def alike(pulls: Array, speed: Array) -> Array:
@@ -90,19 +105,17 @@ def alike(pulls: Array, speed: Array) -> Array:
     return scores @ scores.T * _PACES / (_PACES - 1)
 
 
+def _in_units(settings: Array, rows: NDArray[np.int64], cov: Array) -> Array:
+    """Standard errors of a joint's settings, in their units, shape (p,)."""
+    turn = turned(settings, rows)
+    sd = np.sqrt(np.diag(turn @ cov @ turn.T))
+    positive = np.array([QUANTITIES[row].scale == 0.0 for row in rows])
+    value = settings[rows][positive]
+    sd[positive] = value * np.expm1(_Z90 * sd[positive] / value) / _Z90
+    return sd
+
+
 def _speeds(setup: Setup, settings: Array) -> Array:
     """Of the simulated joints at the counted samples [rad/s], shape (S, n)."""
     pairs = zip(setup.segments, setup.replay(settings), strict=True)
     return np.concatenate([np.gradient(m, s.motion.t, axis=0)[s.counted :] for s, m in pairs])
-
-
-def _factor_sd(J: Array, meat: Array, rows: Array) -> float:
-    """Of the logarithm by which all torques of a joint could be larger together.
-
-    That is the stiffness's own: what else is fitted gives way, the rotor less than the others.
-    """
-    place = np.flatnonzero(rows == ROW["stiffness"])
-    if not len(place):
-        return 0.0  # it is given, and all torques with it
-    bread = np.linalg.pinv(J @ J.T, hermitian=True)
-    return float(np.sqrt((bread @ meat @ bread)[place[0], place[0]]))

@@ -27,9 +27,9 @@ from numpy.typing import NDArray
 
 import ident
 from ident.importers.recording import import_recording
-from ident.output_error.fit import MotionSegment
 from ident.output_error.recordings import pieces, segments_of
 from ident.output_error.servo_model import read_servo_model
+from ident.output_error.setup import MotionSegment
 
 Array = NDArray[np.floating]
 

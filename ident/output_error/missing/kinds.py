@@ -46,8 +46,8 @@ KINDS = (
     EffectKind(
         "joint_elasticity",
         parts.COMPLIANCE,
-        ("compliance",),
-        "q_rotor,j - q_j = compliance tau_j",
+        ("compliance", "lag"),
+        "q_rotor,j - q_j + lag d(q_rotor,j - q_j)/dt = compliance tau_j",
     ),
     EffectKind("torque_offset", parts.OFFSET, ("offset",), "tau_j += offset"),
     EffectKind(

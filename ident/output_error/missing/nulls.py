@@ -5,11 +5,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.output_error.fit import Fit, Prior, Setup, fit
+from ident.output_error.fit import Fit, fit
 from ident.output_error.judging import left_out, rms, typical
 from ident.output_error.search.parts import Part
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.search.trial import trials
+from ident.output_error.setup import Prior, Setup
 from ident.regression.progress import silent
 from ident.signals.arrays import Array
 

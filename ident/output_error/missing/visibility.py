@@ -4,12 +4,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.output_error.first_guess import smoothed
-from ident.output_error.fit import Setup
 from ident.output_error.missing.search import Search
 from ident.output_error.parameters import ROW
 from ident.output_error.search.parts import Part
 from ident.output_error.search.screening import at_sizes, tangents
 from ident.output_error.search.settings import SearchSettings
+from ident.output_error.setup import Setup
 from ident.signals.arrays import Array
 
 _RARE = 0.005

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.output_error.fit import Fit, Setup
+from ident.output_error.fit import Fit
 from ident.output_error.judging import blocks, gain, left_out, sureness
 from ident.output_error.parameters import ROW
 from ident.output_error.prepared import Prepared
@@ -14,6 +14,7 @@ from ident.output_error.search.parts import BASE
 from ident.output_error.search.selection import Accepted, Selection, refitted
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.search.trial import felt
+from ident.output_error.setup import Setup
 
 _SPANS = 3
 _LEAST_BLOCKS = 2  # fewer do not tell how they differ

@@ -5,9 +5,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.output_error.fit import Fit, Setup, columns
+from ident.output_error.fit import Fit
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.search.parts import Part
+from ident.output_error.setup import Setup
+from ident.output_error.slopes import columns
 from ident.signals.arrays import Array
 
 Places = NDArray[np.bool_]

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.output_error.fit import Fit, Setup, fit
+from ident.output_error.fit import Fit, fit
 from ident.output_error.judging import explained, gain, left_out, sureness
 from ident.output_error.parameters import ROW
 from ident.output_error.prepared import Prepared
@@ -20,6 +20,7 @@ from ident.output_error.search.parts import BASE, Part
 from ident.output_error.search.screening import Places
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.search.trial import Trial, trials
+from ident.output_error.setup import Setup
 from ident.regression.progress import Tell
 from ident.signals.arrays import Array
 

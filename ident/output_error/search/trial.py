@@ -5,12 +5,13 @@ from itertools import product
 
 import numpy as np
 
-from ident.output_error.fit import Fit, Prior, Setup, fit
+from ident.output_error.fit import Fit, fit
 from ident.output_error.judging import gain, left_out
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.search.parts import BASE, Part
 from ident.output_error.search.screening import Places, promising
 from ident.output_error.search.settings import SearchSettings
+from ident.output_error.setup import Prior, Setup
 from ident.regression.progress import Tell
 from ident.signals.arrays import Array
 

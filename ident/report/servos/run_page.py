@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ident.output_error.fit import MotionSegment
+from ident.output_error.setup import MotionSegment
 from ident.report.charts import Chart
 from ident.report.figures import beside_measured, recording_figures
 from ident.report.page import Block, Figure, Page, Section, Status, Step, Table, Verdict, table_of

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from ident.checks.remark import Remark, verdict_content
 from ident.model.arm import Arm
-from ident.output_error.fit import MotionSegment
 from ident.output_error.identify import model_of
 from ident.output_error.missing.search import search
 from ident.output_error.missing.verdict import Outcome, outcome
@@ -15,6 +14,7 @@ from ident.output_error.prepared import Prepared, prepared
 from ident.output_error.recordings import settled
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.servo_model import ServoModel
+from ident.output_error.setup import MotionSegment
 from ident.recordings.loading import Reading
 from ident.regression.progress import Tell, silent
 from ident.report.page import render

@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.output_error.fit import Setup
 from ident.output_error.judging import rms
 from ident.output_error.missing.kinds import KIND_OF, NOT_ASKED, effect_name
 from ident.output_error.missing.verdict import Evidence, Outcome
@@ -15,6 +14,7 @@ from ident.output_error.prepared import Prepared
 from ident.output_error.search.parts import Part
 from ident.output_error.search.selection import Accepted
 from ident.output_error.search.settings import SearchSettings
+from ident.output_error.setup import Setup
 from ident.signals.arrays import Array
 
 Content = dict[str, Any]

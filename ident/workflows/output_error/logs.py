@@ -7,8 +7,8 @@ import numpy as np
 
 from ident.checks.remark import Grade, Remark, joints, numbers
 from ident.model.arm import Arm
-from ident.output_error.fit import MotionSegment
 from ident.output_error.recordings import segments_of
+from ident.output_error.setup import MotionSegment
 from ident.recordings.joint_names import renamed
 from ident.recordings.loading import Reading, arm_of, joints_to_read
 from wamctl.arm.recording import Recording, read_recording

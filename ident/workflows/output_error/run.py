@@ -10,11 +10,11 @@ import numpy as np
 
 from ident.checks.remark import Grade, Remark, joints, verdict_content
 from ident.model.arm import Arm
-from ident.output_error.fit import MotionSegment
 from ident.output_error.identify import Found, identify_by_simulation
 from ident.output_error.judging import rms
 from ident.output_error.parameters import QUANTITIES
 from ident.output_error.servo_model import ServoModel
+from ident.output_error.setup import MotionSegment
 from ident.output_error.uncertainty import unknown_factor
 from ident.recordings.loading import Reading
 from ident.regression.progress import Tell, silent

@@ -6,10 +6,11 @@ from servo_arm import STEP_RAD, URDF
 
 from ident.dynamics.compiled_chain import chain_of
 from ident.output_error.first_guess import first_guess
-from ident.output_error.fit import MotionSegment, Prior, Setup, fit
+from ident.output_error.fit import fit
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.plant import Motion
 from ident.output_error.search.parts import BASE
+from ident.output_error.setup import MotionSegment, Prior, Setup
 from ident.output_error.uncertainty import knowledge
 from wamctl.arm.robot import cad_parameters, load_robot
 

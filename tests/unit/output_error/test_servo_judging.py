@@ -5,13 +5,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.output_error.first_guess import neutral
-from ident.output_error.fit import MEMORY_S, Fit, MotionSegment, Prior, Setup
+from ident.output_error.fit import Fit
 from ident.output_error.judging import blocks, explained, gain, left_out, sureness, typical
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.plant import Motion
 from ident.output_error.search.parts import ENCODER_OFFSET, OFFSET, Part
 from ident.output_error.search.screening import promising
 from ident.output_error.search.trial import felt
+from ident.output_error.setup import MEMORY_S, MotionSegment, Prior, Setup
 
 RESTING = 4e-6  # rad^2: a joint that rests on the other side of its friction, 2 mrad away
 

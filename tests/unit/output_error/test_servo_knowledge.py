@@ -6,10 +6,12 @@ from servo_arm import STEP_RAD, URDF
 
 from ident.dynamics.compiled_chain import chain_of
 from ident.output_error.first_guess import neutral
-from ident.output_error.fit import NEAR, MotionSegment, Prior, Setup, columns, fit
+from ident.output_error.fit import fit
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.plant import Motion
-from ident.output_error.uncertainty import alike, knowledge, unknown_factor
+from ident.output_error.setup import MotionSegment, Prior, Setup
+from ident.output_error.slopes import NEAR, columns, sure_columns
+from ident.output_error.uncertainty import _in_units, alike, jackknifed, knowledge, unknown_factor
 from wamctl.arm.robot import cad_parameters, load_robot
 
 TRUTH = {
@@ -38,10 +40,14 @@ def recorded(gravity: float, seconds: float = 20.0) -> tuple[Setup, np.ndarray]:
     return Setup(setup.chain, setup.delta, setup.at_link, (segment,), 0.001), settings
 
 
-def known(setup: Setup, settings: np.ndarray):
+def believed(settings: np.ndarray) -> tuple[np.ndarray, Prior]:
     free = np.zeros(settings.shape, dtype=bool)
     free[[ROW[name] for name in FITTED]] = True
-    prior = Prior(settings, np.full(settings.shape, 3.0), np.full(len(QUANTITIES), np.inf))
+    return free, Prior(settings, np.full(settings.shape, 3.0), np.full(len(QUANTITIES), np.inf))
+
+
+def known(setup: Setup, settings: np.ndarray):
+    free, prior = believed(settings)
     found = fit(setup, settings, free, prior, 3)
     return knowledge(setup, found, prior)
 
@@ -82,3 +88,41 @@ def test_errors_that_repeat_with_the_motion_do_not_average_out():
     noise = rng.standard_normal((200, 8000))
     once, twice = (np.trace(alike(noise[:, :k], speed[:k])) / k**2 for k in (4000, 8000))
     assert twice == pytest.approx(once / 2, rel=0.1)
+
+
+def test_blocks_that_the_fit_follows_most_are_not_taken_for_the_surest():
+    """Three of twenty blocks tell most; what a fit of all leaves of their errors is too little."""
+    rng = np.random.default_rng(1)
+    J = np.ones((1, 1000, 1))
+    J[0, :150] = 5.0
+    hessian = np.sum(J**2, axis=(1, 2))[None]
+    told, plain, moved = [], [], []
+    for _ in range(400):
+        error = np.repeat(rng.standard_normal(20), 50)[:, None]
+        moved.append(float(np.sum(J[0] * error) / hessian[0, 0]))
+        left = error - J[0] * moved[-1]
+        told.append(float(jackknifed(J, left, hessian, 20)[0, 0]))
+        pulls = np.add.reduceat(J[0] * left, np.arange(0, 1000, 50), axis=0)
+        plain.append(float(np.sum(pulls**2) / hessian[0, 0] ** 2))
+    assert np.mean(plain) < 0.85 * np.var(moved)
+    assert np.var(moved) < np.mean(told) < 2.0 * np.var(moved)
+
+
+def test_what_is_uneven_where_a_joint_sticks_is_no_knowledge():
+    """Without weight, rotor and the other torques do all that the common factor could do."""
+    setup, settings = recorded(0.0, 40.0)
+    settings[ROW["turning_speed"]] = 0.0
+    free, prior = believed(settings)
+    short = columns(setup, settings, free)[:, :, 0]
+    sure = sure_columns(setup, settings, free, prior)[:, :, 0]
+    own = [J[0] - J[1:].T @ np.linalg.lstsq(J[1:].T, J[0])[0] for J in (short, sure)]
+    assert np.linalg.norm(own[1]) < 0.4 * np.linalg.norm(own[0])
+    assert np.linalg.norm(sure[0]) > 0.05
+
+
+def test_the_longer_side_of_an_interval_is_told():
+    settings = neutral(1)
+    settings[ROW["torque_limit"]] = 2.0
+    rows, cov = np.array([ROW["stiffness"], ROW["torque_limit"]]), np.diag([0.25, 0.0])
+    sd = _in_units(settings[:, 0], rows, cov)
+    assert settings[rows, 0] + 1.645 * sd == pytest.approx(settings[rows, 0] * np.exp(1.645 * 0.5))

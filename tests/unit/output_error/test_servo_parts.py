@@ -9,7 +9,7 @@ from servo_arm import JOINTS, STEP_RAD, URDF, recording
 from ident.dynamics.compiled_chain import chain_of
 from ident.model.arm import arm_from_urdf
 from ident.output_error.first_guess import neutral
-from ident.output_error.fit import Fit, MotionSegment, Prior, Setup
+from ident.output_error.fit import Fit
 from ident.output_error.identify import fit_of_all, selected
 from ident.output_error.judging import rms
 from ident.output_error.parameters import QUANTITIES, ROW
@@ -19,6 +19,7 @@ from ident.output_error.recordings import segments_of, settled
 from ident.output_error.search.parts import BASE, PARTS
 from ident.output_error.search.selection import Selection
 from ident.output_error.search.settings import SearchSettings
+from ident.output_error.setup import MotionSegment, Prior, Setup
 from ident.regression.progress import silent
 from wamctl.arm.robot import cad_parameters
 

@@ -4,10 +4,11 @@ from scipy.signal import lsim
 from servo_arm import URDF
 
 from ident.dynamics.compiled_chain import chain_of
+from ident.output_error.coordinates import coordinates, settings_at, turned
 from ident.output_error.first_guess import neutral
-from ident.output_error.fit import MotionSegment, Setup, coordinates, settings_at, turned
 from ident.output_error.parameters import PER_STIFFNESS, QUANTITIES, ROW
 from ident.output_error.plant import Motion
+from ident.output_error.setup import MotionSegment, Setup
 from wamctl.arm.robot import load_robot
 
 
@@ -117,6 +118,22 @@ def test_play_lets_the_link_rest_while_the_rotor_crosses_it():
     _, link = replay(wave, seconds=8.0, at_link=True, half_play=0.02)
     assert np.abs(rotor - tight)[t > 2].max() < 0.01
     assert np.abs(link - tight)[t > 2].max() > 0.005
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.02])
+def test_gears_that_give_are_a_spring_beside_a_damper(lag):
+    """Rotor and link are the two masses that they tie, in continuous time."""
+    stiff, rotor, link = 1.0 / 0.02, 0.015, 2e-3 + 0.3 * 0.1**2
+    values = {"compliance": 0.02, "gear_lag": lag, "stiffness": 20.0, "damping": 0.4}
+    t, q = replay(lambda x: 0.1, step=0.00025, **values)
+    tie = np.array([stiff, stiff * lag])  # per twist and its rate
+    masses = np.array([[0, 1, 0, 0], [-tie[0], -tie[1] - 0.4, tie[0] - 20.0, tie[1]],
+                       [0, 0, 0, 1], [tie[0], tie[1], -tie[0], -tie[1]]])  # fmt: skip
+    masses[1] /= rotor
+    masses[3] /= link
+    plant = masses, [[0], [20.0 / rotor], [0], [0]], [[0, 0, 1, 0]], [[0]]
+    _, wanted, _ = lsim(plant, np.full(len(t), 0.1), t)
+    assert np.abs(q - wanted).max() < 2.5e-3
 
 
 def test_a_planned_motion_keeps_its_acceleration():

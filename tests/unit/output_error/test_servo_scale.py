@@ -6,9 +6,10 @@ from servo_arm import STEP_RAD, URDF
 
 from ident.dynamics.compiled_chain import chain_of
 from ident.output_error.first_guess import neutral
-from ident.output_error.fit import MotionSegment, Prior, Setup, fit
+from ident.output_error.fit import fit
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.plant import Motion
+from ident.output_error.setup import MotionSegment, Prior, Setup
 from wamctl.arm.robot import cad_parameters, load_robot
 
 TRUTH = {"stiffness": 15.0, "damping": 0.6, "coulomb": 0.1, "armature": 0.02, "offset": 0.2}
