@@ -58,7 +58,7 @@ between link and rotor; their positions [rad] and the rotor's speed [rad/s]; the
 `damped` and `bend` have them, damping and bristles."""
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def simulate(chain, delta, settings, at_link, motion, step, out):
     """Positions that the encoders tell at each instant.
 

@@ -1,8 +1,11 @@
 """Arm and recordings, as a fit by simulation holds them fixed, and what is believed before."""
 
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
+from numba import get_num_threads
 from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import Chain
@@ -70,6 +73,11 @@ class Setup:
         """Measured less simulated positions, all segments stacked [rad], shape (S, n)."""
         pairs = zip(self.segments, self.replay(settings), strict=True)
         return np.concatenate([s.q[s.counted :] - m[s.counted :] for s, m in pairs])
+
+    def residuals_of(self, some: Sequence[Array]) -> list[Array]:
+        """Residuals of several settings; as many are simulated at a time as numba has threads."""
+        with ThreadPoolExecutor(get_num_threads()) as pool:
+            return list(pool.map(self.residuals, some))
 
 
 @dataclass(frozen=True)

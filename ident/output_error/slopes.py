@@ -42,33 +42,11 @@ def columns(setup: Setup, settings: Array, free: NDArray[np.bool_], reach: float
         free: of which settings, shape (quantities, n).
         reach: size of the changes, as a part of the largest that a fit makes.
     """
-    setup = replace(setup, step=max(setup.step, SLOPE_STEP_S))
-    pairs = np.argwhere(free)
-    made = []
-    for row in np.unique(pairs[:, 0]):
-        joints = np.flatnonzero(free[row]).tolist()
-        alone = QUANTITIES[row].name in _REACHING
-        for group in [[j] for j in joints] if alone else [joints]:
-            (ahead, up), (behind, down) = (
-                _nudged(settings, row, group, side) for side in (reach, -reach)
-            )
-            change = setup.residuals(behind) - setup.residuals(ahead)
-            for j in group:
-                own = change if alone else np.where(np.arange(len(up)) == j, change, 0.0)
-                made.append(own / (up - down)[j])
-    return np.array(made)
-
-
-def _nudged(settings: Array, row: int, group: list[int], reach: float) -> tuple[Array, Array]:
-    """Settings with one quantity of some joints changed inside its bounds, and by how much.
-
-    The second is in coordinates, shape (n,).
-    """
-    place = coordinates(settings)
-    moved = place.copy()
-    moved[row, group] += reach * (_NUDGE if QUANTITIES[row].scale == 0.0 else _PART)
-    changed = settings_at(moved)
-    return changed, coordinates(changed)[row] - place[row]
+    rows = np.flatnonzero(free.any(axis=1))
+    steps = np.zeros((len(rows), *settings.shape))
+    for k, row in enumerate(rows):
+        steps[k, row] = reach * (_NUDGE if QUANTITIES[row].scale == 0.0 else _PART)
+    return _along(setup, settings, free, steps * free)
 
 
 def sure_columns(setup: Setup, settings: Array, free: NDArray[np.bool_], prior: Prior) -> Array:
@@ -103,20 +81,24 @@ def _along(setup: Setup, settings: Array, free: NDArray[np.bool_], steps: Array)
         steps: in coordinates, shape (K, quantities, n).
     """
     setup = replace(setup, step=max(setup.step, SLOPE_STEP_S))
-    place, joints = coordinates(settings), np.argwhere(free)[:, 1]
-    made = np.zeros((len(joints), len(setup.residuals(settings)), len(free.T)))
-    felt = np.any(free[[ROW[name] for name in _REACHING]], axis=0)
-    alone = [np.arange(len(felt)) == j for j in np.flatnonzero(felt)]
-    for group in [*alone, ~felt]:
-        ways, changes = [], []
-        for step in steps:
-            ahead, behind = (settings_at(place + side * step * group) for side in (1.0, -1.0))
-            ways.append(coordinates(ahead) - coordinates(behind))
-            changes.append(setup.residuals(behind) - setup.residuals(ahead))
+    place, each = coordinates(settings), np.arange(settings.shape[1])
+    felt = np.any(steps[:, [ROW[name] for name in _REACHING]], axis=1)
+    asked = []
+    for k, step in enumerate(steps):
+        groups = [*(each == j for j in np.flatnonzero(felt[k])), ~felt[k]]
+        asked += [(k, g & step.any(axis=0)) for g in groups if step[:, g].any()]
+    ends = [settings_at(place + side * steps[k] * g) for k, g in asked for side in (1.0, -1.0)]
+    left = setup.residuals_of(ends)
+    told: list[list[tuple[Array, Array]]] = [[] for _ in each]
+    for i, (k, group) in enumerate(asked):
+        way = coordinates(ends[2 * i]) - coordinates(ends[2 * i + 1])
+        change = left[2 * i + 1] - left[2 * i]
         for j in np.flatnonzero(group):
-            rows = np.flatnonzero(free[:, j])
-            own = np.array(changes) * (felt[j] | (np.arange(len(felt)) == j))
-            way = np.array(ways)[:, rows, j]
-            solved = np.linalg.lstsq(way, own.reshape(len(own), -1), rcond=None)[0]
-            made[joints == j] = solved.reshape(len(rows), *own.shape[1:])
+            own = change if felt[k, j] else np.where(each == j, change, 0.0)
+            told[j].append((way[free[:, j], j], own))
+    made, joints = np.zeros((int(free.sum()), *left[0].shape)), np.argwhere(free)[:, 1]
+    for j in np.unique(joints):
+        ways, changes = (np.array(some) for some in zip(*told[j], strict=True))
+        solved = np.linalg.lstsq(ways, changes.reshape(len(changes), -1), rcond=None)[0]
+        made[joints == j] = solved.reshape(-1, *changes.shape[1:])
     return made

@@ -51,8 +51,8 @@ def _hopes(setup: Setup, best: Fit, asked: dict[Part, Places]) -> Iterator[tuple
     left = _beyond(residuals, bases)
     for part, places in asked.items():
         most = np.zeros(len(places))
-        for _, moved in at_sizes(best, part, places):
-            own = _beyond(setup.residuals(moved) - residuals, bases)
+        for moved in setup.residuals_of([moved for _, moved in at_sizes(best, part, places)]):
+            own = _beyond(moved - residuals, bases)
             helps = np.maximum(-np.sum(left * own, axis=0), 0.0)
             alike = helps**2 / np.maximum((left**2).sum(axis=0) * (own**2).sum(axis=0), _TINY)
             most = np.maximum(most, -0.5 * np.log1p(-np.minimum(alike, 1.0 - 1e-9)))

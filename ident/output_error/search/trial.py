@@ -123,13 +123,16 @@ def scanned(
     fresh[basic] = np.where(best.free[basic], prior.center[basic], fresh[basic])
     began, left = best.settings.copy(), np.full(len(places), np.inf)
     shares = _SHARES if part.instead else (1.0,)
+    tried = []
     for origin, size, share in product((best.settings, fresh), part.sizes, shares):
         unit = origin[ROW[part.relative]] if part.relative else 1.0
         trial = np.where(places, origin, best.settings)
         trial[row] = np.where(places, np.clip(size * unit, q.low, q.high), trial[row])
         if part.instead:
             trial[ROW[part.instead]] *= np.where(places, share, 1.0)
-        error = 0.5 * np.log(np.mean(setup.residuals(trial) ** 2, axis=0))
+        tried.append(trial)
+    for trial, residuals in zip(tried, setup.residuals_of(tried), strict=True):
+        error = 0.5 * np.log(np.mean(residuals**2, axis=0))
         error = np.full_like(error, error.mean()) if alike else error
         better = places & (error < left)
         began, left = np.where(better, trial, began), np.where(better, error, left)

@@ -59,6 +59,13 @@ def test_a_joint_without_weight_does_not_know_its_torques():
     assert unknown_factor(told).tolist() == [True]
 
 
+def test_settings_that_are_simulated_at_one_time_do_not_touch_each_other():
+    setup, settings = recorded(-9.81, 4.0)
+    some = [settings * factor for factor in (1.0, 1.1, 0.9, 1.2, 1.3)]
+    for left, own in zip(setup.residuals_of(some), some, strict=True):
+        assert left.tolist() == setup.residuals(own).tolist()
+
+
 def test_a_joint_that_lifts_knows_them():
     told = known(*recorded(-9.81))
     assert told.sd[ROW["stiffness"], 0] < 0.05 * TRUTH["stiffness"]
