@@ -8,13 +8,14 @@ alike: residuals at like speeds are one error, however long they last. The two a
 
 import itertools
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ident.output_error.coordinates import coordinates, turned
 from ident.output_error.fit import Fit
-from ident.output_error.parameters import QUANTITIES, ROW
+from ident.output_error.parameters import PER_STIFFNESS, QUANTITIES, ROW
 from ident.output_error.setup import MEMORY_S, Prior, Setup
 from ident.output_error.slopes import sure_columns
 from ident.signals.arrays import Array
@@ -110,9 +111,17 @@ def _in_units(settings: Array, rows: NDArray[np.int64], cov: Array) -> Array:
     turn = turned(settings, rows)
     sd = np.sqrt(np.diag(turn @ cov @ turn.T))
     positive = np.array([QUANTITIES[row].scale == 0.0 for row in rows])
-    value = settings[rows][positive]
-    sd[positive] = value * np.expm1(_Z90 * sd[positive] / value) / _Z90
+    scaled = np.array([QUANTITIES[row].name in PER_STIFFNESS for row in rows])
+    sd[positive] = settings[rows][positive] * _longer(sd[positive] / settings[rows][positive])
+    scale = np.sqrt(np.diag(cov)[rows == ROW["stiffness"]].sum())
+    if scale > 0.0:
+        sd[scaled & ~positive] *= _longer(scale) / scale
     return sd
+
+
+def _longer(sd: Any) -> Any:
+    """Of a logarithm's standard errors: the longer side of a factor's 90 % interval, as one."""
+    return np.expm1(_Z90 * sd) / _Z90
 
 
 def _speeds(setup: Setup, settings: Array) -> Array:

@@ -128,8 +128,10 @@ def test_what_is_uneven_where_a_joint_sticks_is_no_knowledge():
 
 
 def test_the_longer_side_of_an_interval_is_told():
+    """Of what the common factor of torques scales too."""
     settings = neutral(1)
-    settings[ROW["torque_limit"]] = 2.0
-    rows, cov = np.array([ROW["stiffness"], ROW["torque_limit"]]), np.diag([0.25, 0.0])
-    sd = _in_units(settings[:, 0], rows, cov)
+    settings[ROW["torque_limit"]], settings[ROW["offset"]] = 2.0, 0.3
+    rows, cov = [ROW[name] for name in ("stiffness", "torque_limit", "offset")], np.zeros((3, 3))
+    cov[0, 0] = 0.5**2
+    sd = _in_units(settings[:, 0], np.array(rows), cov)
     assert settings[rows, 0] + 1.645 * sd == pytest.approx(settings[rows, 0] * np.exp(1.645 * 0.5))
