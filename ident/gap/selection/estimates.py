@@ -180,7 +180,7 @@ def _double_number_errors(
 
     Where the effect explains the data with both made one, the coefficient's change is the error:
     slow motion shows how far a transmission gives, not how fast it swings. Else the two differ
-    because the effect is another one, and the error is their difference.
+    because the effect is another one, and the error is their difference in parts of the larger one.
     """
     h, values = effects[index], at.fit.effects[index]
     effect = catalogue()[h.effect]
@@ -191,7 +191,8 @@ def _double_number_errors(
     value = float(values[place])
     if value == 0.0:
         return {}
-    apart = abs(h.numbers[parameter] / value - 1.0)
+    other = h.numbers[parameter]
+    apart = abs(other - value) / max(abs(other), abs(value))
     one = effect.moved(h, {parameter: abs(value)})
     again = refit(rows, end, at.fit, [*effects[:index], one, *effects[index + 1 :]])
     less = refit(rows, end, at.fit, [*effects[:index], *effects[index + 1 :]])
