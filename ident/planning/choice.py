@@ -192,20 +192,36 @@ def _expected(apart: Array) -> float:
     return float(np.log(2.0 / (1.0 + np.exp(-apart / (4.0 * _NOISIER)))).sum())
 
 
-def tracking(
+def that_followed(place: DesignTask, found: Sequence[Hypothesis], ran: Samples) -> list[Hypothesis]:
+    """The leader, and the rivals under which the arm would have followed what it has followed.
+
+    Args:
+        place: the arm, its controller, drives and guard.
+        found: the answers, the leading one first.
+        ran: a motion to whose end the arm has come.
+    """
+    shares = tracking(place, found, ran)
+    return [found[0], *(h for h in found[1:] if shares[h.name] <= 1.0)]
+
+
+def rehearsed(
     place: DesignTask, found: Sequence[Hypothesis], series: FourierSeries
 ) -> dict[str, float]:
+    """The largest tracking error along one period of a motion and its ramps, see `tracking`."""
+    motion = reference(series, 1, place.arm.excitation.ramp_s, place.arm.bus.period_s)
+    return tracking(place, found, Samples(motion.q, motion.qd, motion.qdd))
+
+
+def tracking(place: DesignTask, found: Sequence[Hypothesis], motion: Samples) -> dict[str, float]:
     """The largest tracking error along a motion in units of what the guard allows, by answer.
 
     Args:
         place: the arm, its controller, drives and guard.
         found: the answers.
-        series: the motion; one period and its ramps are run.
+        motion: that is to be followed, at the bus's rate.
     """
-    arm = place.arm
-    motion = reference(series, 1, arm.excitation.ramp_s, arm.bus.period_s)
-    most = np.array(arm.safety.tracking_error_rad)
-    controller, wire = controller_for(arm, place.robot), wire_for(arm)
+    most = np.array(place.arm.safety.tracking_error_rad)
+    controller, wire = controller_for(place.arm, place.robot), wire_for(place.arm)
     shares = {}
     for h in found:
         made = run(simulation_of(h.model), controller, wire, (motion.q, motion.qd, motion.qdd))

@@ -9,12 +9,14 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
+from ident.dynamics.regressor import Motion as Samples
 from ident.effects.bound_effects import load_model
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Effect
 from ident.excitation.problem.arm_limits import possible_pose
 from ident.gap.data.experiment import read_experiment
 from ident.gap.data.windows import windows_for
+from ident.gap.nulls.null_arms import can_simulate, reference_motion
 from ident.gap.options import Options
 from ident.identification.validation import arm_of
 from ident.model.identified_model import Model
@@ -25,8 +27,9 @@ from ident.planning.choice import (
     designed,
     distinct,
     motions,
+    rehearsed,
     slowed,
-    tracking,
+    that_followed,
 )
 from ident.planning.hypotheses import (
     UNKNOWN,
@@ -93,11 +96,14 @@ def plan_logs(
     start = time.perf_counter()
     answer = read_answer(gap)
     tell("reading")
-    fitted = hypotheses(read_experiment(logs), answer, Options(), tell)
+    source, place = read_experiment(logs), place_of(config, "all")
+    fitted = hypotheses(source, answer, Options(), tell)
     fitted.sort(key=lambda h: h.name != lead)  # a stable sort
+    if can_simulate(source):
+        ran_last = Samples(*reference_motion(source, source.recordings[-1])[0])
+        fitted = that_followed(place, fitted, ran_last)
     found = [replace(h, model=changed(h.model, change)) for h in fitted]
     tell("choosing the next motion")
-    place = place_of(config, "all")
     tried = motions(place, found, _joints(found, answer), ran)
     if not tried:
         raise DataError("No motion is left that fits into the limits and has not run yet.")
@@ -107,7 +113,7 @@ def plan_logs(
     pose = possible_pose(place.arm, place.robot, place.limits, config)
     for best in sorted(tried, key=lambda m: -m.worth(odds)):
         design = designed(place, best, pose)
-        shares = tracking(place, found, design.trajectory.series)
+        shares = rehearsed(place, found, design.trajectory.series)
         if max(shares.values()) <= MOST_TRACKING:
             break
     else:
