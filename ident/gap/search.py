@@ -85,12 +85,10 @@ def search(source: Experiment, options: Options, tell: Tell) -> SearchResult:
     if source.is_possible:
         state, suspected = set_apart(source, state, settings)
         state, suspected = _in_model_or_not(source, state, suspected, options)
-        if suspected:
-            state, suspected = sure_in_the_end(source, state, suspected, settings)
-            end = state.current
+        state, suspected = sure_in_the_end(source, state, suspected, settings)
     else:
         state, suspected = withheld(source, state, settings, options.with_suspected)
-        end = state.current
+    end = state.current
     doubtful = {s.effect.place for s in suspected}
     named = [a for a in state.accepted if a.place not in doubtful]
     verdict = decide(faults, named, transients, unexplained, settings, unclosed, suspected)
@@ -103,19 +101,18 @@ def _in_model_or_not(
 ) -> tuple[SelectionState, tuple[Suspected, ...]]:
     """The model's effects, and what is suspected, with the terms on demand beside them.
 
-    A term that was set apart beside a wrong effect, and is sure without it, is named after all.
+    A term that is sure beside what is named is named after all.
     """
     if options.with_suspected:
         return state, tuple(replace(s, in_model=True) for s in suspected)
     if not options.terms_on_demand:
         return state, tuple(suspected)
     terms = terms_on_demand(source, state, suspected, options.settings)
-    places = {s.effect.place for s in suspected}
-    sure = [t for t in terms if t.is_sure and t.effect.place in places]
+    sure = [t for t in terms if not t.doubt]
     state = state.with_only([*state.accepted, *(t.effect for t in sure)])
     asked_again = {t.effect.place for t in terms}
     others = [s for s in suspected if s.effect.place not in asked_again]
-    return state, (*(t for t in terms if t not in sure), *others)
+    return state, (*(t for t in terms if t.doubt), *others)
 
 
 def rows_of(source: Experiment, options: Options) -> WindowedRows:

@@ -98,9 +98,8 @@ class Suspected:
         effect: as it was accepted.
         parameters: its values beside all others, by name.
         certainty: how sure it is.
-        doubt: why it is not named.
+        doubt: why it is not named; empty for one that the search did not come to, and that may be.
         in_model: whether it is in the model all the same.
-        is_sure: whether it would be named, had the search come to it.
     """
 
     effect: AcceptedEffect
@@ -108,7 +107,6 @@ class Suspected:
     certainty: Certainty
     doubt: str
     in_model: bool = False
-    is_sure: bool = False
 
     @property
     def candidate(self) -> Candidate:

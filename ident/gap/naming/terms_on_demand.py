@@ -5,20 +5,21 @@ that they were not fitted to are predicted better with them. Another effect that
 to be named needs a second recording that asks for it: stretches of one motion look alike.
 """
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import replace
 
-from ident.effects.candidate import Value
 from ident.effects.catalogue import catalogue
 from ident.gap.data.experiment import Experiment
 from ident.gap.naming.certainty import Certainty, Suspected, certainties
 from ident.gap.selection.acceptance import next_effects
+from ident.gap.selection.backward_elimination import drop_unconfirmed
 from ident.gap.selection.candidates import all_candidates
-from ident.gap.selection.state import AcceptedEffect, SelectionState
+from ident.gap.selection.state import AcceptedEffect, Place, SelectionState
 from ident.gap.selection.thresholds import least_threshold
 from ident.gap.settings import GapSettings
 
 _NOT_CLEAR = "it helps prediction, but effect-free data of this arm may gain as much"
+_NOT_CONFIRMED = "it helps prediction, but hardly where the search had not looked"
 
 
 def terms_on_demand(
@@ -29,15 +30,18 @@ def terms_on_demand(
 ) -> tuple[Suspected, ...]:
     """Offsets, rotors and suspected effects that predict better, beside those that are named.
 
+    One that passes all that a name has to pass is sure: the search leaves a place for good that was
+    not sure beside what it had then.
+
     Args:
         source: the recordings.
-        state: with the named effects.
+        state: with the named effects, and the thresholds for them.
         suspected: what was set apart from them.
         settings: of the search.
     """
     least = least_threshold(settings.thresholds, source.reference_model is not None)
+    before, named = state, len(state.accepted)
     state = replace(state, threshold=least, dropped=frozenset())
-    named = len(state.accepted)
     carried = {s.effect.place for s in suspected if (s.certainty.across or 0.0) > 0.0}
     left = [
         h
@@ -51,7 +55,20 @@ def terms_on_demand(
         state = replace(state, current=state.with_more(fresh), accepted=(*state.accepted, *fresh))
         taken = {a.place for a in state.accepted}
         left = [h for h in left if (h.effect, h.joints) not in taken]
-    return _that_carry_over(source, state, named, settings)
+    terms = _that_carry_over(source, state, named, settings)
+    whole = before.with_only([*before.accepted, *(t.effect for t in terms)])
+    confirmed = {a.place for a in drop_unconfirmed(whole, settings).accepted}
+    known = {s.effect.place for s in suspected}
+    return tuple(
+        t if t.doubt or t.effect.place in known else _judged(t, before, confirmed) for t in terms
+    )
+
+
+def _judged(term: Suspected, before: SelectionState, confirmed: Set[Place]) -> Suspected:
+    """A term that the search itself did not set apart, with what speaks against its name."""
+    least, gain = before.threshold.of(term.candidate.effect), term.effect.score.gain
+    doubt = "" if before.calibrations and gain >= least else _NOT_CLEAR
+    return replace(term, doubt=doubt or ("" if term.effect.place in confirmed else _NOT_CONFIRMED))
 
 
 def _that_carry_over(
@@ -65,7 +82,7 @@ def _that_carry_over(
         worst = min(range(len(gains)), key=lambda i: gains[i])
         if gains[worst] > 0.0:
             return tuple(
-                _term(a, values, c, c.doubt(settings.naming))
+                Suspected(a, values, c, c.doubt(settings.naming), in_model=True)
                 for a, (values, c) in zip(terms, judged, strict=True)
             )
         kept = [a for i, a in enumerate(state.accepted) if i != named + worst]
@@ -78,7 +95,3 @@ def _carried(effect: AcceptedEffect, c: Certainty) -> float:
     if catalogue()[effect.candidate.effect].usual_term:
         return 1.0 if c.across is None else c.across
     return c.across if c.across is not None and c.deviations > 1.0 else 0.0
-
-
-def _term(effect: AcceptedEffect, values: dict[str, Value], c: Certainty, doubt: str) -> Suspected:
-    return Suspected(effect, values, c, doubt or _NOT_CLEAR, in_model=True, is_sure=not doubt)

@@ -300,3 +300,16 @@ def test_a_recording_that_hardly_knows_an_effect_does_not_make_it_unsure():
     left_out = [fitted(blunt, torque[1]), fitted(sharp, torque[0])]
     assert left_out[0].effects[0] == pytest.approx([10.0])
     assert relative_spread(left_out, every, 0, 0.1)[0] < 0.05
+
+
+@pytest.mark.parametrize(("calibrations", "asked"), [(1, 0.0), (0, 0.0), (1, 99.0)])
+def test_a_term_that_passes_all_that_a_name_has_to_may_be_named(source, plain, calibrations, asked):
+    """The search leaves a place for good that was not sure beside what it had then."""
+    source, state = beside_an_offset(source, plain, "joint_spring")
+    place = ("torque_offset", (4,))
+    gain = dict.fromkeys(state.threshold.gain, asked)
+    threshold = replace(state.threshold, gain=gain)
+    state = replace(state, threshold=threshold, calibrations=calibrations).with_dropped([place])
+    terms = terms_on_demand(source, state.with_only([]), [], SETTINGS)
+    (offset,) = [t for t in terms if t.effect.place == place]
+    assert (not offset.doubt) is (calibrations == 1 and asked == 0.0)
