@@ -85,7 +85,8 @@ def search(source: Experiment, options: Options, tell: Tell) -> SearchResult:
     if source.is_possible:
         state, suspected = set_apart(source, state, settings)
         state, suspected = _in_model_or_not(source, state, suspected, options)
-        state, suspected = sure_in_the_end(source, state, suspected, settings)
+        if suspected or state.accepted:
+            state, suspected = sure_in_the_end(source, state, suspected, settings)
     else:
         state, suspected = withheld(source, state, settings, options.with_suspected)
     end = state.current
@@ -109,7 +110,8 @@ def _in_model_or_not(
         return state, tuple(suspected)
     terms = terms_on_demand(source, state, suspected, options.settings)
     sure = [t for t in terms if not t.doubt]
-    state = state.with_only([*state.accepted, *(t.effect for t in sure)])
+    if sure:
+        state = state.with_only([*state.accepted, *(t.effect for t in sure)])
     asked_again = {t.effect.place for t in terms}
     others = [s for s in suspected if s.effect.place not in asked_again]
     return state, (*(t for t in terms if t.doubt), *others)
