@@ -15,7 +15,13 @@ from ident.gap.data.reference_model import reference_torque
 from ident.gap.data.segments import segments
 from ident.gap.data.windows import windows_for
 from ident.gap.lack_of_fit.repeatability import first_pass, sliding_noise
-from ident.gap.naming.certainty import Suspected, set_apart, sure_in_the_end, withheld
+from ident.gap.naming.certainty import (
+    Suspected,
+    not_among,
+    set_apart,
+    sure_in_the_end,
+    withheld,
+)
 from ident.gap.naming.terms_on_demand import terms_on_demand
 from ident.gap.nulls.null_distribution import calibrated
 from ident.gap.options import Options
@@ -90,8 +96,7 @@ def search(source: Experiment, options: Options, tell: Tell) -> SearchResult:
     else:
         state, suspected = withheld(source, state, settings, options.with_suspected)
     end = state.current
-    doubtful = {s.effect.place for s in suspected}
-    named = [a for a in state.accepted if a.place not in doubtful]
+    named = not_among(suspected, state.accepted)
     verdict = decide(faults, named, transients, unexplained, settings, unclosed, suspected)
     verdict = verdict if source.is_possible else verdict.without_names()
     return SearchResult(source, options, rows, nominal, end, first, last, state.threshold, verdict)

@@ -23,7 +23,7 @@ from ident.gap.selection.estimates import (
     final_estimates,
     free_parameters,
 )
-from ident.gap.selection.state import AcceptedEffect, Place, SelectionState
+from ident.gap.selection.state import AcceptedEffect, SelectionState
 from ident.gap.settings import GapSettings, Naming
 from ident.recordings.samples import smallest_step
 from ident.signals.arrays import Array
@@ -124,23 +124,28 @@ def set_apart(
     and so does one of which only the size is unsure.
     """
     apart: list[Suspected] = []
-    needed: set[Place] = set()
+    needed: list[AcceptedEffect] = []
     found = _judged(source, state, settings)
-    while unsure := [s for s in found if s.doubt and s.effect.place not in needed]:
+    while unsure := [s for s in found if s.doubt and not _holds(needed, s.effect)]:
         worst = min(unsure, key=lambda s: s.certainty.deviations)
         if worst.certainty.is_there(settings):
-            needed.add(worst.effect.place)
+            needed.append(worst.effect)
             continue
         without = state.with_only([s.effect for s in found if s is not worst])
         again = _judged(source, without, settings)
-        sure = {s.effect.place for s in found if not s.doubt}
-        if any(s.doubt and s.effect.place in sure for s in again):
-            needed.add(worst.effect.place)
+        sure = [s.effect for s in found if not s.doubt]
+        if any(s.doubt and _holds(sure, s.effect) for s in again):
+            needed.append(worst.effect)
         else:
             apart.append(worst)
             state, found = without, again
-    kept = [replace(s, in_model=True) for s in found if s.effect.place in needed]
+    kept = [replace(s, in_model=True) for s in found if s.doubt]
     return state, (*kept, *apart)
+
+
+def _holds(effects: Sequence[AcceptedEffect], effect: AcceptedEffect) -> bool:
+    """Whether it is one of them; two of one kind may stand at one place."""
+    return any(e is effect for e in effects)
 
 
 def sure_in_the_end(
@@ -160,17 +165,22 @@ def sure_in_the_end(
         apart: what is suspected, in the model or not.
         settings: of the search.
     """
-    inside = {s.effect.place: s for s in apart if s.in_model}
-    named = [a for a in state.accepted if a.place not in inside]
-    whole = state.with_only([*named, *(s.effect for s in inside.values())])
+    inside = [s for s in apart if s.in_model]
+    named = not_among(inside, state.accepted)
+    whole = state.with_only([*named, *(s.effect for s in inside)])
     found = _judged(source, whole, settings)
-    lost = [replace(s, in_model=True) for s in found if s.doubt and s.effect.place not in inside]
+    lost = [replace(s, in_model=True) for s in found[: len(named)] if s.doubt]
     if lost:
-        places = {s.effect.place for s in lost}
-        named = [a for a in named if a.place not in places]
-        others = [s.effect for s in (*lost, *inside.values())]
-        whole = state.with_only([*named, *others])
+        others = [s.effect for s in (*lost, *inside)]
+        whole = state.with_only([*not_among(lost, named), *others])
     return whole, (*lost, *apart)
+
+
+def not_among(
+    suspected: Sequence[Suspected], effects: Sequence[AcceptedEffect]
+) -> list[AcceptedEffect]:
+    """The effects that are not suspected."""
+    return [a for a in effects if not _holds([s.effect for s in suspected], a)]
 
 
 def withheld(

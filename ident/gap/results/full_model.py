@@ -80,26 +80,27 @@ def fitted_beside(
     Raises:
         DataError: recordings from which nothing can be learned beside the effects.
     """
-    effects = {(h.effect, h.joints): (h, values) for h, values in members_of(model)}
+    effects = list(members_of(model))
+    everything = set(range(len(effects)))
+    kept = {i for i in everything if (effects[i][0].effect, effects[i][0].joints) in named}
+    terms = [_usual_term(h, i in kept, arm) for i, (h, _) in enumerate(effects)]
 
-    def beside(places: Collection[Place], arm: Arm) -> tuple[Model, Arm]:
-        kept = BoundEffects(tuple(m for place, m in effects.items() if place in places))
-        known = replace(model, effects=kept)
+    def beside(chosen: Collection[int], arm: Arm) -> tuple[Model, Arm]:
+        carried = BoundEffects(tuple(m for i, m in enumerate(effects) if i in chosen))
+        known = replace(model, effects=carried)
         found = identify([without_effects(known, d) for d in data], arm)
-        return replace(model_of(found), effects=kept), found.evidence.arm
+        return replace(model_of(found), effects=carried), found.evidence.arm
 
-    everything = set(effects)
-    terms = {p: _usual_term(effects[p][0], p in named, arm) for p in everything}
-    fitted, arm = beside({p for p in everything if not terms[p]}, arm)
-    taken = {p for p in everything if terms[p] in arm.settings.terms}
-    if any(terms[p] for p in everything - taken):
+    fitted, arm = beside({i for i in everything if not terms[i]}, arm)
+    taken = {i for i in everything if terms[i] in arm.settings.terms}
+    if any(terms[i] for i in everything - taken):
         fitted, arm = beside(everything - taken, arm)
-    sized = taken & set(named)
+    sized = taken & kept
     if not sized:
         return fitted
-    for place in sized:
-        h, _ = effects[place]
-        effects[place] = (h, fitted.parameter(KIND_OF_TERM[terms[place]])[list(h.joints)])
+    for i in sized:
+        h, _ = effects[i]
+        effects[i] = (h, fitted.parameter(KIND_OF_TERM[terms[i]])[list(h.joints)])
     return beside(everything - (taken - sized), arm)[0]
 
 

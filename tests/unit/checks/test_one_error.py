@@ -97,6 +97,13 @@ def test_without_effects_the_gaps_model_is_that_of_a_run_alone(fitted):
     assert model.filter.cutoff_hz == first.model.filter.cutoff_hz
 
 
+def test_two_effects_of_one_kind_at_one_joint_stay_two(fitted):
+    arm, data, first = fitted
+    known = replace(first.model, effects=bound([STRIBECK, STRIBECK]))
+    model = fitted_beside(known, (), [data], arm)
+    assert model.effects.records == known.effects.records
+
+
 @pytest.mark.parametrize(("term", "kept"), [("auto", [2]), ("coulomb", [1, 2])])
 def test_offsets_are_of_the_size_of_a_term_where_the_settings_may_hold_one(
     fitted, shifted, term, kept

@@ -24,6 +24,7 @@ from ident.gap.naming.certainty import (
     Suspected,
     certainties,
     deviations,
+    not_among,
     set_apart,
     sure_in_the_end,
 )
@@ -313,3 +314,20 @@ def test_a_term_that_passes_all_that_a_name_has_to_may_be_named(source, plain, c
     terms = terms_on_demand(source, state.with_only([]), [], SETTINGS)
     (offset,) = [t for t in terms if t.effect.place == place]
     assert (not offset.doubt) is (calibrations == 1 and asked == 0.0)
+
+
+def test_of_two_effects_of_one_kind_at_one_place_one_may_be_named(two_accepted, monkeypatch):
+    source, state = two_accepted
+    offset, _ = state.accepted
+    twin = replace(offset)
+    unsure = replace(SURE, deviations=1.0, held=50.0)
+
+    def judged(source, state, settings):
+        return [({}, unsure if a is twin else SURE) for a in state.accepted]
+
+    monkeypatch.setattr("ident.gap.naming.certainty.certainties", judged)
+    state, apart = set_apart(source, state.with_only([offset, twin]), SETTINGS)
+    assert [s.effect is twin for s in apart] == [True]
+    whole, apart = sure_in_the_end(source, state, apart, SETTINGS)
+    assert [a is twin for a in whole.accepted] == [False, True]
+    assert [a is offset for a in not_among(apart, whole.accepted)] == [True]
