@@ -137,7 +137,7 @@ def _judged(place: DesignTask, found: Sequence[Hypothesis], name: str, sketch: S
         for h in rivals:
             apart = windows.mean(torque[leader.name] - torque[h.name])
             told = in_blocks(apart / noise * left_by_others(apart, own, known, noise), windows)
-            gains[h.name] += _expected(told.sum(axis=1))
+            gains[h.name] += expected_growth(told.sum(axis=1))
         energy += float(np.abs(torque[leader.name] * qd).sum() / _RATE_HZ)
     seconds = (1 + SLOWER) * series.period_s + _OVERHEAD_S
     return Motion(name, _words(name), sketch, seconds, energy, gains)
@@ -183,13 +183,16 @@ def torques_along(
     return torque, motion
 
 
-def _expected(apart: Array) -> float:
+def expected_growth(apart: Array) -> float:
     """Expected growth of the evidence along one run [nats].
 
     Args:
-        apart: sum of squared differences of two answers in units of the noise, shape (B,).
+        apart: sum of squared differences of two answers in units of the noise, of which other
+            numbers make up for a part, shape (B,). A block of which they make up for more than all
+            tells nothing.
     """
-    return float(np.log(2.0 / (1.0 + np.exp(-apart / (4.0 * _NOISIER)))).sum())
+    nats = np.maximum(apart, 0.0) / (4.0 * _NOISIER)
+    return float((np.log(2.0) - np.logaddexp(0.0, -nats)).sum())
 
 
 def that_followed(place: DesignTask, found: Sequence[Hypothesis], ran: Samples) -> list[Hypothesis]:

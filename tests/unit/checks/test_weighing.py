@@ -62,9 +62,10 @@ def test_the_torque_of_a_model_is_that_of_the_recording_and_its_effects_are_in_i
     assert (np.median(np.abs(left), axis=0) < 0.01 * whole.std(axis=0)).all()
     held = replace(model, effects=bound([OFFSET]))
     (cleaned,) = without_effects(held, data).segments
-    (as_it_was,) = without_effects(model, data).segments
+    (as_it_was,) = data.segments
+    edge = (len(as_it_was.tau) - len(cleaned.tau)) // 2
     added = torque_along(held, data, motion) - bare
-    np.testing.assert_allclose(added, as_it_was.tau - cleaned.tau, atol=1e-12)
+    np.testing.assert_allclose(added, as_it_was.tau[edge:-edge] - cleaned.tau, atol=1e-12)
 
 
 def test_what_is_wrong_while_a_joint_turns_back_hides_no_small_effect(known):
