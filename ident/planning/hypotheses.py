@@ -1,7 +1,7 @@
 """The rival answers to a gap, each fitted to all logs and kept as a model."""
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ from ident.checks.examine import examine
 from ident.effects.bound_effects import load_model, members_of
 from ident.effects.candidate import Candidate, Value
 from ident.effects.catalogue import catalogue
-from ident.effects.measured_effect import VARIANTS, curve_over
+from ident.effects.measured_effect import KNOTS, VARIANTS, curve_over
 from ident.excitation.target_effect import read_gap
 from ident.gap.data.experiment import Experiment, facts_of
 from ident.gap.options import Options
@@ -29,6 +29,9 @@ from ident.gap.selection.scoring import Score
 from ident.model.identified_model import Model
 from ident.planning.known import Known, known_of
 from ident.planning.noise import Noise, noise_of
+
+_BETWEEN = 3**0.5
+"""A value lies anywhere between those of two forms: standard deviations of that (JCGM 100:2008)."""
 
 Tell = Callable[[str], None]
 
@@ -53,6 +56,8 @@ class Hypothesis:
         size: number of coefficients of its effects.
         estimates: of the parameters of its effects, by name.
         resembles: effects of the catalogue that come nearest to a measured curve.
+        has_open_form: in another form that the logs allow as well, one of its effects might be
+            none.
     """
 
     name: str
@@ -62,6 +67,7 @@ class Hypothesis:
     size: int = 0
     estimates: tuple[Mapping[str, Value], ...] = ()
     resembles: tuple[str, ...] = ()
+    has_open_form: bool = False
 
 
 @dataclass(frozen=True)
@@ -101,6 +107,10 @@ def hypotheses(
 ) -> list[Hypothesis]:
     """The leading answer first, then its rivals.
 
+    An effect of another form than the catalogue's may be explained best by one of the catalogue. So
+    there is a measured curve among the rivals, in the place of the leading effect: what has the
+    catalogue's form is predicted as well without the freedom of the curve.
+
     Args:
         source: all recordings so far.
         answer: what `ident gap` says of them.
@@ -119,15 +129,19 @@ def hypotheses(
     tried = {name_of(leader.accepted): leader, NONE: nominal}
     for rival in _rivals(work, nominal, leader, answer):
         tried.setdefault(name_of(rival.accepted), rival)
+    tell("measuring the curve of what has no name")
     curve = _measured(work, leader, answer)
+    freer = _freer(work, nominal, list(tried.values())) if curve is None else None
     found = []
     if curve is not None:
-        tell("measuring the curve of what has no name")
         near = _nearest(work, leader, curve.accepted[-1].joints[0])
         found.append(replace(work.hypothesis(UNKNOWN, curve), resembles=near))
     for name, current in tried.items():
         tell(f"fitting {name}")
         found.append(work.hypothesis(name, current))
+    if freer is not None:
+        near = _at(freer.accepted[-1].joints[0], tried.values())
+        found.append(replace(work.hypothesis(UNKNOWN, freer), resembles=near))
     return found
 
 
@@ -135,6 +149,18 @@ def name_of(effects: Sequence[Candidate]) -> str:
     """Effects and their joints in one word."""
     parts = [f"{c.effect}:{'-'.join(str(j + 1) for j in c.joints)}" for c in effects]
     return "+".join(sorted(parts)) or NONE
+
+
+def unsettled(found: Sequence[Hypothesis]) -> list[str]:
+    """Answers that no prediction can confirm: their form is open, or no freer answer is there.
+
+    A measured curve at a joint is freer than the answers with an effect there.
+    """
+    curve = next((h for h in found if h.name == UNKNOWN), None)
+    at = {j for h in [curve] if h is not None for j in h.model.effects.records[-1].joints}
+    joints = {h.name: {j for r in h.model.effects.records for j in r.joints} for h in found}
+    others = [n for n, own in joints.items() if at and own and not own & at]
+    return list(dict.fromkeys([*(h.name for h in found if h.has_open_form), *others]))
 
 
 def lookalikes(answer: Hypothesis, found: Sequence[Hypothesis]) -> list[str]:
@@ -167,7 +193,25 @@ class _Work:
         size = sum(len(h.coefficients) for h in final.effects)
         known = known_of(self.rows, current.model, final.effects, final.fit)
         noise = noise_of(current, self.rows.windows)
-        return Hypothesis(name, model, known, noise, size, final.parameters)
+        is_open = any(self._is_open(current, i) for i in range(len(current.accepted)))
+        return Hypothesis(name, model, known, noise, size, final.parameters, (), is_open)
+
+    def _is_open(self, current: CurrentFit, index: int) -> bool:
+        """Whether an effect's defining coefficient may be none in its other form.
+
+        A form with a further term explains no less. Where that takes over, what predicts well may
+        be the other form: a spring that hardens only, beside links that are heavier.
+        """
+        own, values = current.accepted[index], current.fit.effects[index]
+        form = catalogue()[own.effect].alternative_form(own, values)
+        if form is None or len(form.coefficients) == len(own.coefficients):
+            return False
+        others = [form if i == index else e for i, e in enumerate(current.accepted)]
+        bare = replace(current, accepted=())
+        again = extend(self.rows, bare, others).fit.effects[index]
+        pairs = zip(own.coefficients, values, again, strict=False)
+        z = self.options.settings.naming.z
+        return any(c.defining and z * abs(new - old) > _BETWEEN * abs(old) for c, old, new in pairs)
 
     def scores(self, current: CurrentFit, candidates: Sequence[Candidate]) -> list[Score]:
         """Candidates beside a model, best first."""
@@ -209,21 +253,58 @@ def _place(candidate: Candidate) -> tuple[str, tuple[int, ...]]:
     return candidate.effect, candidate.joints
 
 
+def _curves(work: _Work, joint: int) -> list[Candidate]:
+    """Curves of all kinds at a joint (from 0), over what the recordings hold of their variables.
+
+    They go on by half a segment beyond: another motion may go a little further.
+    """
+    q = np.concatenate([s.q[:, joint] for s in work.rows.segments])
+    fast = float(max(np.abs(s.qd[:, joint]).max() for s in work.rows.segments))
+    low, high = float(q.min()), float(q.max())
+    further = (high - low) / (2 * (KNOTS - 2))
+    ends = {"position": (low - further, high + further)}
+    ends["speed"] = (0.0, fast * (KNOTS - 1) / (KNOTS - 1.5))
+    ends["time"] = (0.0, float(max(s.t[-1] for s in work.rows.segments)))
+    return [curve_over(variant, joint, ends) for variant in VARIANTS]
+
+
 def _measured(work: _Work, leader: CurrentFit, answer: Answer) -> CurrentFit | None:
     """The leader with the curve that explains most of what it leaves at the gap's worst joint."""
     left = answer.content.get("unexplained") or []
     if answer.content["verdict"] != UNKNOWN or not left:
         return None
     joint = max(left, key=lambda u: u["unexplained"] or 0.0)["joint"] - 1
-    q = np.concatenate([s.q[:, joint] for s in work.rows.segments])
-    fast = float(max(np.abs(s.qd[:, joint]).max() for s in work.rows.segments))
-    ends = {"position": (float(q.min()), float(q.max())), "speed": (0.0, fast)}
-    ends["time"] = (0.0, float(max(s.t[-1] for s in work.rows.segments)))
-    curves = [curve_over(variant, joint, ends) for variant in VARIANTS]
-    scores = work.scores(leader, curves)
-    if not scores:
-        return None
-    return extend(work.rows, leader, [scores[0].candidate])
+    scores = work.scores(leader, _curves(work, joint))
+    return extend(work.rows, leader, [scores[0].candidate]) if scores else None
+
+
+def _freer(work: _Work, nominal: CurrentFit, tried: Sequence[CurrentFit]) -> CurrentFit | None:
+    """The leader with a curve in the place of one of its effects: of any form, where that has one.
+
+    The curve that explains most beside the others. Where nothing leads, it is in the place of that
+    of the rivals. None: no curve explains anything.
+    """
+    named = [t for t in tried if t.accepted]
+    leading = named[:1] if tried[0].accepted else named
+    best: tuple[float, CurrentFit, Candidate] | None = None
+    done = set[tuple[tuple[Candidate, ...], int]]()
+    for current, effect in ((t, e) for t in leading for e in t.accepted):
+        others = tuple(e for e in current.accepted if e is not effect)
+        joints = [j for j in effect.joints if (others, j) not in done]
+        done |= {(others, j) for j in joints}
+        base = extend(work.rows, nominal, others) if others else nominal
+        beside = base.fit.gain_over(nominal.fit)
+        for score in work.scores(base, [c for j in joints for c in _curves(work, j)])[:1]:
+            gain = beside + score.penalised_gain
+            if best is None or gain > best[0]:
+                best = gain, base, score.candidate
+    return None if best is None else extend(work.rows, best[1], [best[2]])
+
+
+def _at(joint: int, tried: Iterable[CurrentFit]) -> tuple[str, ...]:
+    """Effects that were tried at a joint (from 0)."""
+    effects = (e.effect for t in tried for e in t.accepted if joint in e.joints)
+    return tuple(dict.fromkeys(effects))
 
 
 def _nearest(work: _Work, leader: CurrentFit, joint: int) -> tuple[str, ...]:

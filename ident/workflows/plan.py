@@ -38,6 +38,7 @@ from ident.planning.hypotheses import (
     hypotheses,
     lookalikes,
     read_answer,
+    unsettled,
 )
 from ident.planning.known import (
     Known,
@@ -99,6 +100,7 @@ def plan_logs(
     source, place = read_experiment(logs), place_of(config, "all")
     fitted = hypotheses(source, answer, Options(), tell)
     fitted.sort(key=lambda h: h.name != lead)  # a stable sort
+    open_answers = unsettled(fitted)
     if can_simulate(source):
         ran_last = Samples(*reference_motion(source, source.recordings[-1])[0])
         fitted = that_followed(place, fitted, ran_last)
@@ -122,7 +124,8 @@ def plan_logs(
     content = {
         "leader": found[0].name,
         "models": models,
-        "measured": _measured(found[0]),
+        "measured": _measured(found),
+        "unsettled": open_answers,
         "intervention": _intervention(found[0].model),
         "changed": asdict(change) if change.alters_the_model else None,
         "motion": _motion_content(best, odds),
@@ -167,16 +170,17 @@ def _joints(found: Sequence[Hypothesis], answer: Answer) -> list[int]:
     return list(dict.fromkeys([*left, *named, 1, 3]))[:_JOINTS]
 
 
-def _measured(leader: Hypothesis) -> dict[str, Any] | None:
-    """An effect outside the catalogue as its measured curve; None: the leader has none."""
-    if leader.name != UNKNOWN:
-        return None
-    record = leader.model.effects.records[-1]
-    return _effects_content(leader)[-1] | {
-        "depends_on": record.variant,
-        "between": [record.settings["low"], record.settings["high"]],
-        "resembles": list(leader.resembles),
-    }
+def _measured(found: Sequence[Hypothesis]) -> dict[str, Any] | None:
+    """An effect outside the catalogue as its measured curve; None: no answer has one."""
+    for h in found:
+        if h.name == UNKNOWN:
+            record = h.model.effects.records[-1]
+            return _effects_content(h)[-1] | {
+                "depends_on": record.variant,
+                "between": [record.settings["low"], record.settings["high"]],
+                "resembles": list(h.resembles),
+            }
+    return None
 
 
 def _effects_content(answer: Hypothesis) -> list[dict[str, Any]]:

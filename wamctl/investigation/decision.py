@@ -3,10 +3,20 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from wamctl.investigation.evidence import ALPHA, asked, odds_text, signed_evidence, words
+from wamctl.investigation.evidence import (
+    ALPHA,
+    SEARCH_NATS,
+    asked,
+    odds_text,
+    signed_evidence,
+    words,
+)
 from wamctl.investigation.state import AMBIGUOUS, NAMED, NO_GAP, UNKNOWN, Round
 
 NONE = "none"
+
+REFUTED = SEARCH_NATS
+"""A form is given up once a freer answer predicts better with odds of twenty to one [nats]."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +49,7 @@ def decided(rounds: Sequence[Round], left: int) -> Decision | None:
         return None
     answer = borne_out(rounds)
     if answer:
-        least = min(known(rounds, answer).values())
+        least = min(nats for r, nats in known(rounds, answer).items() if r != UNKNOWN)
         text = (
             f"A new motion has borne out {words(answer)}: odds of {odds_text(least)} over the"
             f" nearest rival, where {odds_text(_bar(rounds, answer))} were asked."
@@ -47,6 +57,9 @@ def decided(rounds: Sequence[Round], left: int) -> Decision | None:
         return Decision(NAMED, True, text, answer)
     if last.is_altered:
         return None
+    if last.verdict == UNKNOWN and _has_curve_ahead_of_all(rounds):
+        text = "A new motion has borne out a measured curve against every answer with a name."
+        return Decision(UNKNOWN, True, text, UNKNOWN)
     if last.verdict != whole[-2].verdict or suspect_that_leads(rounds):
         return None
     if last.verdict == NO_GAP and not _may_be_refuted(rounds, left):
@@ -69,6 +82,9 @@ def ended(rounds: Sequence[Round], reason: str) -> Decision:
     if last not in (NO_GAP, UNKNOWN):
         return Decision(AMBIGUOUS, False, f"{text} No answer is confirmed against its rivals.")
     better, nats = _better_than_no_effect(whole)
+    if better and whole[-1].verdict == UNKNOWN and has_refuted_form(whole, better):
+        told = f"A measured curve predicted the motions better than {words(better)}"
+        return Decision(UNKNOWN, False, f"{text} {told}, but is not confirmed.", UNKNOWN)
     if better and whole[-1].is_suspicion:
         told = f"{words(better)} predicted the motions better than no effect, with odds of"
         return Decision(AMBIGUOUS, False, f"{text} {told} {odds_text(nats)}, but is not confirmed.")
@@ -80,7 +96,8 @@ def suspect_that_leads(rounds: Sequence[Round]) -> str:
 
     Its size is below what one search may name, but motions that it predicted beforehand may bear
     it out. What `ident gap` suspects leads once its prediction was better than that of no effect,
-    anything else once it has beaten no effect by what was asked.
+    anything else once it has beaten no effect by what was asked. A measured curve leads in its
+    place once it has refuted its form.
     """
     whole = [r for r in rounds if r.verdict]
     if not whole or not whole[-1].is_suspicion:
@@ -88,8 +105,25 @@ def suspect_that_leads(rounds: Sequence[Round]) -> str:
     last = whole[-1]
     ahead = _ahead(last, last.suspected)
     if ahead or last.leader in last.suspected:
-        return ahead or last.leader
+        suspect = ahead or last.leader
+        is_other = last.verdict == UNKNOWN and has_refuted_form(whole, suspect)
+        return UNKNOWN if is_other else suspect
     return _better_than_no_effect(whole)[0] if last.verdict == NO_GAP else ""
+
+
+def has_refuted_form(rounds: Sequence[Round], answer: str) -> bool:
+    """Whether a measured curve has predicted better than an answer of the last plan.
+
+    A curve at the joint of an effect is freer than the effect: it need not be beaten, since it
+    predicts as well where the form is right, but may not be ahead.
+    """
+    return answer != UNKNOWN and known(rounds, answer).get(UNKNOWN, 0.0) <= -REFUTED
+
+
+def _has_curve_ahead_of_all(rounds: Sequence[Round]) -> bool:
+    """Whether a measured curve has beaten all other answers of the last plan by what is asked."""
+    ahead = known(rounds, UNKNOWN)
+    return bool(ahead) and min(ahead.values()) >= _bar(rounds, UNKNOWN)
 
 
 def _has_failed_curve(item: Round) -> bool:
@@ -128,7 +162,8 @@ def borne_out(rounds: Sequence[Round]) -> str:
     It is what `ident gap` names of all logs, or, where that names nothing, what it suspects or what
     led although it sees nothing. What `ident gap` calls ambiguous, although it has seen these
     motions, needs a motion of the changed arm, which no search has seen: two models that are wrong
-    alike can predict at different odds. So does what it does not see beside a lookalike.
+    alike can predict at different odds. So does what it does not see beside a lookalike. None is
+    borne out whose form a measured curve has refuted, or whose form no prediction can settle.
     """
     last = rounds[-1]
     altered = any(r.is_altered for r in rounds)
@@ -139,7 +174,9 @@ def borne_out(rounds: Sequence[Round]) -> str:
     is_alone = last.leader not in (NONE, UNKNOWN) and (altered or not last.lookalikes)
     found += [last.leader] if last.verdict == NO_GAP and is_alone else []
     for answer in found:
-        ahead = known(rounds, answer)
+        if answer in last.unsettled or has_refuted_form(rounds, answer):
+            continue
+        ahead = {r: nats for r, nats in known(rounds, answer).items() if r != UNKNOWN}
         if ahead and min(ahead.values()) >= _bar(rounds, answer):
             return answer
     return ""
@@ -151,7 +188,7 @@ def known(rounds: Sequence[Round], answer: str) -> dict[str, float]:
     answers = [last.leader, *last.bets]
     if not last.bets or answer not in answers:
         return {}
-    return {r: signed_evidence(_ratios(rounds, answer, r)) for r in answers if r != answer}
+    return {r: signed_evidence(between(rounds, answer, r)) for r in answers if r != answer}
 
 
 def asked_of(rounds: Sequence[Round], answer: str) -> float:
@@ -169,7 +206,7 @@ def _bar(rounds: Sequence[Round], answer: str) -> float:
     return rounds[-1].asked if answer == rounds[-1].leader else asked_of(rounds, answer)
 
 
-def _ratios(rounds: Sequence[Round], answer: str, rival: str) -> list[list[float]]:
+def between(rounds: Sequence[Round], answer: str, rival: str) -> list[list[float]]:
     """Log-likelihood ratios of two answers, by block, in each round that had both [nats]."""
     found = list[list[float]]()
     for item in rounds:

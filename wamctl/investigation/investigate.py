@@ -11,13 +11,14 @@ from typing import Any
 from wamctl.arm.configuration.known_change import WORDS
 from wamctl.arm.errors import DataError
 from wamctl.investigation.budget import Budget, Cost
-from wamctl.investigation.decision import Decision, decided, ended
+from wamctl.investigation.decision import NONE, Decision, decided, ended, known
 from wamctl.investigation.evidence import words
 from wamctl.investigation.intervention import question
 from wamctl.investigation.page import page
 from wamctl.investigation.programs import ProgramError
-from wamctl.investigation.rounds import BudgetSpentError, Site, next_round, place_of, read
+from wamctl.investigation.rounds import BudgetSpentError, Site, next_round, place_of
 from wamctl.investigation.state import UNKNOWN, Request, State, begun, keep, write_whole
+from wamctl.investigation.weighing import closed_by, read
 
 _NO_MOTION = "ident plan", 6  # that command's exit code where no motion is left
 
@@ -166,12 +167,14 @@ def _write(site: Site, state: State, budget: Budget, decision: Decision | None) 
     planned, plan = _last_plan(site, state)
     named = decision is not None and decision.verdict in ("named", "ambiguous", "unknown")
     measured = plan.get("measured") if decision and decision.verdict == "unknown" else None
-    if whole[-1].evidence.get("none", 0.0) < 0.0:  # a curve that predicts no better is none
+    if known(whole, UNKNOWN).get(NONE, 0.0) < 0.0:  # a curve that predicts no better is none
         measured = None
     lead = decision.answer if decision and decision.answer else whole[-1].leader
+    lead = UNKNOWN if measured else lead
     borne_out = _beside_gap(gap, plan, lead) if named and whole[-1].is_suspicion else []
     if measured:
-        measured |= {"evidence": {"closed_on_new_motion": whole[-1].closed.get("none")}}
+        weights = site.out / whole[-1].folder / "weights.json"
+        measured |= {"evidence": {"closed_on_new_motion": closed_by(weights, UNKNOWN, NONE)}}
     content = {
         "verdict": "ambiguous" if decision is None else decision.verdict,
         "final": decision is not None,

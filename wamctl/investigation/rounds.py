@@ -1,19 +1,23 @@
 """One round: choose, predict, run slowly, run, weigh, identify, ask for the gap."""
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from wamctl.arm.config import CanopenDrivesSection
 from wamctl.arm.configuration.known_change import known_change
 from wamctl.arm.errors import DataError, UserError
 from wamctl.experiment.loop import Arm
 from wamctl.investigation.budget import Cost, cost_of
-from wamctl.investigation.decision import NONE, asked_of, known, suspect_that_leads
+from wamctl.investigation.decision import (
+    NONE,
+    asked_of,
+    between,
+    has_refuted_form,
+    known,
+    suspect_that_leads,
+)
 from wamctl.investigation.evidence import (
     SEARCH_NATS,
     odds,
@@ -24,8 +28,8 @@ from wamctl.investigation.evidence import (
 from wamctl.investigation.intervention import with_change
 from wamctl.investigation.programs import STOPPED, ProgramError, call
 from wamctl.investigation.state import NAMED, NO_GAP, UNKNOWN, Round, State, made
+from wamctl.investigation.weighing import compared, read
 
-_LEAST = 1e-300  # of a sum of squares that is divided by
 _EVENTS = ("contact", "dropped_samples")
 _FIRST = "The first motion: what does the model miss at all?"
 
@@ -115,6 +119,7 @@ def next_round(site: Site, state: State) -> Round:
         unexplained=unexplained,
         rivals=rivals,
         lookalikes=plan["models"][leader].get("lookalikes", ()) if leader else (),
+        unsettled=plan.get("unsettled", ()),
     )
     rounds = (*state.rounds, item)
     return replace(item, evidence=known(rounds, leader), odds=_odds(rounds))
@@ -124,18 +129,6 @@ def logs_of(out: Path, state: State) -> list[Path]:
     """The logs of all rounds that were run at full speed on the arm as it was."""
     whole = [r for r in state.rounds if r.stopped is None and not r.is_altered]
     return [out / r.folder / "log.mcap" for r in whole]
-
-
-def read(path: Path) -> dict[str, Any]:
-    """A result file.
-
-    Raises:
-        DataError: it cannot be read.
-    """
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise DataError(f"{path} cannot be read ({error}).") from error
 
 
 def answer_of(gap: Mapping[str, Any]) -> str:
@@ -294,30 +287,14 @@ def _asked_for_gap(logs: Sequence[Path], folder: Path) -> dict[str, Any]:
 def _weighed(
     folder: Path, logs: Sequence[Path], plan: Mapping[str, Any]
 ) -> tuple[dict[str, list[float]], dict[str, float]]:
-    """Log-likelihood of the leader less that of each rival in this round's blocks, by rival.
-
-    And the share of each rival's squared error that the leader does not make at the joint at which
-    they differ most.
-    """
+    """What a round's logs say of the answers of its plan, see `compared`."""
     names = [str(log) for log in logs]
     options = ["--plan", str(folder / "plan")]
     path = made(
         folder / "weights.json",
         lambda p: call("ident.cli", ["weigh", *names, *options, "--out", str(p)]),
     )
-    logs_found = read(path)["logs"]
-    nats, squares = {}, {}
-    for name in plan["models"]:
-        nats[name] = np.concatenate([log["log_likelihood"][name] for log in logs_found])
-        squares[name] = np.sum([log["squares"][name] for log in logs_found], axis=0)
-    leader = plan["leader"]
-    bets, closed = {}, {}
-    for rival in [name for name in nats if name != leader]:
-        bets[rival] = (nats[leader] - nats[rival]).sum(axis=1).tolist()
-        gained = squares[rival] - squares[leader]
-        joint = int(np.abs(gained).argmax())
-        closed[rival] = float(gained[joint] / max(squares[rival][joint], _LEAST))
-    return bets, closed
+    return compared(path, plan["leader"])
 
 
 def _odds(rounds: Sequence[Round]) -> dict[str, float]:
@@ -331,12 +308,19 @@ def _odds(rounds: Sequence[Round]) -> dict[str, float]:
         for rival, won in item.bets.items():
             pairs.setdefault((item.leader, rival), []).append(won)
     last = rounds[-1]
+    refuted = [a for a in (last.answer, *last.suspected) if has_refuted_form(rounds, a)]
+    if refuted:  # against no effect both may stand as far ahead as so many blocks can tell
+        pairs = {(UNKNOWN, a): between(rounds, UNKNOWN, a) for a in (last.leader, *last.bets)}
+        pairs.pop((UNKNOWN, UNKNOWN), None)
     if last.verdict == UNKNOWN:
         pairs = {p: b for p, b in pairs.items() if p[0] != UNKNOWN or signed_evidence(b) > 0.0}
-    whole = last.suspected if last.verdict == UNKNOWN and last.is_suspicion else ()
+    open_names = [a for a in last.suspected if a not in refuted]
+    whole = open_names if last.verdict == UNKNOWN and last.is_suspicion else ()
     likely = [*whole] or [UNKNOWN if last.verdict == UNKNOWN else last.answer or NONE]
     likely += last.rivals
-    seen = dict.fromkeys([NONE, UNKNOWN, *last.suspected, last.leader or NONE], 0.0)
+    seen = dict.fromkeys([NONE, *last.suspected, last.leader or NONE], 0.0)
+    seen |= dict.fromkeys([UNKNOWN] if last.verdict == UNKNOWN else [], 0.0)
     seen |= dict.fromkeys(likely, SEARCH_NATS)
+    pairs.setdefault((last.leader or NONE, UNKNOWN), [])  # an answer at all times
     altered = any(r.is_altered for r in rounds)  # no search has seen that motion
     return odds(seen, pairs, () if altered or whole else likely)

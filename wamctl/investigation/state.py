@@ -66,6 +66,8 @@ class Round:
         unexplained: whether `ident gap` sees structure that no effect explains.
         rivals: answers that `ident gap` cannot tell from its own.
         lookalikes: written-down answers with an effect that looks like the leader's.
+        unsettled: written-down answers that no prediction can confirm: another form of theirs is
+            open, or no freer answer stood beside them.
     """
 
     reason: str
@@ -86,6 +88,7 @@ class Round:
     unexplained: bool = False
     rivals: Sequence[str] = ()
     lookalikes: Sequence[str] = ()
+    unsettled: Sequence[str] = ()
 
     @property
     def is_suspicion(self) -> bool:

@@ -424,6 +424,69 @@ def test_a_suspect_that_may_be_the_whole_gap_is_named_once_a_motion_bears_it_out
     assert [e["name"] for e in found["effects"]] == ["stribeck"]
 
 
+class WithCurve(AllSuspected):
+    """A measured curve stands beside the suspect, and leaves so much of the squares."""
+
+    curve = 0.1
+    unsettled: tuple[str, ...] = ()
+
+    def _plan(self, out: Path, arguments: list[str]) -> None:
+        super()._plan(out, arguments)
+        path = out / "plan.json"
+        plan = json.loads(path.read_text())
+        names = ("none", "stribeck:1", "unknown")
+        plan["models"] = {n: MODEL | {"effects": [STRIBECK]} for n in names}
+        more = {"measured": STRIBECK | CURVE, "unsettled": list(self.unsettled)}
+        path.write_text(json.dumps(plan | more))
+
+    def _weigh(self, out: Path, arguments: list[str]) -> None:
+        left = {"none": 1.0, "stribeck:1": self.left, "unknown": self.curve}
+        nats = {n: np.full((20, 1), -10.0 * share).tolist() for n, share in left.items()}
+        out.write_text(json.dumps({"logs": [weighed_log(nats)]}))
+
+
+def test_a_suspect_whose_form_a_curve_refutes_is_no_name_but_that_curve(outcome, tmp_path):
+    found = outcome(WithCurve(["unknown"] * 9, 1.0, {}))
+    assert (found["verdict"], found["confirmed"], len(found["rounds"])) == ("unknown", True, 2)
+    (curve,) = found["effects"]
+    assert curve["name"] == "measured_effect"
+    assert curve["evidence"]["closed_on_new_motion"] == pytest.approx(0.9)
+    assert (tmp_path / "out" / "model.yaml").read_text() == "curve"
+    assert found["rounds"][-1]["odds"]["unknown"] > 0.9
+
+
+def test_a_curve_that_is_ahead_by_less_than_is_asked_leads_before_it_is_the_answer(outcome):
+    programs = WithCurve(["unknown"] * 9, 1.0, {})
+    programs.curve = 0.22
+    found = outcome(programs)
+    assert (found["verdict"], found["confirmed"], len(found["rounds"])) == ("unknown", True, 3)
+    assert [r["leader"] for r in found["rounds"]] == ["", "none", "unknown"]
+
+
+@pytest.mark.parametrize("curve", [0.3, 0.35], ids=["as well", "a little worse"])
+def test_a_curve_that_predicts_no_better_keeps_no_name_from_being_confirmed(outcome, curve):
+    programs = WithCurve(["unknown"] * 9, 1.0, {})
+    programs.curve = curve
+    found = outcome(programs)
+    assert (found["verdict"], found["confirmed"], len(found["rounds"])) == ("named", True, 2)
+    assert [e["name"] for e in found["effects"]] == ["stribeck"]
+
+
+def test_what_the_search_names_is_not_confirmed_while_a_curve_has_refuted_its_form():
+    bets = {"none": [5.0] * 20, "unknown": [-1.0] * 20}
+    common = ("slow", "why", "rounds/02", Cost(), "stribeck:1", 6.0, {})
+    last = Round(*common, bets, {}, "named", "stribeck:1")
+    assert borne_out([last]) == ""
+    assert borne_out([replace(last, bets=bets | {"unknown": [-0.1] * 20})]) == "stribeck:1"
+
+
+def test_an_effect_that_might_be_none_in_another_form_is_not_confirmed(outcome):
+    programs = WithCurve(["unknown"] * 9, 1.0, {})
+    programs.curve, programs.unsettled = 0.3, ("stribeck:1",)
+    found = outcome(programs)
+    assert (found["verdict"], found["confirmed"], len(found["rounds"])) == ("ambiguous", False, 4)
+
+
 def test_a_suspect_beside_structure_that_no_effect_explains_is_not_named(outcome):
     programs = AllSuspected(["unknown"] * 9, 1.0, {})
     programs.unexplained = ({"joint": 1},)
