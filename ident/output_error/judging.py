@@ -28,7 +28,9 @@ _TINY = 1e-30
 def left_out(setup: Setup, found: Fit, prior: Prior) -> Array:
     """Mean squared error of each block of time, predicted from the others [rad^2], shape (B, n).
 
-    A joint's settings are taken by themselves, and those that lie on a bound for fixed.
+    None is less than that of an encoder's steps: where a joint rests, chance decides how near to
+    the step that was read a prediction comes. A joint's settings are taken by themselves, and those
+    that lie on a bound for fixed.
 
     Args:
         setup: the recordings that were fitted.
@@ -50,7 +52,7 @@ def left_out(setup: Setup, found: Fit, prior: Prior) -> Array:
             own = J[:, a:b]
             left[a:b] += own.T @ np.linalg.solve(hessian - own @ own.T, own @ r[a:b])
         errors[:, j] = np.add.reduceat(left**2, edges[:-1]) / np.diff(edges)
-    return errors
+    return np.maximum(errors, setup.resolution**2 / 12.0)
 
 
 def blocks(setup: Setup) -> list[int]:

@@ -36,7 +36,6 @@ class Prepared:
         prior: what is believed before the data; its centre is the first guess.
         may: what may be fitted, shape (quantities, n): not what is known, nor joints at rest.
         moving: which joints moved, shape (n,).
-        resolution: smallest step of the positions [rad], shape (n,).
     """
 
     arm: Arm
@@ -44,12 +43,16 @@ class Prepared:
     prior: Prior
     may: NDArray[np.bool_]
     moving: NDArray[np.bool_]
-    resolution: Array
 
     @property
     def start(self) -> Array:
         """The first guess, shape (quantities, n)."""
         return self.prior.center
+
+    @property
+    def resolution(self) -> Array:
+        """Smallest step of the positions [rad], shape (n,)."""
+        return self.setup.resolution
 
     @property
     def same_servo(self) -> bool:
@@ -76,6 +79,7 @@ def prepared(arm: Arm, segments: Sequence[MotionSegment]) -> Prepared:
         np.full(n, arm.servo.encoder == "link"),
         settled(segments),
         STEP_S,
+        _resolution(segments),
     )
     fixed = _given(arm.servo.fixed, n, arm.source)
     known = np.where(np.isnan(fixed), _given(arm.servo.first, n, arm.source), fixed)
@@ -86,7 +90,7 @@ def prepared(arm: Arm, segments: Sequence[MotionSegment]) -> Prepared:
     may = np.isnan(fixed) & moving
     may[ROW["zero"]] &= _weight(setup) > _LEAST_WEIGHT
     prior = Prior(start, np.full(start.shape, _SD), alike)
-    return Prepared(arm, setup, prior, may, moving, _resolution(segments))
+    return Prepared(arm, setup, prior, may, moving)
 
 
 def _check_unit(arm: Arm, span: Array, name: str) -> None:

@@ -23,6 +23,9 @@ _SHORTEST = 20
 _PARTS = 3
 _PIECE_S = 8.0
 _SEARCHED_S = 150.0  # more than this tells a search nothing new
+_STILL = 1e-9
+"""Rms speed below which a joint is at rest [rad/s]."""
+
 WARM_S = 0.5
 """What a simulation that begins in the middle of a motion needs to find its way [s]."""
 
@@ -64,6 +67,9 @@ def segments_of(
 def thinned(segments: Sequence[MotionSegment]) -> tuple[MotionSegment, ...]:
     """What a search looks at: all of it, or pieces spread over recordings that last long.
 
+    Of pieces that follow each other it takes the one that moves most: what limits a servo shows
+    where most is asked of it, which may be the last seconds of a chirp.
+
     Raises:
         DataError: fewer than three, since the recordings are too short or sampled too slowly.
     """
@@ -80,7 +86,22 @@ def thinned(segments: Sequence[MotionSegment]) -> tuple[MotionSegment, ...]:
             " rate, and check that times are in seconds."
         )
     every = math.ceil(sum(_seconds(s) for s in segments) / _SEARCHED_S)
-    return tuple(segments) if every == 1 else tuple(cut[::every])
+    return tuple(segments) if every == 1 else _fastest(cut, every)
+
+
+def _fastest(cut: Sequence[MotionSegment], every: int) -> tuple[MotionSegment, ...]:
+    """Of each so many pieces the one whose joints move most, each by its own usual speed."""
+    speeds = np.array([_speeds(s) for s in cut])
+    usual = np.maximum(np.sqrt(np.mean(speeds**2, axis=0)), _STILL)
+    moves = (speeds / usual).mean(axis=1)
+    starts = range(0, len(cut), every)
+    return tuple(cut[i + int(np.argmax(moves[i : i + every]))] for i in starts)
+
+
+def _speeds(segment: MotionSegment) -> Array:
+    """Rms of the measured speed [rad/s], shape (n,)."""
+    speed = np.diff(segment.q, axis=0) / np.diff(segment.motion.t)[:, None]
+    return np.sqrt(np.mean(speed**2, axis=0))
 
 
 def _seconds(segment: MotionSegment) -> float:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numba import get_num_threads
@@ -47,6 +47,7 @@ class Setup:
         at_link: whether each joint's encoder sits behind the gears, shape (n,).
         segments: the recordings.
         step: longest step of the simulation [s].
+        resolution: smallest step of the positions [rad], shape (n,); 0: they are exact.
     """
 
     chain: Chain
@@ -54,6 +55,7 @@ class Setup:
     at_link: NDArray[np.bool_]
     segments: tuple[MotionSegment, ...]
     step: float
+    resolution: Array = field(default_factory=lambda: np.zeros(1))
 
     @property
     def seconds(self) -> float:

@@ -87,7 +87,9 @@ def without_parts(
         began[again, a.joint] = base.settings[again, a.joint]
     made = refitted(found.setup, began, free, parts, begun, settings)
     kept = tuple(a for a in found.accepted if a not in parts)
-    return replace(found, fit=made, errors=left_out(found.setup, made, begun.prior), accepted=kept)
+    return replace(
+        found, fit=made, errors=left_out(found.setup, made, begun.prior), accepted=kept, tried=()
+    )
 
 
 def _together(part: Accepted, accepted: Sequence[Accepted]) -> tuple[Accepted, ...]:

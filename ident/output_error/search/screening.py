@@ -18,8 +18,9 @@ _TINY = 1e-30
 
 
 def promising(
-    setup: Setup, best: Fit, asked: dict[Part, Places], least: float, share: float
-) -> dict[Part, Places]:
+    setup: Setup, best: Fit, asked: dict[Part, Places], least: float, share: float,
+    *, same_servo: bool = False,
+) -> dict[Part, Places]:  # fmt: skip
     """Joints at which a part could explain something that the arm's other settings cannot.
 
     Args:
@@ -29,8 +30,12 @@ def promising(
         least: nats per sample in first order, below which a part is not worth a fit.
         share: the same, of what the best part would bring at the joint; a servo's own parts move it
             too far for the first order to say which of them is best.
+        same_servo: whether joints have a common part all or none.
     """
-    hopes = {p: _of_half(h, asked[p]) if p.common else h for p, h in _hopes(setup, best, asked)}
+    hopes = {
+        p: _of_half(h, asked[p], alike=same_servo) if p.common else h
+        for p, h in _hopes(setup, best, asked)
+    }
     most = np.max([np.zeros(best.free.shape[1]), *hopes.values()], axis=0)
     found = {}
     for part, places in asked.items():
@@ -39,9 +44,12 @@ def promising(
     return found
 
 
-def _of_half(gain: Array, places: Places) -> Array:
-    """No more than what half of the places have."""
-    return np.minimum(gain, np.median(gain[places])) if places.any() else gain
+def _of_half(gain: Array, places: Places, *, alike: bool) -> Array:
+    """What half of the places have: each no more than it, or all alike."""
+    if not places.any():
+        return gain
+    usual = np.median(gain[places])
+    return np.where(places, usual, 0.0) if alike else np.minimum(gain, usual)
 
 
 def _hopes(setup: Setup, best: Fit, asked: dict[Part, Places]) -> Iterator[tuple[Part, Array]]:

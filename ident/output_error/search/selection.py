@@ -71,6 +71,7 @@ class Selection:
         errors: of blocks of time that are left out [rad^2], shape (B, n).
         accepted: in order of acceptance.
         gains: of each part that was tried, largest at each joint [nats per sample], shape (n,).
+        tried: parts that were tried beside this arm.
     """
 
     setup: Setup
@@ -78,6 +79,7 @@ class Selection:
     errors: Array
     accepted: tuple[Accepted, ...] = ()
     gains: Mapping[Part, Array] = field(default_factory=dict)
+    tried: tuple[Trial, ...] = ()
 
     def kept(self, part: Part) -> Places:
         """Joints at which a part was accepted, shape (n,)."""
@@ -113,15 +115,16 @@ def extended(
         gains = dict(found.gains)
         for t in made:
             gains[t.part] = np.maximum(gains.get(t.part, t.gain), t.gain)
-        found = replace(found, gains=gains)
-        won = _winners(made, found.errors, least, begun, settings)
+        found = replace(found, gains=gains, tried=tuple(made))
+        won = winners(made, found.errors, least, begun, settings)
         if not won:
             break
         best = _with(found, made, won, begun, settings)
         errors = left_out(setup, best, begun.prior)
         if gain(found.errors, errors).sum() <= 0.0:
             break
-        found = replace(found, fit=best, errors=errors, accepted=(*found.accepted, *won))
+        accepted = (*found.accepted, *won)
+        found = replace(found, fit=best, errors=errors, accepted=accepted, tried=())
     return found
 
 
@@ -136,17 +139,7 @@ def _round(
     asked = {part: possible(part, begun) & ~found.kept(part) for part in parts}
     tell("looking for what is missing", 0.0)
     args = found.setup, found.fit, found.errors, asked, begun.prior, settings, tell
-    made = trials(*args, same_servo=begun.same_servo)
-    return [replace(t, gain=_shared(t, begun)) for t in made]
-
-
-def _shared(trial: Trial, begun: Prepared) -> Array:
-    """Gains by joint; of what joints have all or none, no more than at half of them."""
-    if not trial.part.common:
-        return trial.gain
-    usual = np.median(trial.gain[trial.places])
-    whole = of_all_joints(trial.part, begun)
-    return np.where(trial.places, usual if whole else np.minimum(trial.gain, usual), 0.0)
+    return trials(*args, known=found.tried, same_servo=begun.same_servo)
 
 
 def of_all_joints(part: Part, begun: Prepared) -> bool:
@@ -154,15 +147,20 @@ def of_all_joints(part: Part, begun: Prepared) -> bool:
     return part.common and (begun.same_servo or part.felt_elsewhere)
 
 
-def _winners(
+def winners(
     made: Sequence[Trial], errors: Array, least: Mapping[Part, float], begun: Prepared,
     settings: SearchSettings,
 ) -> list[Accepted]:  # fmt: skip
-    """The best part of each joint, where it is large and sure enough; the largest ones only."""
+    """The best part of each joint, where it is large and sure enough; the largest ones only.
+
+    What all joints have or none is asked of all of them together, and comes first where it brings
+    more than what each joint would have of its own.
+    """
+    own = [_by_itself(t) for t in made if not of_all_joints(t.part, begun)]
     found = []
     for joint in range(errors.shape[1]):
         ordered = sorted(
-            (t for t in made if t.places[joint]),
+            (t for t in own if t.places[joint]),
             key=lambda t: t.gain[joint] - settings.per_quantity * t.part.further,
             reverse=True,
         )
@@ -170,6 +168,9 @@ def _winners(
             found.append(won)
     found.sort(key=lambda a: a.gain, reverse=True)
     servo = [a for a in found if a.part.servo]
+    shared = _of_all(made, least, begun, settings)
+    if shared and sum(a.gain for a in shared) > sum(a.gain for a in servo):
+        return shared
     if servo:
         return servo
     if found and found[0].part.felt_elsewhere:
@@ -178,16 +179,46 @@ def _winners(
     return [a for a in alone if a.gain >= settings.together * alone[0].gain]
 
 
+def _by_itself(trial: Trial) -> Trial:
+    """A trial whose part, if servos of one kind have it, helps no joint more than half of them."""
+    if not trial.part.common:
+        return trial
+    return replace(trial, gain=np.minimum(trial.gain, _usual(trial)))
+
+
+def _usual(trial: Trial) -> float:
+    """Gain that half of the joints have, so that none speaks for all others."""
+    return float(np.median(trial.gain[trial.places]))
+
+
+def _of_all(
+    made: Sequence[Trial], least: Mapping[Part, float], begun: Prepared, settings: SearchSettings
+) -> list[Accepted]:
+    """The best of what all joints have or none, where it helps half of them; empty: nothing."""
+    found: list[Accepted] = []
+    for trial in made:
+        part, usual = trial.part, _usual(trial)
+        if of_all_joints(part, begun) and usual >= (asked := _asked(part, least, settings)):
+            gains = [(int(j), float(trial.gain[j])) for j in np.flatnonzero(trial.places)]
+            places = [Accepted(part, j, own, asked, 0.0, None, ()) for j, own in gains]
+            found = max(found, places, key=lambda some: sum(a.gain for a in some))
+    return found
+
+
+def _asked(part: Part, least: Mapping[Part, float], settings: SearchSettings) -> float:
+    """Nats per sample that a part has to bring."""
+    return least.get(part, settings.least_gain) + settings.per_quantity * part.further
+
+
 def _accepted(
     ordered: Sequence[Trial], joint: int, errors: Array, least: Mapping[Part, float],
     begun: Prepared, settings: SearchSettings,
 ) -> Accepted | None:  # fmt: skip
     first = ordered[0]
-    asked = least.get(first.part, settings.least_gain) + settings.per_quantity * first.part.further
+    asked = _asked(first.part, least, settings)
     size = float(explained(errors, first.errors)[joint])
-    whole = of_all_joints(first.part, begun)
-    sure = np.inf if whole else float(sureness(errors, first.errors)[joint])
-    noise = 0.0 if whole else settings.seen * begun.resolution[joint] / np.sqrt(12.0)
+    sure = float(sureness(errors, first.errors)[joint])
+    noise = settings.seen * begun.resolution[joint] / np.sqrt(12.0)
     if first.gain[joint] < asked or sure < settings.sure or size < noise:
         return None
     own = set(first.part.quantities)  # what holds them all and more is the same again

@@ -1,5 +1,6 @@
 """A part put into the simulated arm at many joints at once, fitted, and judged by joint."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -39,7 +40,7 @@ class Trial:
 
 def trials(
     setup: Setup, best: Fit, judged: Array, asked: dict[Part, Places], prior: Prior,
-    settings: SearchSettings, tell: Tell, *, same_servo: bool = False,
+    settings: SearchSettings, tell: Tell, *, known: Sequence[Trial] = (), same_servo: bool = False,
 ) -> list[Trial]:  # fmt: skip
     """Trials of the parts that could explain something.
 
@@ -53,11 +54,16 @@ def trials(
         prior: what is believed.
         settings: numbers that decide.
         tell: hears what is being done.
+        known: trials that were made beside this arm before.
         same_servo: whether all joints have the same.
     """
-    worth = promising(setup, best, asked, settings.least_gain, settings.screen_share)
+    shares = settings.least_gain, settings.screen_share
+    worth = promising(setup, best, asked, *shares, same_servo=same_servo)
     made = []
     for k, (part, places) in enumerate(worth.items()):
+        if before := [t for t in known if t.part == part]:
+            made += before
+            continue
         if places.any():
             tell(f"trying {part.name.replace('_', ' ')}", k / len(worth))
         apart = part.felt_elsewhere and not part.common

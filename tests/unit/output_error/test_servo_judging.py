@@ -1,6 +1,7 @@
 """How errors of simulated positions are compared: no few blocks of time decide."""
 
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -9,11 +10,16 @@ from ident.output_error.fit import Fit
 from ident.output_error.judging import blocks, explained, gain, left_out, sureness, typical
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.plant import Motion
-from ident.output_error.search.parts import ENCODER_OFFSET, OFFSET, Part
+from ident.output_error.search.parts import ENCODER_OFFSET, OFFSET, SERVO_PARTS, Part
 from ident.output_error.search.screening import promising
-from ident.output_error.search.trial import felt
+from ident.output_error.search.selection import winners
+from ident.output_error.search.settings import SearchSettings
+from ident.output_error.search.trial import Trial, felt
 from ident.output_error.setup import MEMORY_S, MotionSegment, Prior, Setup
 
+PROFILE, LIMIT = (
+    next(p for p in SERVO_PARTS if p.name == name) for name in ("profile", "torque_limit")
+)
 RESTING = 4e-6  # rad^2: a joint that rests on the other side of its friction, 2 mrad away
 
 
@@ -85,6 +91,45 @@ def test_a_stretch_that_is_left_out_is_predicted_as_a_fit_of_the_others_would() 
         kept[a:b] = False
         off = (told - slopes @ fitted(kept, belief))[a : edges[k + 1]]
         np.testing.assert_allclose(errors[k, 0], np.mean(off**2), rtol=1e-3)
+
+
+def test_no_prediction_is_better_than_the_encoder() -> None:
+    """Where a joint rests, chance decides how near to the step that was read a prediction comes."""
+    rng, count, step = np.random.default_rng(5), 600, 1e-3
+    t = np.arange(count) / 50
+    told = np.where(t < 6.0, 1e-3 * rng.standard_normal(count), 0.0)
+    motion = Motion(t, t, told[:, None], told[:1], np.zeros(1))
+    args = None, np.empty(0), np.array([True]), (MotionSegment(motion, told[:, None]),), 0.002
+    off, free = neutral(1), np.zeros((len(QUANTITIES), 1), dtype=bool)
+    free[ROW["delay"]] = True
+    off[ROW["zero"]] = 1e-4  # within the step, at rest and in motion
+    prior = Prior(neutral(1), np.full((len(QUANTITIES), 1), 3.0), np.full(len(QUANTITIES), np.inf))
+    for resolution, lost in ((0.0, 1.0), (step, 0.01)):
+        setup = Line(*args, np.array([resolution]), slopes=np.ones((count, 2)), told=told)
+        before, after = (
+            left_out(setup, Fit(at, free, setup.residuals(at), 0.0, 1), prior)
+            for at in (neutral(1), off)
+        )
+        assert (-gain(before, after)[0] > lost) == (resolution == 0.0)
+
+
+def test_what_servos_of_one_kind_have_is_asked_of_all_joints_together() -> None:
+    """Half of them say so; at one of the others something else comes first, and is not sure."""
+    rng, start = np.random.default_rng(6), neutral(4)
+    before = np.hstack([errors(rng, 2e-4) for _ in range(4)])
+    gains = {PROFILE: np.array([0.5, 0.4, 0.6, 0.01]), LIMIT: np.array([0.0, 0.0, 0.7, 0.3])}
+    free = np.zeros(start.shape, dtype=bool)
+    made = []
+    for part, gained in gains.items():
+        rough = np.exp(rng.standard_normal(before.shape) * (6.0 if part is LIMIT else 0.1))
+        after = before * np.exp(-2.0 * gained) * rough
+        found = Fit(start, free, np.zeros((1, 4)), 0.0, 1)
+        made.append(Trial(part, np.ones(4, dtype=bool), found, after, gained))
+    for alike in (True, False):
+        begun = SimpleNamespace(same_servo=alike, resolution=np.zeros(4))
+        won = winners(made, before, {}, begun, SearchSettings())
+        names = [(a.part.name, a.joint) for a in won]
+        assert names == [("profile", j) for j in ((0, 1, 2, 3) if alike else (0, 1))]
 
 
 def test_a_part_of_the_servo_is_tried_beside_one_that_promises_more() -> None:

@@ -15,7 +15,7 @@ from ident.output_error.judging import rms
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.plant import Motion
 from ident.output_error.prepared import Prepared, prepared
-from ident.output_error.recordings import segments_of, settled
+from ident.output_error.recordings import segments_of, settled, thinned
 from ident.output_error.search.parts import BASE, PARTS
 from ident.output_error.search.selection import Selection
 from ident.output_error.search.settings import SearchSettings
@@ -42,8 +42,8 @@ def found_parts(truth: dict[str, float], command: np.ndarray, names: tuple[str, 
     start = neutral(1)
     prior = Prior(start, np.full(start.shape, 3.0), np.full(len(QUANTITIES), np.inf))
     may, one = np.ones(start.shape, dtype=bool), np.array([True])
-    setup = Setup(*links, (told,), 0.002)
-    begun = Prepared(arm, setup, prior, may, one, np.array([STEP_RAD]))
+    setup = Setup(*links, (told,), 0.002, np.array([STEP_RAD]))
+    begun = Prepared(arm, setup, prior, may, one)
     return selected(begun, [p for p in PARTS if p.name in names], SearchSettings(), silent)
 
 
@@ -69,6 +69,17 @@ def test_a_part_does_not_stand_in_for_another():
     assert gains["torque_limit"] > gains["profile"] > 0.02
     assert [a.part.name for a in found.accepted] == ["torque_limit"]
     assert found.fit.settings[ROW["torque_limit"], 0] == pytest.approx(2.0, rel=0.03)
+
+
+def test_a_search_sees_the_fastest_of_a_long_recording():
+    """What limits a servo may show in its last seconds and nowhere before."""
+    t = np.arange(0.0, 424.0, 0.02)
+    q = np.column_stack([0.3 * np.sin(0.5 * t), 0.1 * np.sin(np.where(t < 416.0, 1.0, 15.0) * t)])
+    whole = MotionSegment(Motion(t, t, q, q[0].copy(), np.zeros(2)), q, "log")
+    seen = thinned((whole,))
+    assert sum(s.motion.t[-1] - s.motion.t[0] for s in seen) < 150.0
+    assert seen[-1].motion.t[-1] == t[-1]
+    assert max(np.diff([s.motion.t[0] for s in seen])) < 50.0
 
 
 def test_a_torque_limit_that_no_motion_reaches_is_taken_out():
