@@ -1,5 +1,6 @@
 """Small arms simulated by MuJoCo, and recordings of them: nothing of our own dynamics."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import mujoco
@@ -114,23 +115,13 @@ def inverse(urdf: str, q: Array, qd: Array, qdd: Array, gravity=(0, 0, -9.81)) -
     return tau
 
 
-def recorded(
-    joints: int = 3,
-    seconds: float = 12.0,
-    rate_hz: float = 100.0,
-    seed: int = 0,
-    friction: float = 0.05,
-    noise: float = 0.01,
-    speed: float = 1.0,
-    size: float = 1.0,
-    true_urdf: str | None = None,
-    gravity=None,
-) -> Log:
-    """A recording of a chain.
+@dataclass(frozen=True)
+class Experiment:
+    """A chain that moves, and how it is measured.
 
-    Args:
+    Attributes:
         joints: number of joints.
-        seconds: its length [s].
+        seconds: length of the recording [s].
         rate_hz: of the samples.
         seed: of motion and noise.
         friction: Coulomb and viscous friction, beside the torque.
@@ -140,15 +131,29 @@ def recorded(
         true_urdf: the arm that moves, where it is not the one that is described.
         gravity: function of the stamps that gives the pull [m/s^2], shape (S, 3).
     """
-    rng = np.random.default_rng(seed)
-    urdf = urdf_of(joints, size=size)
-    t = np.arange(round(seconds * rate_hz)) / rate_hz
-    q, qd, qdd = motion(t, joints, rng, speed)
-    pull = (0, 0, -9.81) if gravity is None else gravity(t)
-    tau = inverse(true_urdf or urdf, q, qd, qdd, pull)
-    scale = np.sqrt(np.mean(tau**2, axis=0))
-    brisk = np.sqrt(np.mean(qd**2, axis=0))
-    tau = tau + friction * scale * (np.tanh(qd / (0.02 * brisk)) + qd / brisk)
-    tau = tau + noise * scale * rng.normal(size=tau.shape)
-    counts = 2 * np.pi / 2**17
-    return Log(urdf, t, np.round(q / counts) * counts, tau, names_of(joints))
+
+    joints: int = 3
+    seconds: float = 12.0
+    rate_hz: float = 100.0
+    seed: int = 0
+    friction: float = 0.05
+    noise: float = 0.01
+    speed: float = 1.0
+    size: float = 1.0
+    true_urdf: str | None = None
+    gravity: Callable[[Array], object] | None = None
+
+    def log(self) -> Log:
+        """Its recording."""
+        rng = np.random.default_rng(self.seed)
+        urdf = urdf_of(self.joints, size=self.size)
+        t = np.arange(round(self.seconds * self.rate_hz)) / self.rate_hz
+        q, qd, qdd = motion(t, self.joints, rng, self.speed)
+        pull = (0, 0, -9.81) if self.gravity is None else self.gravity(t)
+        tau = inverse(self.true_urdf or urdf, q, qd, qdd, pull)
+        scale = np.sqrt(np.mean(tau**2, axis=0))
+        brisk = np.sqrt(np.mean(qd**2, axis=0))
+        tau = tau + self.friction * scale * (np.tanh(qd / (0.02 * brisk)) + qd / brisk)
+        tau = tau + self.noise * scale * rng.normal(size=tau.shape)
+        counts = 2 * np.pi / 2**17
+        return Log(urdf, t, np.round(q / counts) * counts, tau, names_of(self.joints))

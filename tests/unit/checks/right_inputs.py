@@ -4,27 +4,27 @@ from collections.abc import Callable
 
 import mujoco
 import numpy as np
-from chain_arm import Log, motion, names_of, recorded, urdf_of
+from chain_arm import Experiment, Log, motion, names_of, urdf_of
 from wrong_inputs import loaded
 
 Right = tuple[str, Callable[[], Log], set[str]]
 
 
 def thinned(every: int, **settings) -> Log:
-    log = recorded(**settings)
+    log = Experiment(**settings).log()
     return log.with_(t=log.t[::every], q=log.q[::every], tau=log.tau[::every])
 
 
 def rounded_clock(**settings) -> Log:
     """Samples every 10.6 ms, whose stamps come from a clock with ticks of 2 ms."""
-    log = recorded(rate_hz=94.0, **settings)
+    log = Experiment(rate_hz=94.0, **settings).log()
     return log.with_(t=np.round(log.t / 0.002) * 0.002)
 
 
 def light_and_slow(seed: int) -> Log:
     """A joint that carries no weight, beside which the sensors' noise is large."""
-    log, rng = recorded(joints=6, seconds=60.0, rate_hz=20.0, speed=0.1, seed=seed,
-                        friction=0.0, noise=0.0), np.random.default_rng(seed)  # fmt: skip
+    log, rng = Experiment(joints=6, seconds=60.0, rate_hz=20.0, speed=0.1, seed=seed,
+                        friction=0.0, noise=0.0).log(), np.random.default_rng(seed)  # fmt: skip
     most = np.sqrt(np.mean(log.tau**2, axis=0)).max()
     sign = np.tanh(np.gradient(log.q, log.t, axis=0) / 0.02)
     noise = 5e-3 * rng.normal(size=log.tau.shape)
@@ -33,23 +33,23 @@ def light_and_slow(seed: int) -> Log:
 
 def heavier(factor: float, **settings) -> Log:
     """An arm that is not quite its URDF's: every link but the last by a factor."""
-    log = recorded(**settings)
+    log = Experiment(**settings).log()
     n = len(log.names)
     own = 5.0 * 0.7 ** np.arange(n)
     own[:-1] *= factor
-    return recorded(**settings, true_urdf=urdf_of(n, own))
+    return Experiment(**settings, true_urdf=urdf_of(n, own)).log()
 
 
 def on_a_slide() -> Log:
     """A vertical slide, whose weight is one constant force, carries two joints."""
     urdf = urdf_of(3).replace('"joint_1" type="revolute"', '"joint_1" type="prismatic"')
-    log = recorded(joints=3, seconds=20.0, true_urdf=urdf)
+    log = Experiment(joints=3, seconds=20.0, true_urdf=urdf).log()
     return log.with_(urdf=urdf)
 
 
 def at_its_limit() -> Log:
     """Motors that give what the motion takes and nothing for friction: the arm lags there."""
-    free = recorded(joints=2, seconds=20.0, friction=0.0, noise=0.0)
+    free = Experiment(joints=2, seconds=20.0, friction=0.0, noise=0.0).log()
     most = np.abs(free.tau).max(axis=0)
     step_s, rng = 1e-3, np.random.default_rng(0)
     wanted, speed, _ = motion(np.arange(20_000) * step_s, 2, rng)
@@ -71,7 +71,7 @@ def at_its_limit() -> Log:
 
 def odd_base() -> Log:
     """A link of the base that is impossible, and has no part in any torque."""
-    log = recorded(joints=3)
+    log = Experiment(joints=3).log()
     inertia = '<mass value="1"/><inertia ixx="-1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
     base = f'<link name="base"><inertial>{inertia}</inertial></link>'
     return log.with_(urdf=log.urdf.replace('<link name="base"/>', base))
@@ -79,7 +79,7 @@ def odd_base() -> Log:
 
 RIGHT: list[Right] = [
     *(
-        (f"{n} joints", lambda n=n: recorded(joints=n, seconds=20.0 + 5 * (n > 6)), set())
+        (f"{n} joints", lambda n=n: Experiment(joints=n, seconds=20.0 + 5 * (n > 6)).log(), set())
         for n in range(1, 13)
     ),
     *(
@@ -91,29 +91,32 @@ RIGHT: list[Right] = [
         for n in (2, 4)
     ),
     *(
-        (f"{n} joints, 1 kHz", lambda n=n: recorded(joints=n, rate_hz=1000.0), set())
+        (f"{n} joints, 1 kHz", lambda n=n: Experiment(joints=n, rate_hz=1000.0).log(), set())
         for n in (2, 3)
     ),
     *(
-        (f"{s:g} s of 3 joints", lambda s=s: recorded(seconds=s), set())
+        (f"{s:g} s of 3 joints", lambda s=s: Experiment(seconds=s).log(), set())
         for s in (8.0, 10.0, 15.0, 30.0)
     ),
     *(
-        (f"{s:g} s of 6 joints", lambda s=s: recorded(joints=6, seconds=s), set())
+        (f"{s:g} s of 6 joints", lambda s=s: Experiment(joints=6, seconds=s).log(), set())
         for s in (12.0, 15.0, 40.0)
     ),
     ("stamps of 10 and 12 ms", lambda: rounded_clock(joints=4), set()),
-    *((f"seed {s}", lambda s=s: recorded(joints=4, seed=s), set()) for s in range(1, 7)),
-    *((f"size {s:g}", lambda s=s: recorded(joints=4, size=s), set()) for s in (0.3, 3.0)),
+    *((f"seed {s}", lambda s=s: Experiment(joints=4, seed=s).log(), set()) for s in range(1, 7)),
+    *((f"size {s:g}", lambda s=s: Experiment(joints=4, size=s).log(), set()) for s in (0.3, 3.0)),
     *(
-        (f"friction {f:g}", lambda f=f: recorded(joints=4, friction=f), set())
+        (f"friction {f:g}", lambda f=f: Experiment(joints=4, friction=f).log(), set())
         for f in (0.0, 0.3, 1.0)
     ),
-    *((f"noise {x:g}", lambda x=x: recorded(joints=4, noise=x), set()) for x in (0.0, 0.05, 0.15)),
+    *(
+        (f"noise {x:g}", lambda x=x: Experiment(joints=4, noise=x).log(), set())
+        for x in (0.0, 0.05, 0.15)
+    ),
     *(
         (
             f"speed {v:g}",
-            lambda v=v: recorded(joints=4, seconds=24 / v, rate_hz=100 * v, speed=v),
+            lambda v=v: Experiment(joints=4, seconds=24 / v, rate_hz=100 * v, speed=v).log(),
             set(),
         )
         for v in (0.5, 2.0, 3.0)

@@ -1,7 +1,7 @@
 """Several recordings: what contradicts is told, parameter by parameter, with its meaning."""
 
 import numpy as np
-from chain_arm import recorded, urdf_of
+from chain_arm import Experiment, urdf_of
 
 from ident.identification.validation import arm_of, predict
 from ident.workflows.run import run_data
@@ -13,7 +13,7 @@ WRONG = np.array([1.0, 1.0, -1.0, 1.0])
 
 def halves(**settings):
     """Two recordings of one arm: the halves of one."""
-    log = recorded(joints=4, seconds=40.0, **settings)
+    log = Experiment(joints=4, seconds=40.0, **settings).log()
     parts = slice(None, HALF), slice(HALF, None)
     return [log.with_(t=log.t[p] - log.t[p][0], q=log.q[p], tau=log.tau[p]) for p in parts]
 

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from chain_arm import recorded, urdf_of
+from chain_arm import Experiment, urdf_of
 
 import ident
 from ident.checks.examine import examine
@@ -30,7 +30,7 @@ def of_currents(log, **settings):
 
 
 def in_ampere(joints: int = 4, **settings):
-    log = recorded(joints=joints, seconds=20.0, **settings)
+    log = Experiment(joints=joints, seconds=20.0, **settings).log()
     return log.with_(tau=log.tau / GAINS[:joints])
 
 
@@ -46,7 +46,7 @@ def test_gains_are_found_within_their_intervals(seed):
 
 
 def test_parameters_in_newton_metres_are_those_of_the_torque():
-    log = recorded(joints=4, seconds=20.0)
+    log = Experiment(joints=4, seconds=20.0).log()
     right = run_data(log.arm(), [log.dataset(log.arm())])
     done = of_currents(log.with_(tau=log.tau / GAINS))
     rows = zip(done.content["base_parameters"], right.content["base_parameters"], strict=True)
@@ -66,7 +66,7 @@ def test_parameters_in_ampere_do_not_depend_on_the_masses_of_the_urdf():
 
 
 def test_one_factor_of_all_joints_is_not_said_where_a_light_joint_has_another():
-    log = recorded(joints=6, seconds=20.0)
+    log = Experiment(joints=6, seconds=20.0).log()
     data = log.with_(tau=log.tau * np.array([1.6, 1.6, 1.6, 1.6, 1.6, 10.0])).dataset(log.arm())
     (remark,) = examine(log.arm(), [data]).remarks
     assert remark.code == "current_not_torque"
@@ -89,7 +89,7 @@ def lone(axis: str, masses=None):
     urdf, told = (
         urdf_of(1, m).replace('<axis xyz="0 0 1"', f'<axis xyz="{axis}"') for m in (None, masses)
     )
-    log = recorded(joints=1, seconds=20.0, true_urdf=urdf)
+    log = Experiment(joints=1, seconds=20.0, true_urdf=urdf).log()
     return log.with_(tau=log.tau / 11.0, urdf=told)
 
 
@@ -110,7 +110,7 @@ def test_neither_links_without_mass_nor_inertia_alone_tell_a_gain(currents):
 
 
 def test_rotors_do_not_change_the_gains_that_weight_tells():
-    log = recorded(joints=4, seconds=20.0)
+    log = Experiment(joints=4, seconds=20.0).log()
     qdd = np.gradient(np.gradient(log.q, axis=0), axis=0) / np.median(np.diff(log.t)) ** 2
     gains = of_currents(log.with_(tau=(log.tau + [1.0, 0.5, 0.2, 0.1] * qdd) / GAINS)).content
     for told, gain in zip(gains["gains"], GAINS, strict=True):

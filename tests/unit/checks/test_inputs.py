@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from chain_arm import recorded
+from chain_arm import Experiment
 from right_inputs import RIGHT
 from wrong_inputs import flipped, late, loaded, right, turned
 from wrong_table import WRONG
@@ -128,7 +128,7 @@ CLOSE = DEFAULT.model_copy(update={"gain_apart": 1.2})
 @pytest.mark.parametrize("current", [False, True])
 def test_a_rotor_that_the_urdf_lacks_is_no_current(current):
     """A light joint, whose rotor looks like a factor of 1.3."""
-    log = recorded(joints=4, seconds=20.0)
+    log = Experiment(joints=4, seconds=20.0).log()
     smooth = np.hanning(21) / np.hanning(21).sum()
     qdd = np.gradient(np.gradient(np.convolve(log.q[:, 3], smooth, "same"), log.t), log.t)
     qdd[:50], qdd[-50:] = 0.0, 0.0

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from chain_arm import recorded
+from chain_arm import Experiment
 
 from ident.effects.bound_effects import bound
 from ident.effects.compensation import without_effects
@@ -35,7 +35,7 @@ OFFSETS = np.array([3.0, -2.0, 1.0])
 
 @pytest.fixture(scope="module")
 def fitted():
-    log = recorded(joints=3, seconds=20.0)
+    log = Experiment(joints=3, seconds=20.0).log()
     arm = log.arm()
     data = log.dataset(arm, "log")
     return arm, data, run_data(arm, [data])

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from chain_arm import Log, inverse, recorded
+from chain_arm import Experiment, Log, inverse
 
 from ident.checks.examine import examine
 from ident.regression.probe import chunks_of, probe_of
@@ -13,7 +13,10 @@ JOINTS = 6
 
 def alone(joint: int, seed: int = 0) -> Log:
     """One joint leaves its zero and comes back; brakes and friction hold the others, somehow."""
-    log, rng = recorded(joints=JOINTS, seconds=20.0, seed=seed), np.random.default_rng(seed + joint)
+    log, rng = (
+        Experiment(joints=JOINTS, seconds=20.0, seed=seed).log(),
+        np.random.default_rng(seed + joint),
+    )
     q = np.zeros_like(log.q)
     q[:, joint] = log.q[:, joint] * np.clip(np.minimum(log.t, 20.0 - log.t) / 2.0, 0.0, 1.0)
     qd, qdd = derivatives(log.with_(q=q))
@@ -45,11 +48,11 @@ def test_what_holds_a_joint_is_taken_for_no_fault(seed):
     """The torque of held joints fitted another joint's place by chance: all were refused."""
     each = [alone(k, seed) for k in range(JOINTS)]
     assert codes(*each) <= {"poor_motion"}
-    assert codes(recorded(joints=JOINTS, seconds=20.0, seed=seed), *each) == set()
+    assert codes(Experiment(joints=JOINTS, seconds=20.0, seed=seed).log(), *each) == set()
 
 
 def test_they_do_no_harm_beside_a_motion_of_all_joints():
-    whole = recorded(joints=JOINTS, seconds=20.0)
+    whole = Experiment(joints=JOINTS, seconds=20.0).log()
     arm, friction, remarks = whole.arm(), [], []
     for logs in ([whole], [whole, *(alone(k) for k in range(JOINTS))]):
         data = [log.dataset(arm, f"log_{i}") for i, log in enumerate(logs)]
@@ -66,12 +69,12 @@ def test_a_joint_that_moves_at_the_end_of_a_recording_only_is_judged_while_it_mo
     end = slice(0, 200)
     q, tau = (np.concatenate([getattr(long, x), getattr(short, x)[end]]) for x in ("q", "tau"))
     both = long.with_(t=np.arange(len(q)) / 100.0, q=q, tau=tau)
-    assert codes(recorded(joints=JOINTS, seconds=20.0), both) == set()
+    assert codes(Experiment(joints=JOINTS, seconds=20.0).log(), both) == set()
 
 
 def test_joints_that_move_slowly_all_the_time_count_all_the_time():
     """What the filter is given beyond both ends of a recording is faster than the motion."""
-    log = recorded(joints=JOINTS, seconds=60.0, rate_hz=20.0, speed=0.1, seed=2)
+    log = Experiment(joints=JOINTS, seconds=60.0, rate_hz=20.0, speed=0.1, seed=2).log()
     data = log.dataset(log.arm())
     probe = probe_of(chunks_of([data]), data.moving[None], 1.0, 500)
     assert probe.counted.mean(axis=0).min() > 0.98

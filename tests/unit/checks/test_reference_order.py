@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from chain_arm import recorded
+from chain_arm import Experiment
 
 from ident.checks.samples import reference_remarks
 from ident.checks.settings import DEFAULT
@@ -14,7 +14,7 @@ from wamctl.arm.ros2.joint_series import ReferenceSeries
 @pytest.mark.parametrize("order", [[0, 1, 2, 3], [1, 0, 2, 3], [3, 0, 1, 2], [0, 3, 2, 1]])
 @pytest.mark.parametrize("error", [0.0, 0.02])
 def test_the_order_of_the_reference(order, error):
-    log = recorded(joints=4)
+    log = Experiment(joints=4).log()
     stamps = np.round(log.t * 1e9).astype(np.int64)
     wanted = (log.q + error * np.sin(3 * log.t)[:, None])[:, order]
     series = ReferenceSeries(stamps, wanted, wanted, wanted)

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from chain_arm import recorded
+from chain_arm import Experiment
 
 from ident.checks.recorder_faults.velocities import velocity_remarks
 from ident.checks.settings import DEFAULT
 from ident.recordings.dataset import dataset
 from wamctl.arm.recording import Recording
 
-LOG = recorded(joints=4)
+LOG = Experiment(joints=4).log()
 RATE = np.gradient(LOG.q, LOG.t, axis=0)
 STAMPS = np.round(LOG.t * 1e9).astype(np.int64)
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from chain_arm import recorded
+from chain_arm import Experiment
 
 from ident.effects.bound_effects import bound
 from ident.effects.compensation import torque_along, without_effects
@@ -47,7 +47,7 @@ def evidence(ours, theirs, noise, data, links=EXACT, effects=EXACT):
 
 @pytest.fixture(scope="module")
 def known():
-    log = recorded(joints=3, seconds=20.0)
+    log = Experiment(joints=3, seconds=20.0).log()
     arm = log.arm()
     data = log.dataset(arm, "log")
     return run_data(arm, [data]).model, data

@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable
 
 import numpy as np
-from chain_arm import Log, inverse, recorded, urdf_of
+from chain_arm import Experiment, Log, inverse, urdf_of
 
 BASE: dict[tuple, Log] = {}
 
@@ -13,7 +13,7 @@ def right(**settings) -> Log:
     """A right recording, made once."""
     key = tuple(sorted(settings.items()))
     if key not in BASE:
-        BASE[key] = recorded(**settings)
+        BASE[key] = Experiment(**settings).log()
     return BASE[key]
 
 
@@ -52,7 +52,7 @@ def loaded(mass: float, joints: int) -> Log:
     """A load at the last link, of which the URDF knows nothing."""
     own = 5.0 * 0.7 ** np.arange(joints)
     own[-1] += mass
-    return recorded(joints=joints, seconds=20.0, true_urdf=urdf_of(joints, own))
+    return Experiment(joints=joints, seconds=20.0, true_urdf=urdf_of(joints, own)).log()
 
 
 def reordered(order, *what: str, joints: int = 3) -> Log:
@@ -153,12 +153,12 @@ def swaying(amplitude: float, hertz: float, axis: int) -> Log:
         found[:, axis] += amplitude * np.sin(2 * np.pi * hertz * t)
         return found
 
-    return recorded(joints=4, gravity=pull)
+    return Experiment(joints=4, gravity=pull).log()
 
 
 def still(*joints: int, reach: float) -> Log:
     """Joints that hardly move; their friction stays."""
-    log = recorded(joints=3)
+    log = Experiment(joints=3).log()
     rng = np.random.default_rng(4)
     q, tau = log.q.copy(), log.tau.copy()
     for j in joints:
@@ -169,7 +169,7 @@ def still(*joints: int, reach: float) -> Log:
 
 def interleaved() -> Log:
     """Two arms on one topic, in turn."""
-    log, other = right(), recorded(seed=9)
+    log, other = right(), Experiment(seed=9).log()
     q, tau = log.q.copy(), log.tau.copy()
     q[1::2], tau[1::2] = other.q[1::2], other.tau[1::2]
     return log.with_(q=q, tau=tau)
@@ -219,7 +219,7 @@ def weightless(**settings) -> Log:
 
 def in_turn(joints: int) -> Log:
     """One frequency for all joints, in phase: nothing is told apart."""
-    log = recorded(joints=joints)
+    log = Experiment(joints=joints).log()
     wave = 0.4 * np.sin(0.2 * np.pi * log.t)
     q = np.tile(wave[:, None], (1, joints))
     qd = np.gradient(q, log.t, axis=0)

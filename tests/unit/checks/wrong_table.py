@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable
 
 import numpy as np
-from chain_arm import Log, recorded, urdf_of
+from chain_arm import Experiment, Log, urdf_of
 from wrong_inputs import (
     at_joint,
     clipped,
@@ -159,19 +159,19 @@ WRONG: list[Wrong] = [
     ),
     (
         "hangs sideways",
-        lambda: recorded(joints=4, gravity=lambda t: (0, -9.81, 0)),
+        lambda: Experiment(joints=4, gravity=lambda t: (0, -9.81, 0)).log(),
         {"gravity_direction"},
     ),
     (
         "hangs sideways, x",
-        lambda: recorded(joints=4, gravity=lambda t: (9.81, 0, 0)),
+        lambda: Experiment(joints=4, gravity=lambda t: (9.81, 0, 0)).log(),
         {"gravity_direction"},
     ),
     ("base sways at 0.7 Hz", lambda: swaying(2.0, 0.7, 0), {"base_moves"}),
     ("base sways at 1.3 Hz", lambda: swaying(1.5, 1.3, 1), {"base_moves"}),
     (
         "base tilted by 30 degrees",
-        lambda: recorded(joints=4, gravity=lambda t: (4.9, 0, -8.5)),
+        lambda: Experiment(joints=4, gravity=lambda t: (4.9, 0, -8.5)).log(),
         ANY | {"gravity_direction"},
     ),
     ("gravity taken off", lambda: weightless(joints=4), {"gravity_direction"}),
@@ -222,7 +222,7 @@ WRONG: list[Wrong] = [
         {"cad_disagrees"},
     ),
     ("position as torque", lambda: torque(lambda g, r: g.q.copy()), ANY | {"units", "sign"}),
-    ("torque of another recording", lambda: torque(lambda g, r: recorded(seed=7).tau), ANY),
+    ("torque of another recording", lambda: torque(lambda g, r: Experiment(seed=7).log().tau), ANY),
     (
         "torque half a second late",
         lambda: torque(lambda g, r: np.roll(g.tau, 50, axis=0)),
