@@ -20,7 +20,7 @@ import numpy as np
 
 from ident.recordings.dataset import dataset
 from ident.recordings.steady_state import only_steady_state
-from wamctl.arm.recorder import Recorder
+from wamctl.arm.recorder import CycleRecord, Recorder
 from wamctl.arm.recording import Recording, read_recording
 from wamctl.arm.trajectory import read_trajectory, trajectory_yaml
 
@@ -49,14 +49,16 @@ def repeated(recording: Recording, out: Path, minutes: float) -> None:
     with Recorder(out, recording.joint_names, recording.metadata, attachments) as recorder:
         for k, i in enumerate(places):
             recorder.cycle(
-                round(k * period_s * 1e9),
-                recording.q[i],
-                recording.q[i] if recording.qd is None else recording.qd[i],
-                None if recording.effort is None else recording.effort[i],
-                reference.q[i],
-                reference.qd[i],
-                reference.qdd[i],
-                command.effort[i],
+                CycleRecord(
+                    round(k * period_s * 1e9),
+                    recording.q[i],
+                    recording.q[i] if recording.qd is None else recording.qd[i],
+                    None if recording.effort is None else recording.effort[i],
+                    reference.q[i],
+                    reference.qd[i],
+                    reference.qdd[i],
+                    command.effort[i],
+                )
             )
 
 

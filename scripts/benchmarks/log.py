@@ -13,7 +13,7 @@ from mcap.reader import make_reader
 from mcap.writer import Writer
 from mcap_ros2.decoder import DecoderFactory
 
-from wamctl.arm.recorder import Recorder
+from wamctl.arm.recorder import CycleRecord, Recorder
 from wamctl.arm.recording import read_recording
 
 CYCLES = 30_000
@@ -24,7 +24,7 @@ def write(path: Path, rows: np.ndarray) -> None:
     """Three messages a cycle with our recorder."""
     with Recorder(path, JOINTS) as recorder:
         for k, row in enumerate(rows):
-            recorder.cycle(k * 2_000_000, row, row, None, row, row, row, row)
+            recorder.cycle(CycleRecord(k * 2_000_000, row, row, None, row, row, row, row))
 
 
 def write_with_library(path: Path, content: list[bytes]) -> None:

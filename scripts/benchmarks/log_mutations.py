@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from wamctl.arm.recorder import Recorder
+from wamctl.arm.recorder import CycleRecord, Recorder
 from wamctl.arm.recording import read_recording
 from wamctl.arm.robot import inverse_dynamics, load_robot
 
@@ -167,7 +167,8 @@ def write(path: Path, log: Head, case: Case) -> None:
     """A log with measured torque, and nothing else."""
     with Recorder(path, log.joints, log.metadata, log.attachments) as recorder:
         for t, q, tau in zip(case.t, case.q, case.tau, strict=True):
-            recorder.cycle(int(np.clip(t, 0, MOST_NS)), q, q, tau, q, q, q, tau)
+            stamp_ns = int(np.clip(t, 0, MOST_NS))
+            recorder.cycle(CycleRecord(stamp_ns, q, q, tau, q, q, q, tau))
 
 
 def bend(path: Path, rng: Rng) -> str:

@@ -18,7 +18,7 @@ import zstandard
 from ident.importers.tables import read_table
 from ident.importers.text_form import TextForm
 from wamctl.arm.errors import DataError
-from wamctl.arm.recorder import Recorder
+from wamctl.arm.recorder import CycleRecord, Recorder
 from wamctl.arm.recording import read_recording
 from wamctl.arm.ros2.mcap_bag import MAGIC
 
@@ -109,7 +109,7 @@ def whole(tmp_path_factory) -> bytes:
     with Recorder(path, ("a", "b"), {"x": "y"}, {"note.txt": b"kept"}) as recorder:
         for k in range(200):
             q = np.array([np.sin(0.1 * k), k * 1e-3])
-            recorder.cycle(k * 2_000_000, q, q, None, q, q, q, q)
+            recorder.cycle(CycleRecord(k * 2_000_000, q, q, None, q, q, q, q))
     return path.read_bytes()
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 
@@ -17,6 +18,31 @@ CHUNK_NS = 300_000_000
 """A chunk is closed when it spans this much time [ns], so that a cut loses no more."""
 
 _LARGEST_CHUNK = 2**24
+
+
+@dataclass(frozen=True)
+class CycleRecord:
+    """What is logged of one cycle; arrays of shape (n,).
+
+    Attributes:
+        stamp_ns: sampling instant (SYNC) [ns].
+        q: measured position [rad].
+        qd: estimated velocity [rad/s], or None.
+        effort: measured joint torque [N m], or None where the drives report none.
+        q_ref: reference position [rad].
+        qd_ref: reference velocity [rad/s].
+        qdd_ref: reference acceleration [rad/s^2].
+        tau_cmd: commanded torque that acts from this instant on [N m].
+    """
+
+    stamp_ns: int
+    q: Array
+    qd: Array | None
+    effort: Array | None
+    q_ref: Array
+    qd_ref: Array
+    qdd_ref: Array
+    tau_cmd: Array
 
 
 class Recorder:
@@ -75,32 +101,12 @@ class Recorder:
             for topic, kind in TOPICS.items()
         }
 
-    def cycle(
-        self,
-        stamp_ns: int,
-        q: Array,
-        qd: Array | None,
-        effort: Array | None,
-        q_ref: Array,
-        qd_ref: Array,
-        qdd_ref: Array,
-        tau_cmd: Array,
-    ) -> None:
-        """One cycle of the experiment: measurement, command and reference of the same instant.
-
-        Args:
-            stamp_ns: sampling instant (SYNC) [ns].
-            q: measured position [rad], shape (n,).
-            qd: estimated velocity [rad/s], shape (n,), or None.
-            effort: measured joint torque [N m], shape (n,), or None where the drives report none.
-            q_ref: reference position [rad], shape (n,).
-            qd_ref: reference velocity [rad/s], shape (n,).
-            qdd_ref: reference acceleration [rad/s^2], shape (n,).
-            tau_cmd: commanded torque that acts from this instant on [N m], shape (n,).
-        """
-        self.joint_states(stamp_ns, q, qd, effort)
-        self.add(JOINT_COMMANDS, stamp_ns, q_ref, qd_ref, tau_cmd)
-        self.add(JOINT_REFERENCE, stamp_ns, q_ref, qd_ref, qdd_ref)
+    def cycle(self, record: CycleRecord) -> None:
+        """One cycle of the experiment: measurement, command and reference of the same instant."""
+        wanted = (record.q_ref, record.qd_ref)
+        self.joint_states(record.stamp_ns, record.q, record.qd, record.effort)
+        self.add(JOINT_COMMANDS, record.stamp_ns, *wanted, record.tau_cmd)
+        self.add(JOINT_REFERENCE, record.stamp_ns, *wanted, record.qdd_ref)
 
     def joint_states(
         self, stamp_ns: int, q: Array, qd: Array | None = None, effort: Array | None = None

@@ -17,7 +17,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from wamctl.arm.errors import DataError
-from wamctl.arm.recorder import Recorder
+from wamctl.arm.recorder import CycleRecord, Recorder
 from wamctl.arm.ros2.log_messages import Status
 from wamctl.telemetry import ring as shared
 from wamctl.telemetry.status import diagnostics
@@ -103,7 +103,7 @@ def _empty(
         stamp_ns, row = int(ring.stamps_ns[slot]), ring.values[slot].copy()
         if ring.kinds[slot] == shared.CYCLE:
             q, qd, q_ref, qd_ref, qdd_ref, tau = row[: shared.COLUMNS * n].reshape(-1, n)
-            recorder.cycle(stamp_ns, q, qd, None, q_ref, qd_ref, qdd_ref, tau)
+            recorder.cycle(CycleRecord(stamp_ns, q, qd, None, q_ref, qd_ref, qdd_ref, tau))
             header[shared.ROWS_WRITTEN] += 1
         else:
             recorder.diagnostics(stamp_ns, diagnostics(row, drives, state_names))

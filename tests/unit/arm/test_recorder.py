@@ -15,7 +15,7 @@ from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
 
 from wamctl.arm.errors import DataError
-from wamctl.arm.recorder import Recorder, write_recording
+from wamctl.arm.recorder import CycleRecord, Recorder, write_recording
 from wamctl.arm.recording import read_recording
 from wamctl.arm.ros2.log_messages import Status
 from wamctl.arm.ros2.message_definition import definition
@@ -43,7 +43,7 @@ def write(path: Path) -> Path:
     attachments = {"config.yaml": b"arm: x\n", "robot.urdf": b"<robot/>"}
     with Recorder(path, JOINTS, {"commit": "abc"}, attachments) as recorder:
         for k, (stamp, row) in enumerate(zip(STAMPS.tolist(), ROWS, strict=True)):
-            recorder.cycle(stamp, *row)
+            recorder.cycle(CycleRecord(stamp, *row))
             if k % 50 == 0:
                 status = Status("drive 1", 1, "warm", "puck", {"temperature": "71 C"})
                 recorder.diagnostics(stamp, [status, Status("bus")])
@@ -239,7 +239,7 @@ def test_a_disk_that_fills_up_is_a_sentence_and_closes_the_file(tmp_path: Path) 
 
 def fill(recorder: Recorder) -> None:
     for stamp, row in zip(STAMPS.tolist(), ROWS, strict=True):
-        recorder.cycle(stamp, *row)
+        recorder.cycle(CycleRecord(stamp, *row))
 
 
 def test_a_missing_folder_is_a_sentence(tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ import pytest
 
 from ident.gap.data.stretches import stretch_remarks, stretches
 from ident.gap.settings import LongLogs
-from wamctl.arm.recorder import Recorder
+from wamctl.arm.recorder import CycleRecord, Recorder
 from wamctl.arm.recording import LogFile, read_recording
 
 RATE_HZ = 20.0
@@ -17,7 +17,8 @@ def log(tmp_path):
     with Recorder(path, ("a", "b"), {}, {"note.txt": b"kept"}) as recorder:
         for k in range(2000):
             q = np.array([np.sin(0.01 * k), k * 1e-3])
-            recorder.cycle(round(k / RATE_HZ * 1e9), q, q, None, q, 2 * q, 3 * q, 4 * q)
+            stamp_ns = round(k / RATE_HZ * 1e9)
+            recorder.cycle(CycleRecord(stamp_ns, q, q, None, q, 2 * q, 3 * q, 4 * q))
     return LogFile(path)
 
 
