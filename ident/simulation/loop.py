@@ -1,6 +1,7 @@
 """The closed loop: reference, controller, drives, arm, encoders; one row of the log per cycle."""
 
 import warnings
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -16,6 +17,7 @@ from wamctl.arm.ros2.joint_series import ReferenceSeries
 from wamctl.arm.trajectory import Reference
 
 _STEPS_PER_CYCLE = 4
+_TUPLE = 8  # functions of terms that are handed to the compiled loop together
 
 
 @dataclass(frozen=True)
@@ -107,11 +109,11 @@ def run(
         disturbance: torque that resists beside the arm's own [N m], shape (S, n); None: none.
     """
     noise = np.zeros_like(wanted[0]) if disturbance is None else disturbance
-    functions = tuple(t.function for t in arm.terms) or (no_term,)
-    settings = np.zeros((len(functions), SETTINGS))
+    functions = compiled_tuple([t.function for t in arm.terms])
+    settings = np.zeros((len(arm.terms), SETTINGS))
     for i, item in enumerate(arm.terms):
         settings[i, : len(item.settings)] = item.settings
-    joints = np.array([t.joint for t in arm.terms] or [0])
+    joints = np.array([t.joint for t in arm.terms], dtype=np.int64)
     loose = arm.two_mass_joints
     plant = Plant(
         arm.chain, arm.delta, arm.armature, arm.drag, arm.rows, *arm.coulomb_elements,
@@ -130,6 +132,15 @@ def run(
         motion = [np.ascontiguousarray(w) for w in (*wanted, noise)]
         q, tau = _simulate(functions, plant, law, motion[0], motion[1], motion[2], motion[3])
     return Run(q, tau)
+
+
+def compiled_tuple(functions: Sequence[Callable[..., None]]) -> tuple[Callable[..., None], ...]:
+    """The functions, and idle ones behind them, in a tuple of few possible lengths.
+
+    The loop is compiled once for each length, which takes many seconds.
+    """
+    idle = -len(functions) % _TUPLE if functions else _TUPLE
+    return (*functions, *(no_term,) * idle)
 
 
 @njit(cache=True)

@@ -92,7 +92,7 @@ def advance(functions, arm, state, w, tmp, applied_torque, t, h):
         for j in range(n):
             tmp.load[i] += tmp.inertia[i, j] * state.a[j]
     copy(arm.coulomb, tmp.level)
-    for f in range(len(functions)):
+    for f in range(arm.joints.size):  # behind them, the tuple has idle ones
         functions[f](t, q, v, tmp.load, arm.joints[f], arm.settings[f], tmp.resistance, tmp.level)
     _momentum(arm, state, tmp, applied_torque, h)
     invert(tmp.system, tmp.inverse)

@@ -17,7 +17,7 @@ from ident.model.fit_filter import Filter
 from ident.model.identified_model import Model, NoEffects
 from ident.model.records import EffectRecord
 from ident.simulation.configuration import controller_for, wire_for
-from ident.simulation.loop import recorded, run
+from ident.simulation.loop import _simulate, recorded, run
 from wamctl.arm.config import load_arm_file
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import Recording
@@ -193,6 +193,15 @@ def test_the_torque_of_a_model_holds_its_effects(item, floor):
     without, with_it = error(plain(), recording), error(named(item), recording)
     assert np.linalg.norm(with_it - floor) < 0.25 * np.linalg.norm(without - floor)
     assert (with_it < np.maximum(0.25 * without, 1.5 * floor + 0.005)).all()
+
+
+@pytest.mark.parametrize("count", [2, 5])
+def test_the_loop_is_compiled_once_for_any_number_of_effects(count, floor):
+    """That takes many seconds."""
+    compiled = len(_simulate.signatures)
+    offsets = [record("torque_offset", (k + 1,), {"offset": 1.0}) for k in range(count)]
+    run_of(replace(plain(), effects=bound(offsets)))
+    assert len(_simulate.signatures) == compiled
 
 
 def test_every_effect_is_tried():
