@@ -1,5 +1,6 @@
 """Recordings of a simulated WAM in closed loop, with torques that the catalogue does not know."""
 
+from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
@@ -75,15 +76,25 @@ def wam(*terms: Term) -> SimulatedArm:
 
 
 def recorded(
-    arm: SimulatedArm, periods: int = PERIODS, alone: int | None = None, slower: float = 1.0
+    arm: SimulatedArm,
+    periods: int = PERIODS,
+    moving: Collection[int] = range(7),
+    slower: float = 1.0,
 ) -> Recording:
-    """The arm, or one joint (from 0), on the shipped excitation, logged as the driver does."""
+    """The arm on the shipped excitation, logged as the driver does.
+
+    Args:
+        arm: what is simulated.
+        periods: of the motion.
+        moving: joints (from 0) that move; the others are held. A search takes the longer the more
+            there are: two or three suffice where nothing is said of the others.
+        slower: how many times slower than shipped.
+    """
     file = load_arm_file("wam7.yaml")
     robot = arm_from_file(Path("wam7.yaml"), ()).robot
     series = read_trajectory("wam7-excitation.yaml").series
-    if alone is not None:
-        moves = (np.arange(len(arm.coulomb)) == alone)[:, None]
-        series = replace(series, a=series.a * moves, b=series.b * moves)
+    moves = np.isin(np.arange(len(series.a)), list(moving))[:, None]
+    series = replace(series, a=series.a * moves, b=series.b * moves)
     slow = series.fundamental_rad_s / slower
     series = replace(series, fundamental_rad_s=slow, a=series.a / slower, b=series.b / slower)
     trajectory = Trajectory(series, periods, {}, {})

@@ -24,6 +24,7 @@ from ident.gap.selection.state import SelectionState
 from ident.gap.selection.thresholds import least_threshold
 from ident.identification.identify import identify, model_of
 from ident.simulation.arm import Term, term
+from wamctl.arm.recording import Recording
 
 OPTIONS = Options(null_runs=1)
 SETTINGS = OPTIONS.settings
@@ -35,22 +36,23 @@ def one_way(t, q, qd, load, joint, settings, resistance, level):
     resistance[joint] += settings[0] * abs(qd[joint])
 
 
-def named(*terms: Term, tilt: tuple[float, float] = (0.0, 0.0)) -> tuple[str, list[str]]:
-    arm = wam(*terms)
-    gravity = arm.chain.gravity + np.cross([*tilt, 0.0], arm.chain.gravity)
-    arm = replace(arm, chain=arm.chain._replace(gravity=gravity))
-    verdict = search(source_of(recorded(arm)), OPTIONS, lambda _: None).verdict
+def named(log: Recording) -> tuple[str, list[str]]:
+    verdict = search(source_of(log), OPTIONS, lambda _: None).verdict
     return str(verdict.kind), sorted(f.candidate.effect for f in verdict.effects)
 
 
 def test_drag_in_one_direction_is_no_error_of_a_form_that_follows_the_direction():
     """The Stribeck effect's height at standstill hangs on its form; that it is there does not."""
-    kind, names = named(Term(sticking, 1, (0.8, 0.05)), Term(one_way, 1, (0.03,)))
+    arm = wam(Term(sticking, 1, (0.8, 0.05)), Term(one_way, 1, (0.03,)))
+    kind, names = named(recorded(arm, moving=(1, 3)))
     assert (kind, names) == ("named", ["asymmetric_viscous", "stribeck"])
 
 
 def test_a_sticking_first_joint_on_a_tilted_base():
-    kind, names = named(Term(sticking, 0, (0.78, 0.12)), tilt=(-0.0184, 0.0069))
+    arm = wam(Term(sticking, 0, (0.78, 0.12)))
+    gravity = arm.chain.gravity + np.cross([-0.0184, 0.0069, 0.0], arm.chain.gravity)
+    arm = replace(arm, chain=arm.chain._replace(gravity=gravity))
+    kind, names = named(recorded(arm))
     assert (kind, names) == ("named", ["gravity_tilt", "stribeck"])
 
 
@@ -84,7 +86,7 @@ def test_two_effects_of_one_joint_that_hold_beside_each_other():
 
 def test_the_stiffness_of_a_spring_that_hardens_is_as_uncertain_as_its_form():
     arm = wam(Term(harness, 3, (0.6, 1.2, 0.03)))
-    found = search(source_of(recorded(arm)), OPTIONS, lambda _: None)
+    found = search(source_of(recorded(arm, moving=(1, 3))), OPTIONS, lambda _: None)
     (values,) = estimates_of(found)
     stiffness = values["stiffness"]
     assert 1.0 < stiffness.value / 0.6 < 1.1

@@ -43,7 +43,7 @@ def test_the_example_is_found_named_and_measured(brought):
     effect = catalogue()["eddy_brake"]
     brake = effect.at((3,), effect.Parameters(0.3))
     found = search(
-        source_of(recorded(effect.simulated(wam(), brake, np.array([2.0])))),
+        source_of(recorded(effect.simulated(wam(), brake, np.array([2.0])), moving=(1, 3))),
         Options(null_runs=1),
         lambda _: None,
     ).verdict.effects

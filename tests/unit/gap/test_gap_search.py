@@ -212,7 +212,7 @@ def test_missing_stamps_are_no_fault(plain):
 
 def test_a_recording_in_which_joints_are_held_does_not_spoil_another(source):
     """What holds them may be any torque up to their dry friction, for thousands of rows."""
-    both = experiment([*source.recordings, recorded(wam(), alone=6)], ["log.mcap", "other.mcap"])
+    both = experiment([*source.recordings, recorded(wam(), moving=[6])], ["log.mcap", "other.mcap"])
     noise = []
     for logs in (source, both):
         noise.append(nominal_of(logs)[1].fit.sigma[:, Region.SLIDING])
@@ -228,7 +228,7 @@ def test_of_three_recordings_only_one_may_tell_the_parameters_apart(plain):
         effort[:, 4] += 0.05 * recording.q[:, 4]
         return replace(recording, command=replace(recording.command, effort=effort))
 
-    logs = [plain, *(recorded(wam(), 1, alone) for alone in (0, 4))]
+    logs = [plain, *(recorded(wam(), 1, [joint]) for joint in (0, 4))]
     three = experiment([sprung(r) for r in logs], ["all.mcap", "1.mcap", "5.mcap"])
     found = search(three, Options(null_runs=1), lambda _: None).verdict
     assert (found.kind, [e.place for e in found.effects]) == (Kind.NAMED, [("joint_spring", (4,))])
@@ -242,7 +242,7 @@ def test_an_effect_counts_for_the_joints_that_pay_for_it_where_it_is_left_out(pl
         effort[:, 3] *= 1.04
         return replace(recording, command=replace(recording.command, effort=effort))
 
-    logs = [scaled(plain), scaled(recorded(wam(), 1, 3, slower=4.0))]
+    logs = [scaled(plain), scaled(recorded(wam(), 1, [3], slower=4.0))]
     both = experiment(logs, ["all.mcap", "4.mcap"])
     found = search(both, Options(null_runs=1), lambda _: None).verdict
     assert (found.kind, [e.place for e in found.effects]) == (Kind.NAMED, [("torque_gain", (3,))])

@@ -51,7 +51,7 @@ def test_the_size_is_within_its_interval_whatever_the_form(both):
 
 def test_each_of_several_pushes_is_told():
     pushes = [Term(push, j, (2.0, start, 0.6)) for start in (9.0, 24.0, 37.5) for j in (0, 1)]
-    found = searched(wam(*pushes))
+    found = search(source_of(recorded(wam(*pushes), moving=(0, 1, 3))), OPTIONS, lambda _: None)
     assert found.verdict.kind == Kind.NAMED
     assert named(found) == []
     starts = [b.start_s for b in found.verdict.transients]
@@ -73,7 +73,7 @@ def test_friction_that_nearly_vanishes_during_the_run_leaves_a_possible_arm():
 
 
 def test_a_torque_constant_that_repeats_with_the_motors_angle_is_ripple():
-    log = recorded(wam())
+    log = recorded(wam(), moving=(1, 3))
     effort = log.command.effort.copy()
     effort[:, 3] /= 1 + 0.15 * np.sin(2 * 18.0 * log.q[:, 3] + 0.4)  # the drive gives so much more
     log = replace(log, command=replace(log.command, effort=effort))
@@ -125,7 +125,7 @@ def test_levers_of_a_differential_that_nobody_described_are_found():
         coulomb=np.append(arm.coulomb, (0.5, 0.4)),
         bristle=np.append(arm.bristle, (0.0, 0.0)),
     )
-    log = recorded(arm)
+    log = recorded(arm, moving=(1, 2, 3))
     urdf_only = {"robot.urdf": log.attachments["robot.urdf"]}
     found = search(source_of(replace(log, attachments=urdf_only)), OPTIONS, lambda _: None)
     assert named(found) == [("coupled_friction", (1, 2))]
