@@ -66,10 +66,9 @@ def evidence(found: dict[str, Hypothesis], arm: SimulatedArm, joint: int, name: 
     ("effect", "other"),
     [
         (HIP, Term(hose, 1, (2.0,))),
-        (SPRING, Term(cubic, 3, (0.5, 1.0))),
         (STICKING, Term(rubbing, 3, (1.0,))),
     ],
-    ids=["hose", "cubic spring", "friction by position"],
+    ids=["hose", "friction by position"],
 )
 def test_a_curve_refutes_an_effect_of_another_form(effect, other):
     arm = wam(other)
