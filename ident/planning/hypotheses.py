@@ -103,7 +103,7 @@ def read_answer(folder: Path) -> Answer:
 
 
 def hypotheses(
-    source: Experiment, answer: Answer, options: Options, tell: Tell
+    source: Experiment, answer: Answer, options: Options, tell: Tell, lead: str | None = None
 ) -> list[Hypothesis]:
     """The leading answer first, then its rivals.
 
@@ -116,6 +116,7 @@ def hypotheses(
         answer: what `ident gap` says of them.
         options: of its search.
         tell: is told the progress.
+        lead: answer that leads where it is one of the rivals; None: what `ident gap` says.
 
     Raises:
         DataError: recordings of which nothing may be said.
@@ -131,7 +132,8 @@ def hypotheses(
         tried.setdefault(name_of(rival.accepted), rival)
     tell("measuring the curve of what has no name")
     curve = _measured(work, leader, answer)
-    freer = _freer(work, nominal, list(tried.values())) if curve is None else None
+    ordered = [tried[n] for n in sorted(tried, key=lambda n: n != lead)]  # a stable sort
+    freer = _freer(work, nominal, ordered) if curve is None else None
     found = []
     if curve is not None:
         near = _nearest(work, leader, curve.accepted[-1].joints[0])
@@ -149,6 +151,28 @@ def name_of(effects: Sequence[Candidate]) -> str:
     """Effects and their joints in one word."""
     parts = [f"{c.effect}:{'-'.join(str(j + 1) for j in c.joints)}" for c in effects]
     return "+".join(sorted(parts)) or NONE
+
+
+def in_its_place(found: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """The leader, and the answers that may be true in its place; all where no effect leads.
+
+    Torque is measured joint by joint: an effect at joints whose torque the leader's do not change,
+    and that share no motor with them, may be true beside it.
+    """
+    leader, *rivals = found
+    own = _changed(leader)
+    kept = [h for h in rivals if not own or not _changed(h) or own & _changed(h)]
+    return [leader, *kept]
+
+
+def _changed(answer: Hypothesis) -> set[int]:
+    """Joints (from 1) whose torque an answer's effects change, or that share a motor with them."""
+    rows = {j for r in answer.model.effects.records for j in r.rows}
+    motors = answer.noise.motors
+    if motors is None:
+        return rows
+    turned = motors[:, [j - 1 for j in sorted(rows)]].any(axis=1)
+    return rows | {int(j) + 1 for j in np.flatnonzero(motors[turned].any(axis=0))}
 
 
 def unsettled(found: Sequence[Hypothesis]) -> list[str]:

@@ -36,6 +36,7 @@ from ident.planning.hypotheses import (
     Answer,
     Hypothesis,
     hypotheses,
+    in_its_place,
     lookalikes,
     read_answer,
     unsettled,
@@ -98,9 +99,10 @@ def plan_logs(
     answer = read_answer(gap)
     tell("reading")
     source, place = read_experiment(logs), place_of(config, "all")
-    fitted = hypotheses(source, answer, Options(), tell)
+    fitted = hypotheses(source, answer, Options(), tell, lead)
     fitted.sort(key=lambda h: h.name != lead)  # a stable sort
     open_answers = unsettled(fitted)
+    fitted = in_its_place(fitted)
     if can_simulate(source):
         ran_last = Samples(*reference_motion(source, source.recordings[-1])[0])
         fitted = that_followed(place, fitted, ran_last)

@@ -91,3 +91,17 @@ def test_a_curve_does_not_refute_an_effect_of_the_catalogues_form(effect, values
 def test_a_spring_that_a_hardening_one_replaces_beside_other_links_is_unsettled():
     found = answers(wam(Term(cubic, 1, (0.12, 0.0))), HIP)
     assert "joint_spring:2" in unsettled(list(found.values()))
+
+
+def test_the_curve_stands_at_the_joint_of_what_leads():
+    arm = STRIBECK.simulated(wam(Term(hose, 1, (0.5,))), STICKING, np.array([0.9]))
+    no_gap, source = Answer({"verdict": "no_gap", "effects": []}, ()), source_of(recorded(arm))
+
+    def places(lead: str | None) -> dict[str, tuple[int, ...]]:
+        found = hypotheses(source, no_gap, Options(), lambda _: None, lead)
+        return {h.name: h.model.effects.records[-1].joints for h in found if h.name != "none"}
+
+    before = places(None)
+    other = next(name for name, joints in before.items() if not {*before[UNKNOWN]} & {*joints})
+    after = places(other)
+    assert set(after[UNKNOWN]) <= set(after[other])
