@@ -48,11 +48,6 @@ def without_effects(model: Model, data: Dataset, motion_hz: float = MOTION_HZ) -
     return in_memory(data, data.rate_hz, segments)
 
 
-def torque_along(model: Model, data: Dataset, motion: SmoothedSegment) -> Array:
-    """Torque of a whole model along a stretch of a recording [N m], shape (S, n)."""
-    return observed_along(model, data, motion)[1]
-
-
 def observed_along(model: Model, data: Dataset, motion: SmoothedSegment) -> tuple[Observed, Array]:
     """What effects look at along a stretch of a recording, and the torque of the whole model there.
 

@@ -176,12 +176,6 @@ class Reduction:
     regressor_s: float
 
     @property
-    def culled_fraction(self) -> float:
-        """Share of the rows that was left out."""
-        culled = int(self.culled.sum())
-        return culled / max(culled + int(self.count.sum()), 1)
-
-    @property
     def excerpt_at_once(self) -> Subsample:
         """The excerpt with friction that changes its sign at once."""
         return replace(self.excerpt, W=self.W_sign)

@@ -7,7 +7,7 @@ import pytest
 from chain_arm import Experiment
 
 from ident.effects.bound_effects import bound
-from ident.effects.compensation import torque_along, without_effects
+from ident.effects.compensation import observed_along, without_effects
 from ident.gap.data.noise_regions import Region, regions
 from ident.gap.data.windows import windows_for
 from ident.model.records import EffectRecord
@@ -57,14 +57,14 @@ def test_the_torque_of_a_model_is_that_of_the_recording_and_its_effects_are_in_i
     model, data = known
     (motion,) = stretches(data)
     windows = windows_for(data.rate_hz, 10.0)
-    bare = torque_along(model, data, motion)
+    _, bare = observed_along(model, data, motion)
     left, whole = windows.mean(motion.tau - bare), windows.mean(motion.tau)
     assert (np.median(np.abs(left), axis=0) < 0.01 * whole.std(axis=0)).all()
     held = replace(model, effects=bound([OFFSET]))
     (cleaned,) = without_effects(held, data).segments
     (as_it_was,) = data.segments
     edge = (len(as_it_was.tau) - len(cleaned.tau)) // 2
-    added = torque_along(held, data, motion) - bare
+    added = observed_along(held, data, motion)[1] - bare
     np.testing.assert_allclose(added, as_it_was.tau[edge:-edge] - cleaned.tau, atol=1e-12)
 
 
@@ -81,7 +81,7 @@ def test_what_is_wrong_while_a_joint_turns_back_hides_no_small_effect(known):
     tau = shifted.tau + np.array([0.0, 0.03, 0.0])
     felt = in_memory(data, data.rate_hz, [replace(s, tau=tau)])
     (motion,) = stretches(felt)
-    left = windows.mean(motion.tau - torque_along(answer, felt, motion))
+    left = windows.mean(motion.tau - observed_along(answer, felt, motion)[1])
     where = regions(motion.speeds[1], slow, None, windows)
     sigma = np.array(
         [[left[where[:, j] == r, j].std() if (where[:, j] == r).any() else 1.0 for r in Region]
