@@ -54,7 +54,7 @@ def log(tmp_path_factory) -> Path:
     once = replace(read_trajectory("wam7-excitation.yaml"), periods=1)
     write_trajectory(folder / "once.yaml", once)
     excite = [program("wamctl"), "excite", "--config", "wam7.yaml", "--bus", "sim", "--lockstep"]
-    excite += ["--seed", "5", "--hidden", str(folder / "hidden.yaml")]
+    excite += ["--skip-test-motion", "wam7", "--seed", "5", "--hidden", str(folder / "hidden.yaml")]
     excite += ["--trajectory", str(folder / "once.yaml"), "--out", str(folder / "log.mcap")]
     subprocess.run(excite, check=True, capture_output=True, timeout=300)
     return folder / "log.mcap"

@@ -1,10 +1,15 @@
-"""The notebooks run, on one recording, and say what their texts promise."""
+"""The notebooks run, on one short recording, and say what their texts promise."""
 
 import json
 import runpy
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import yaml
+
+from wamctl.arm.config import shipped_file
+from wamctl.arm.trajectory import read_trajectory, write_trajectory
 
 PROJECT = Path(__file__).parents[2]
 NOTEBOOKS = sorted((PROJECT / "docs/notebooks").glob("*.ipynb"))
@@ -13,7 +18,16 @@ RUN = runpy.run_path(str(PROJECT / "scripts/notebooks"), run_name="notebooks")
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Path:
-    return tmp_path_factory.mktemp("notebooks")
+    """A folder whose `wam7.yaml` hides the shipped one: its motion has one period, not three."""
+    folder = tmp_path_factory.mktemp("notebooks")
+    content = yaml.safe_load(shipped_file("wam7.yaml").read_text("utf-8"))
+    content["robot"]["urdf"] = str(shipped_file("wam7.urdf"))
+    content["drives"]["dictionary"] = str(shipped_file("puck4.eds"))
+    content["excitation"]["trajectory"] = "once.yaml"
+    once = replace(read_trajectory("wam7-excitation.yaml"), periods=1)
+    write_trajectory(folder / "once.yaml", once)
+    (folder / "wam7.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
+    return folder
 
 
 def executed(path: Path) -> dict[str, object]:

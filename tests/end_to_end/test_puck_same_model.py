@@ -31,6 +31,7 @@ def identified(folder: Path, shipped: str) -> dict[str, dict[str, float]]:
     config, log = folder / shipped, folder / f"{shipped}.mcap"
     config.write_text(yaml.safe_dump(content))
     excite = ["excite", "--config", str(config), "--bus", "sim", "--lockstep", "--out", str(log)]
+    excite += ["--skip-test-motion", content["arm"]]
     subprocess.run([program("wamctl"), *excite], check=True, capture_output=True, timeout=300)
     run = ["run", str(log), "--out", str(folder / "model"), "--json"]
     ident = subprocess.run(

@@ -35,8 +35,8 @@ def recorded(folder: Path, name: str, series: FourierSeries) -> Path:
     """One period of a motion, on the simulated arm."""
     trajectory, log = folder / f"{name}.yaml", folder / f"{name}.mcap"
     write_trajectory(trajectory, Trajectory(series, 1, {}, {}))
-    words = ("excite", "--config", CONFIG, "--bus", "sim", "--lockstep")
-    excite = (WAMCTL, *words, "--trajectory", trajectory, "--out", log)
+    words = ("--bus", "sim", "--lockstep", "--skip-test-motion", "wam7", "--trajectory", trajectory)
+    excite = (WAMCTL, "excite", "--config", CONFIG, *words, "--out", log)
     subprocess.run(list(map(str, excite)), check=True, capture_output=True, timeout=300)
     return log
 
