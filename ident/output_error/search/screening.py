@@ -23,6 +23,9 @@ def promising(
 ) -> dict[Part, Places]:  # fmt: skip
     """Joints at which a part could explain something that the arm's other settings cannot.
 
+    Of a joint that is off by more than a step of its encoder the first order tells too little: what
+    its servo may have by itself is worth a fit there.
+
     Args:
         setup: arm and recordings.
         best: the arm so far.
@@ -41,6 +44,8 @@ def promising(
     for part, places in asked.items():
         needed = np.maximum(least, 0.0 if part.servo else share * most)
         found[part] = places & ((hopes[part] > needed) | (not part.sizes))
+        if part.servo and not part.common:
+            found[part] |= places & (best.rms > setup.resolution)
     return found
 
 

@@ -111,15 +111,11 @@ def extended(
     """
     setup = found.setup
     for _ in range(settings.rounds):
-        made = _round(found, begun, parts, settings, tell)
-        gains = dict(found.gains)
-        for t in made:
-            gains[t.part] = np.maximum(gains.get(t.part, t.gain), t.gain)
-        found = replace(found, gains=gains, tried=tuple(made))
-        won = winners(made, found.errors, least, begun, settings)
+        found = _tried(found, begun, parts, settings, tell)
+        won = winners(found.tried, found.errors, least, begun, settings)
         if not won:
             break
-        best = _with(found, made, won, begun, settings)
+        best = _with(found, won, begun, settings)
         errors = left_out(setup, best, begun.prior)
         if gain(found.errors, errors).sum() <= 0.0:
             break
@@ -133,13 +129,18 @@ def possible(part: Part, begun: Prepared) -> Places:
     return np.all(begun.may[[ROW[name] for name in part.quantities]], axis=0)
 
 
-def _round(
+def _tried(
     found: Selection, begun: Prepared, parts: Sequence[Part], settings: SearchSettings, tell: Tell
-) -> list[Trial]:
+) -> Selection:
+    """The same with what was tried beside it."""
     asked = {part: possible(part, begun) & ~found.kept(part) for part in parts}
     tell("looking for what is missing", 0.0)
     args = found.setup, found.fit, found.errors, asked, begun.prior, settings, tell
-    return trials(*args, known=found.tried, same_servo=begun.same_servo)
+    made = trials(*args, known=found.tried, same_servo=begun.same_servo)
+    gains = dict(found.gains)
+    for t in made:
+        gains[t.part] = np.maximum(gains.get(t.part, t.gain), t.gain)
+    return replace(found, gains=gains, tried=tuple(made))
 
 
 def of_all_joints(part: Part, begun: Prepared) -> bool:
@@ -164,8 +165,12 @@ def winners(
             key=lambda t: t.gain[joint] - settings.per_quantity * t.part.further,
             reverse=True,
         )
-        if ordered and (won := _accepted(ordered, joint, errors, least, begun, settings)):
-            found.append(won)
+        won = None
+        while ordered and not won:
+            won = _accepted(ordered, joint, errors, least, begun, settings)
+            # an unsure part of a servo keeps out no sure one; an unsure effect leaves a name open
+            ordered = ordered[1:] if ordered[0].part.servo else []
+        found += [won] if won else []
     found.sort(key=lambda a: a.gain, reverse=True)
     servo = [a for a in found if a.part.servo]
     shared = _of_all(made, least, begun, settings)
@@ -235,13 +240,12 @@ def _accepted(
 
 
 def _with(
-    found: Selection, made: Sequence[Trial], won: Sequence[Accepted], begun: Prepared,
-    settings: SearchSettings,
-) -> Fit:  # fmt: skip
+    found: Selection, won: Sequence[Accepted], begun: Prepared, settings: SearchSettings
+) -> Fit:
     """The arm with new parts, fitted together."""
     began, free = found.fit.settings.copy(), found.fit.free.copy()
     for a in won:
-        mine = next(t for t in made if t.part == a.part and t.places[a.joint])
+        mine = next(t for t in found.tried if t.part == a.part and t.places[a.joint])
         felt_at = slice(None) if a.part.felt_elsewhere else a.joint
         began[:, felt_at] = mine.fit.settings[:, felt_at]
         free[[ROW[name] for name in a.part.quantities], a.joint] = True

@@ -54,18 +54,16 @@ def trials(
         prior: what is believed.
         settings: numbers that decide.
         tell: hears what is being done.
-        known: trials that were made beside this arm before.
+        known: trials that were made beside this arm before; they are not made again.
         same_servo: whether all joints have the same.
     """
     shares = settings.least_gain, settings.screen_share
     worth = promising(setup, best, asked, *shares, same_servo=same_servo)
-    made = []
-    for k, (part, places) in enumerate(worth.items()):
-        if before := [t for t in known if t.part == part]:
-            made += before
-            continue
+    made = [t for t in known if t.part in asked]
+    fresh = {p: places for p, places in worth.items() if all(t.part != p for t in known)}
+    for k, (part, places) in enumerate(fresh.items()):
         if places.any():
-            tell(f"trying {part.name.replace('_', ' ')}", k / len(worth))
+            tell(f"trying {part.name.replace('_', ' ')}", k / len(fresh))
         apart = part.felt_elsewhere and not part.common
         for group in np.diag(places) if apart else [places]:
             if not group.any():

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from ident.output_error.first_guess import neutral
 from ident.output_error.fit import Fit
@@ -114,7 +115,7 @@ def test_no_prediction_is_better_than_the_encoder() -> None:
 
 
 def test_what_servos_of_one_kind_have_is_asked_of_all_joints_together() -> None:
-    """Half of them say so; at one of the others something else comes first, and is not sure."""
+    """Half of them say so; where something else comes first, and is not sure, it keeps out none."""
     rng, start = np.random.default_rng(6), neutral(4)
     before = np.hstack([errors(rng, 2e-4) for _ in range(4)])
     gains = {PROFILE: np.array([0.5, 0.4, 0.6, 0.01]), LIMIT: np.array([0.0, 0.0, 0.7, 0.3])}
@@ -128,8 +129,8 @@ def test_what_servos_of_one_kind_have_is_asked_of_all_joints_together() -> None:
     for alike in (True, False):
         begun = SimpleNamespace(same_servo=alike, resolution=np.zeros(4))
         won = winners(made, before, {}, begun, SearchSettings())
-        names = [(a.part.name, a.joint) for a in won]
-        assert names == [("profile", j) for j in ((0, 1, 2, 3) if alike else (0, 1))]
+        names = sorted((a.part.name, a.joint) for a in won)
+        assert names == [("profile", j) for j in ((0, 1, 2, 3) if alike else (0, 1, 2))]
 
 
 def test_a_part_of_the_servo_is_tried_beside_one_that_promises_more() -> None:
@@ -148,6 +149,29 @@ def test_a_part_of_the_servo_is_tried_beside_one_that_promises_more() -> None:
         asked = {part: np.array([True]) for part in (large, replace(small, servo=servo))}
         tried = [places.item() for places in promising(setup, best, asked, 0.01, 0.25).values()]
         assert tried == [True, servo]
+
+
+@pytest.mark.parametrize(("step", "common"), [(0.01, False), (1.0, False), (0.01, True)])
+def test_where_a_joint_is_far_off_its_servo_is_asked_whatever_it_promises(
+    step: float, common: bool
+) -> None:
+    """First order tells nothing there; of what joints share, one that is far off tells nothing."""
+    rng, count = np.random.default_rng(7), 600
+    t = np.arange(count) / 50
+    slopes = np.column_stack([np.sin(3.0 * t), np.zeros(count)])
+    told = 0.1 * rng.standard_normal(count)
+    motion = Motion(t, t, told[:, None], told[:1], np.zeros(1))
+    args = None, np.empty(0), np.array([True]), (MotionSegment(motion, told[:, None]),), 0.002
+    setup = Line(*args, np.array([step]), slopes=slopes, told=told)
+    free = np.zeros((len(QUANTITIES), 1), dtype=bool)
+    free[ROW["delay"]] = True
+    best = Fit(neutral(1), free, setup.residuals(neutral(1)), 0.0, 1)
+    asked = {
+        Part("own", ("load_friction",), (0.1,), servo=servo, common=common): np.array([True])
+        for servo in (False, True)
+    }
+    tried = [places.item() for places in promising(setup, best, asked, 0.01, 0.25).values()]
+    assert tried == [False, step < 0.1 and not common]
 
 
 def test_what_other_joints_gain_by_a_zero_counts_at_its_own() -> None:
