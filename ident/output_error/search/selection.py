@@ -133,10 +133,12 @@ def _tried(
     found: Selection, begun: Prepared, parts: Sequence[Part], settings: SearchSettings, tell: Tell
 ) -> Selection:
     """The same with what was tried beside it."""
-    asked = {part: possible(part, begun) & ~found.kept(part) for part in parts}
+    before = [t for t in found.tried if t.part in parts]
+    new = [part for part in parts if all(t.part != part for t in before)]
+    asked = {part: possible(part, begun) & ~found.kept(part) for part in new}
     tell("looking for what is missing", 0.0)
     args = found.setup, found.fit, found.errors, asked, begun.prior, settings, tell
-    made = trials(*args, known=found.tried, same_servo=begun.same_servo)
+    made = [*before, *trials(*args, same_servo=begun.same_servo)]
     gains = dict(found.gains)
     for t in made:
         gains[t.part] = np.maximum(gains.get(t.part, t.gain), t.gain)

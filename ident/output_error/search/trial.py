@@ -1,6 +1,5 @@
 """A part put into the simulated arm at many joints at once, fitted, and judged by joint."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -40,7 +39,7 @@ class Trial:
 
 def trials(
     setup: Setup, best: Fit, judged: Array, asked: dict[Part, Places], prior: Prior,
-    settings: SearchSettings, tell: Tell, *, known: Sequence[Trial] = (), same_servo: bool = False,
+    settings: SearchSettings, tell: Tell, *, same_servo: bool = False,
 ) -> list[Trial]:  # fmt: skip
     """Trials of the parts that could explain something.
 
@@ -54,16 +53,14 @@ def trials(
         prior: what is believed.
         settings: numbers that decide.
         tell: hears what is being done.
-        known: trials that were made beside this arm before; they are not made again.
         same_servo: whether all joints have the same.
     """
     shares = settings.least_gain, settings.screen_share
     worth = promising(setup, best, asked, *shares, same_servo=same_servo)
-    made = [t for t in known if t.part in asked]
-    fresh = {p: places for p, places in worth.items() if all(t.part != p for t in known)}
-    for k, (part, places) in enumerate(fresh.items()):
+    made = []
+    for k, (part, places) in enumerate(worth.items()):
         if places.any():
-            tell(f"trying {part.name.replace('_', ' ')}", k / len(fresh))
+            tell(f"trying {part.name.replace('_', ' ')}", k / len(worth))
         apart = part.felt_elsewhere and not part.common
         for group in np.diag(places) if apart else [places]:
             if not group.any():
