@@ -52,7 +52,7 @@ def answers(arm: SimulatedArm, effect: Candidate) -> dict[str, Hypothesis]:
 
 def evidence(found: dict[str, Hypothesis], arm: SimulatedArm, joint: int, name: str) -> float:
     """Of the curve over an answer, on a motion of the joint alone [nats]."""
-    data = source_of(recorded(arm, alone=joint)).datasets[0]
+    data = source_of(recorded(arm, moving=(joint,))).datasets[0]
     noise, motion = found[name].noise, stretches(data)
     windows = windows_for(data.rate_hz, noise.cutoff_hz)
     told = {}
