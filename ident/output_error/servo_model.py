@@ -59,8 +59,8 @@ class ServoModel:
 
     def setup(self, segments: tuple[MotionSegment, ...], step: float = STEP_S) -> Setup:
         """The arm along recordings."""
-        chain = chain_of(self.robot)
-        return Setup(chain, cad_parameters(self.robot), self.at_link, segments, step)
+        links = chain_of(self.robot), cad_parameters(self.robot)
+        return Setup(*links, self.at_link, segments, step, self.resolution)
 
     def replay(self, segment: MotionSegment) -> Array:
         """Positions that the simulated encoders tell along a recording [rad], shape (S, n)."""

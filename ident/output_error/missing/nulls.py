@@ -39,7 +39,7 @@ class Nulls:
 
 def nulls(
     setup: Setup, base: Fit, prior: Prior, asked: dict[Part, NDArray[np.bool_]],
-    resolution: Array, settings: SearchSettings,
+    settings: SearchSettings,
 ) -> Nulls:  # fmt: skip
     """Gains and errors of effect-free simulations.
 
@@ -48,14 +48,13 @@ def nulls(
         base: the fitted arm without effects.
         prior: what is believed.
         asked: joints at which each effect is looked for.
-        resolution: steps of the encoders [rad], shape (n,).
         settings: numbers that decide, also how many runs.
     """
-    noise = white_noise(setup, base.settings, resolution)
+    noise = white_noise(setup, base.settings)
     largest, floors = dict.fromkeys(asked, 0.0), []
     for seed in range(max(settings.null_runs, 1)):
         rng = np.random.default_rng(seed)
-        made = _recorded(setup, base.settings, noise, resolution, rng)
+        made = _recorded(setup, base.settings, noise, rng)
         begun = fit(made, base.settings, base.free, prior, _ROUNDS)
         errors = left_out(made, begun, prior)
         floors.append((rms(errors), typical(errors)))
@@ -67,20 +66,18 @@ def nulls(
     return Nulls(largest, floor, usual, settings.null_runs)
 
 
-def white_noise(setup: Setup, settings: Array, resolution: Array) -> Array:
+def white_noise(setup: Setup, settings: Array) -> Array:
     """Of the encoders beyond their steps, from second differences [rad], shape (n,)."""
     made = setup.replay(settings)
     bent = [np.diff((s.q - m)[s.counted :], 2, axis=0) for s, m in
             zip(setup.segments, made, strict=True)]  # fmt: skip
     size = _MAD * np.median(np.abs(np.concatenate(bent)), axis=0) / _DIFFERENCED
-    return np.sqrt(np.maximum(size**2 - resolution**2 / 12.0, 0.0))
+    return np.sqrt(np.maximum(size**2 - setup.resolution**2 / 12.0, 0.0))
 
 
-def _recorded(
-    setup: Setup, settings: Array, noise: Array, resolution: Array, rng: np.random.Generator
-) -> Setup:
+def _recorded(setup: Setup, settings: Array, noise: Array, rng: np.random.Generator) -> Setup:
     """The same commands as a simulated arm would have answered them."""
-    segments = []
+    segments, resolution = [], setup.resolution
     fine = replace(setup, step=_STEP_S)
     for s, q in zip(setup.segments, fine.replay(settings), strict=True):
         told = q + noise * rng.standard_normal(q.shape)

@@ -60,7 +60,7 @@ def search(begun: Prepared, settings: SearchSettings, tell: Tell) -> Search:
     base = bare(searched(begun.setup), begun, settings.fit_rounds)
     base = extended(base, begun, servo, {}, settings, tell)
     tell("simulating the arm without effects")
-    args = begun.prior, asked, begun.resolution, settings
+    args = begun.prior, asked, settings
     found = Search(base, base, nulls(base.setup, base.fit, *args), asked)
     least = {p: found.least(p, settings) for p in asked}
     end = extended(base, begun, [*servo, *asked], least, settings, tell)

@@ -28,7 +28,7 @@ def held_by_weight(setup: Setup, settings: Array) -> NDArray[np.bool_]:
     return one_way & (np.median(np.abs(load), axis=0) > settings[ROW["coulomb"]])
 
 
-def smallest(found: Search, resolution: Array, settings: SearchSettings) -> dict[Part, Array]:
+def smallest(found: Search, settings: SearchSettings) -> dict[Part, Array]:
     """Size of each effect that would be named, by joint; NaN where none would, shape (n,).
 
     What the arm's other settings can take of an effect is taken, in first order; what remains
@@ -40,7 +40,7 @@ def smallest(found: Search, resolution: Array, settings: SearchSettings) -> dict
     sizes = {}
     for part, places in found.asked.items():
         need = found.nulls.floor**2 * np.expm1(2.0 * found.least(part, settings))
-        need = np.maximum(need, settings.seen**2 * resolution**2 / 12.0)
+        need = np.maximum(need, settings.seen**2 * setup.resolution**2 / 12.0)
         tried, shown = [], []
         for size, moved in at_sizes(end, part, places):
             if (size > 0.0).all():

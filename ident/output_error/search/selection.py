@@ -170,8 +170,8 @@ def winners(
         won = None
         while ordered and not won:
             won = _accepted(ordered, joint, errors, least, begun, settings)
-            # an unsure part of a servo keeps out no sure one; an unsure effect leaves a name open
-            ordered = ordered[1:] if ordered[0].part.servo else []
+            # an unsure part of a servo keeps out lesser effects, but no sure part of it
+            ordered = ordered[1:] if all(t.part.servo for t in ordered[:2]) else []
         found += [won] if won else []
     found.sort(key=lambda a: a.gain, reverse=True)
     servo = [a for a in found if a.part.servo]

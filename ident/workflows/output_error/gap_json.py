@@ -26,7 +26,7 @@ _LEAST_SHARE = 0.05
 def gap_content(begun: Prepared, done: Outcome, settings: SearchSettings) -> Content:
     """All but remarks, provenance, and time."""
     arm = begun.arm
-    seen = smallest(done.search, begun.resolution, settings)
+    seen = smallest(done.search, settings)
     held = held_by_weight(begun.setup, done.after.settings)
     for a in done.effects:
         seen[a.part][a.joint] = np.nan

@@ -18,8 +18,9 @@ from ident.output_error.search.settings import SearchSettings
 from ident.output_error.search.trial import Trial, felt
 from ident.output_error.setup import MEMORY_S, MotionSegment, Prior, Setup
 
-PROFILE, LIMIT = (
-    next(p for p in SERVO_PARTS if p.name == name) for name in ("profile", "torque_limit")
+PROFILE, LIMIT, SPEED = (
+    next(p for p in SERVO_PARTS if p.name == name)
+    for name in ("profile", "torque_limit", "profile_speed")
 )
 RESTING = 4e-6  # rad^2: a joint that rests on the other side of its friction, 2 mrad away
 
@@ -131,6 +132,21 @@ def test_what_servos_of_one_kind_have_is_asked_of_all_joints_together() -> None:
         won = winners(made, before, {}, begun, SearchSettings())
         names = sorted((a.part.name, a.joint) for a in won)
         assert names == [("profile", j) for j in ((0, 1, 2, 3) if alike else (0, 1, 2))]
+
+
+@pytest.mark.parametrize(("second", "named"), [(OFFSET, []), (SPEED, ["profile_speed"])])
+def test_an_unsure_part_of_the_servo_keeps_out_effects_but_no_sure_part_of_it(
+    second: Part, named: list[str]
+) -> None:
+    """An effect that explains less than what the servo may have is no name."""
+    rng, start = np.random.default_rng(8), neutral(1)
+    before, made = errors(rng, 2e-4), []
+    for part, gained, rough in ((LIMIT, 0.6, 6.0), (second, 0.4, 0.1)):
+        after = before * np.exp(-2.0 * gained + rough * rng.standard_normal(before.shape))
+        found = Fit(start, np.zeros(start.shape, dtype=bool), np.zeros((1, 1)), 0.0, 1)
+        made.append(Trial(part, np.ones(1, dtype=bool), found, after, np.array([gained])))
+    begun = SimpleNamespace(same_servo=False, resolution=np.zeros(1))
+    assert [a.part.name for a in winners(made, before, {}, begun, SearchSettings())] == named
 
 
 def test_a_part_of_the_servo_is_tried_beside_one_that_promises_more() -> None:
