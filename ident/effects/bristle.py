@@ -23,8 +23,11 @@ def stretch(q: Array, distance: float, slips: bool) -> Array:
     way, signs = np.diff(q[turns]) / distance, ahead[turns[:-1]]
     known = [0.0]
     if slips:
+        state = 0.0
         for dx in way.tolist():
-            known.append(min(1.0, max(-1.0, known[-1] + dx)))
+            state += dx
+            state = 1.0 if state > 1.0 else -1.0 if state < -1.0 else state
+            known.append(state)
     else:
         for left, sign in zip(np.exp(-np.abs(way)).tolist(), signs.tolist(), strict=True):
             known.append(sign * (1.0 - (1.0 - sign * known[-1]) * left))

@@ -54,27 +54,29 @@ def observed(s: SmoothedSegment, model: CurrentModel, every: int) -> tuple[Obser
     load = torques(facts.chain, facts.delta, q, qd, qdd)
     gravity = torques(facts.chain, facts.delta, q, still, still)
     carried = np.zeros_like(q)
-    coarse = _seen(s, model, middle, every, (load, carried, gravity))
+    curves = (MaxwellSlipMixture(parts) for parts in model.shapes)
+    direction = np.stack([m(s.q[:, j], s.speeds[..., j]) for j, m in enumerate(curves)], axis=-1)
+    coarse = _seen(s, model, direction, (middle, every), (load, carried, gravity))
     for h, values in model.carried:
         carried[:, list(h.rows)] += catalogue()[h.effect].columns(coarse, h) @ values
     fine = tuple(
         np.column_stack([np.interp(s.t, coarse.t, column) for column in part.T])
         for part in (load, carried, gravity)
     )
-    return _seen(s, model, slice(None), 1, (fine[0], fine[1], fine[2])), coarse
+    return _seen(s, model, direction, (slice(None), 1), (fine[0], fine[1], fine[2])), coarse
 
 
 def _seen(
     s: SmoothedSegment,
     model: CurrentModel,
-    samples: slice,
-    every: int,
+    direction: Array,
+    chosen: tuple[slice, int],
     torque: tuple[Array, Array, Array],
 ) -> Observed:
+    samples, every = chosen
     shapes = [MaxwellSlipMixture(parts) for parts in model.shapes]
-    direction = [m(s.q[:, j], s.speeds[..., j])[samples] for j, m in enumerate(shapes)]
     speed = [s.speeds[m.cutoff, samples, j] for j, m in enumerate(shapes)]
-    friction = model.viscous * s.qd[samples] + model.coulomb * np.stack(direction, axis=-1)
+    friction = model.viscous * s.qd[samples] + model.coulomb * direction[samples]
     return Observed(
         arm=model.facts,
         rate_hz=s.rate_hz / every,
@@ -84,7 +86,7 @@ def _seen(
         qdd=s.qdd[samples],
         tau=s.tau[samples] if model.facts.commanded else torque[0] + friction,
         speed=np.stack(speed, axis=-1),
-        direction=np.stack(direction, axis=-1),
+        direction=direction[samples],
         load=torque[0],
         carried=torque[1],
         gravity=torque[2],
