@@ -13,7 +13,7 @@ from ident.output_error.prepared import Prepared, prepared
 from ident.output_error.recordings import thinned
 from ident.output_error.search.confirmation import confirmed, doubt, without_parts
 from ident.output_error.search.parts import PARTS, Part
-from ident.output_error.search.selection import Selection, bare, extended, of_all_joints
+from ident.output_error.search.selection import Selection, bare, extended
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.servo_model import ServoModel
 from ident.output_error.setup import MotionSegment, Setup
@@ -79,7 +79,7 @@ def selected(
     servo = [p for p in parts if p.servo]
     found = extended(base, begun, servo, {}, settings, tell)
     found = extended(found, begun, parts, {}, settings, tell)
-    asked = [a for a in found.accepted if not of_all_joints(a.part, begun)]
+    asked = [a for a in found.accepted if not a.of_all]
     shown = confirmed(found, base.fit, asked, begun, settings)
     doubted = [a for a, how in zip(asked, shown, strict=True) if doubt(how, settings)]
     return without_parts(found, base.fit, doubted, begun, settings) if doubted else found

@@ -93,6 +93,12 @@ def sureness(before: Array, after: Array) -> Array:
     return gain(before, after) / np.maximum(spread, _TINY)
 
 
+def sureness_of_all(before: Array, after: Array) -> float:
+    """Standard errors by which `after` is better over blocks of all joints together."""
+    both = (np.prod(np.maximum(x, _TINY) ** (1.0 / x.shape[1]), axis=1) for x in (before, after))
+    return float(sureness(*(x[:, None] for x in both))[0])
+
+
 def explained(before: Array, after: Array) -> Array:
     """Position error that `after` explains beyond `before` in the typical block [rad]."""
     return np.sqrt(np.maximum(typical(before) ** 2 - typical(after) ** 2, 0.0))

@@ -1,6 +1,6 @@
 """What a joint may have beside gain, damping, rotor, dry friction, and delay."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 TURNING = ("turning_speed", "presliding", "rise_speed")
 """How dry friction turns round: nobody knows, so that it is fitted at every joint."""
@@ -20,6 +20,8 @@ class Part:
         relative: quantity that the sizes are parts of.
         servo: whether it belongs to the servo, and is looked for before all else.
         common: whether joints have it all or none, as servos of one kind do.
+        gears: whether servos of one kind may all have it in their gears; a joint may have it by
+            itself, too.
         instead: quantity that grows where the part is left out, because it lags alike.
     """
 
@@ -29,6 +31,7 @@ class Part:
     relative: str = ""
     servo: bool = False
     common: bool = False
+    gears: bool = False
     instead: str = ""
 
     @property
@@ -66,7 +69,7 @@ DEAD_ZONE = Part("dead_zone", ("dead_zone",), (2e-3, 5e-3), "", True, True)
 
 ENCODER_OFFSET = Part("encoder_offset", ("zero",), (-0.2, -0.05, 0.05, 0.2))
 LOAD_FRICTION = Part("load_friction", ("load_friction",), (0.05, 0.15, 0.4))
-STRIBECK = Part("stribeck", ("stribeck", "stribeck_speed"), (0.1, 0.3, 0.8), "coulomb")
+STRIBECK = Part("stribeck", ("stribeck", "stribeck_speed"), (0.1, 0.3, 0.8, 2.0), "coulomb")
 HALF_PLAY = Part("half_play", ("half_play",), (1e-3, 2e-3, 4e-3, 8e-3, 0.016), instead="coulomb")
 COMPLIANCE = Part("compliance", ("compliance", "gear_lag"), (2e-3, 8e-3, 0.03))
 OFFSET = Part("offset", ("offset",), (-3.0, -1.0, -0.3, 0.3, 1.0, 3.0), "coulomb")
@@ -79,10 +82,7 @@ PARTS = (
     *SERVO_PARTS,
     INTEGRAL,
     DEAD_ZONE,
-    LOAD_FRICTION,
-    STRIBECK,
-    HALF_PLAY,
-    COMPLIANCE,
+    *(replace(p, gears=True) for p in (LOAD_FRICTION, STRIBECK, HALF_PLAY, COMPLIANCE)),
     OFFSET,
 )
 """What an identification looks for."""

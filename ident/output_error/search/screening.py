@@ -24,7 +24,8 @@ def promising(
     """Joints at which a part could explain something that the arm's other settings cannot.
 
     Of a joint that is off by more than a step of its encoder the first order tells too little: what
-    its servo may have by itself is worth a fit there.
+    its servo may have by itself is worth a fit there. What all gears may have is worth one at every
+    joint if they together would gain what one joint has to.
 
     Args:
         setup: arm and recordings.
@@ -33,7 +34,7 @@ def promising(
         least: nats per sample in first order, below which a part is not worth a fit.
         share: the same, of what the best part would bring at the joint; a servo's own parts move it
             too far for the first order to say which of them is best.
-        same_servo: whether joints have a common part all or none.
+        same_servo: whether joints have a common part all or none, and the same gears.
     """
     hopes = {
         p: _of_half(h, asked[p], alike=same_servo) if p.common else h
@@ -44,6 +45,8 @@ def promising(
     for part, places in asked.items():
         needed = np.maximum(least, 0.0 if part.servo else share * most)
         found[part] = places & ((hopes[part] > needed) | (not part.sizes))
+        if part.gears and same_servo and hopes[part].sum() > max(least, share * most.sum()):
+            found[part] = places
         if part.servo and not part.common:
             found[part] |= places & (best.rms > setup.resolution)
     return found

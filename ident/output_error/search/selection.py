@@ -3,7 +3,8 @@
 In each round every part that could explain something is put in at all joints at once and fitted
 with all else; at each joint the one stays that predicts best what is left out. The servo's own come
 first, since they shape the motion most; a part that joints have all or none has to help at half of
-them, so that it does not stand in for what a single joint has.
+them, so that it does not stand in for what a single joint has. What gears have may be of one joint,
+or of all where these have the same servos.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.output_error.fit import Fit, fit
-from ident.output_error.judging import explained, gain, left_out, sureness
+from ident.output_error.judging import explained, gain, left_out, sureness, sureness_of_all
 from ident.output_error.parameters import ROW
 from ident.output_error.prepared import Prepared
 from ident.output_error.search.parts import BASE, Part
@@ -50,6 +51,7 @@ class Accepted:
         explained: rms of the positions that it explains [rad].
         next_best: the best other part there, if any helps.
         rivals: those that are not surely worse, the best first.
+        of_all: whether all joints were asked together, so that this one need not be sure.
     """
 
     part: Part
@@ -59,6 +61,7 @@ class Accepted:
     explained: float
     next_best: Rival | None
     rivals: tuple[Rival, ...]
+    of_all: bool = False
 
 
 @dataclass(frozen=True)
@@ -175,7 +178,7 @@ def winners(
         found += [won] if won else []
     found.sort(key=lambda a: a.gain, reverse=True)
     servo = [a for a in found if a.part.servo]
-    shared = _of_all(made, least, begun, settings)
+    shared = _of_all(made, errors, least, begun, settings)
     if shared and sum(a.gain for a in shared) > sum(a.gain for a in servo):
         return shared
     if servo:
@@ -199,16 +202,27 @@ def _usual(trial: Trial) -> float:
 
 
 def _of_all(
-    made: Sequence[Trial], least: Mapping[Part, float], begun: Prepared, settings: SearchSettings
-) -> list[Accepted]:
-    """The best of what all joints have or none, where it helps half of them; empty: nothing."""
+    made: Sequence[Trial], errors: Array, least: Mapping[Part, float], begun: Prepared,
+    settings: SearchSettings,
+) -> list[Accepted]:  # fmt: skip
+    """The best of what all joints have or none, where it helps half of them; empty: nothing.
+
+    What gears have has to be sure of all joints together, since a joint may have it by itself.
+    """
     found: list[Accepted] = []
     for trial in made:
         part, usual = trial.part, _usual(trial)
-        if of_all_joints(part, begun) and usual >= (asked := _asked(part, least, settings)):
-            gains = [(int(j), float(trial.gain[j])) for j in np.flatnonzero(trial.places)]
-            places = [Accepted(part, j, own, asked, 0.0, None, ()) for j, own in gains]
-            found = max(found, places, key=lambda some: sum(a.gain for a in some))
+        if usual < (asked := _asked(part, least, settings)):
+            continue
+        if not of_all_joints(part, begun):
+            alike = begun.same_servo and part.gears
+            if not alike or (trial.places != possible(part, begun)).any():
+                continue
+            if sureness_of_all(errors, trial.errors) < settings.sure:
+                continue
+        gains = [(int(j), float(trial.gain[j])) for j in np.flatnonzero(trial.places)]
+        places = [Accepted(part, j, own, asked, 0.0, None, (), True) for j, own in gains]
+        found = max(found, places, key=lambda some: sum(a.gain for a in some))
     return found
 
 

@@ -22,6 +22,7 @@ PROFILE, LIMIT, SPEED = (
     next(p for p in SERVO_PARTS if p.name == name)
     for name in ("profile", "torque_limit", "profile_speed")
 )
+GEARS = Part("gears", ("load_friction",), (0.1,), gears=True)
 RESTING = 4e-6  # rad^2: a joint that rests on the other side of its friction, 2 mrad away
 
 
@@ -51,14 +52,14 @@ def test_an_effect_in_all_blocks_counts_whole() -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Line(Setup):
-    """Positions that are a straight line in two settings of a joint, and nothing else."""
+    """Positions of each joint that are a straight line in two of its settings, and nothing else."""
 
     slopes: np.ndarray
     told: np.ndarray
 
     def residuals(self, settings: np.ndarray) -> np.ndarray:
-        """What was told less the line, shape (S, 1)."""
-        return (self.told - self.slopes @ settings[ROWS, 0])[:, None]
+        """What was told less the line, shape (S, n)."""
+        return self.told[:, None] - self.slopes @ settings[ROWS]
 
 
 ROWS = [ROW["zero"], ROW["load_friction"]]
@@ -134,6 +135,27 @@ def test_what_servos_of_one_kind_have_is_asked_of_all_joints_together() -> None:
         assert names == [("profile", j) for j in ((0, 1, 2, 3) if alike else (0, 1, 2))]
 
 
+@pytest.mark.parametrize("alike", [True, False])
+@pytest.mark.parametrize("gains", [(0.25, 0.2, 0.28, 0.05), (0.0, 0.0, 1.0, 0.0)])
+def test_what_gears_have_is_asked_of_all_joints_or_of_one(
+    gains: tuple[float, ...], alike: bool
+) -> None:
+    """Servos of one kind have the same gears: together they are sure of what none is alone."""
+    rng, start = np.random.default_rng(9), neutral(4)
+    before = np.hstack([errors(rng, 2e-4) for _ in range(4)])
+    after = before * np.exp(-2.0 * np.array(gains) + 1.2 * rng.standard_normal(before.shape))
+    assert (sureness(before, after)[[0, 1, 3]] < SearchSettings().sure).all()
+    found = Fit(start, np.zeros(start.shape, dtype=bool), np.zeros((1, 4)), 0.0, 1)
+    made = [Trial(GEARS, np.ones(4, dtype=bool), found, after, gain(before, after))]
+    may = np.ones(start.shape, dtype=bool)
+    begun = SimpleNamespace(same_servo=alike, resolution=np.zeros(4), may=may)
+    won = [(a.joint, a.of_all) for a in winners(made, before, {}, begun, SearchSettings())]
+    if gains[2] == 1.0:
+        assert won == [(2, False)]
+    else:
+        assert won == ([(j, True) for j in range(4)] if alike else [])
+
+
 @pytest.mark.parametrize(("second", "named"), [(OFFSET, []), (SPEED, ["profile_speed"])])
 def test_an_unsure_part_of_the_servo_keeps_out_effects_but_no_sure_part_of_it(
     second: Part, named: list[str]
@@ -165,6 +187,25 @@ def test_a_part_of_the_servo_is_tried_beside_one_that_promises_more() -> None:
         asked = {part: np.array([True]) for part in (large, replace(small, servo=servo))}
         tried = [places.item() for places in promising(setup, best, asked, 0.01, 0.25).values()]
         assert tried == [True, servo]
+
+
+def test_what_gears_have_is_tried_at_all_joints_if_together_they_promise_enough() -> None:
+    """Each of them promises less than what one joint alone would have to."""
+    rng, count = np.random.default_rng(4), 600
+    t = np.arange(count) / 50
+    slopes = np.column_stack([np.sin(3.0 * t), np.cos(5.0 * t)])
+    told = slopes @ [0.0, 0.03] + 0.1 * rng.standard_normal(count)
+    motion = Motion(t, t, told[:, None], told[:1], np.zeros(1))
+    args = None, np.empty(0), np.array([True]), (MotionSegment(motion, told[:, None]),), 0.002
+    setup = Line(*args, slopes=slopes, told=told)
+    free = np.zeros((len(QUANTITIES), 3), dtype=bool)
+    free[ROW["delay"]] = True
+    best = Fit(neutral(3), free, setup.residuals(neutral(3)), 0.0, 1)
+    for gears in (False, True):
+        for alike in (False, True):
+            asked = {replace(GEARS, gears=gears): np.ones(3, dtype=bool)}
+            places = promising(setup, best, asked, 0.02, 0.25, same_servo=alike).values()
+            assert [p.tolist() for p in places] == [[gears and alike] * 3]
 
 
 @pytest.mark.parametrize(("step", "common"), [(0.01, False), (1.0, False), (0.01, True)])

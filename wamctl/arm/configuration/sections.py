@@ -130,7 +130,7 @@ class ServoSection(Section):
         default="link", description="on which side of the gears the position is measured"
     )
     same_servo: bool = Field(
-        default=False, description="all joints have the same servo, so also the same gain"
+        default=False, description="all joints have the same servo, so also the same gain and gears"
     )
     parts: tuple[str, ...] = Field(
         default=(),
