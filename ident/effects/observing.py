@@ -56,30 +56,29 @@ def observed(s: SmoothedSegment, model: CurrentModel, every: int) -> tuple[Obser
     carried = np.zeros_like(q)
     curves = (MaxwellSlipMixture(parts) for parts in model.shapes)
     direction = np.stack([m(s.q[:, j], s.speeds[..., j]) for j, m in enumerate(curves)], axis=-1)
-    coarse = _seen(s, model, direction, (middle, every), (load, carried, gravity))
+    coarse = _seen(s, model, middle, direction, (load, carried, gravity))
     for h, values in model.carried:
         carried[:, list(h.rows)] += catalogue()[h.effect].columns(coarse, h) @ values
     fine = tuple(
         np.column_stack([np.interp(s.t, coarse.t, column) for column in part.T])
         for part in (load, carried, gravity)
     )
-    return _seen(s, model, direction, (slice(None), 1), (fine[0], fine[1], fine[2])), coarse
+    return _seen(s, model, slice(None), direction, (fine[0], fine[1], fine[2])), coarse
 
 
 def _seen(
     s: SmoothedSegment,
     model: CurrentModel,
+    samples: slice,
     direction: Array,
-    chosen: tuple[slice, int],
     torque: tuple[Array, Array, Array],
 ) -> Observed:
-    samples, every = chosen
     shapes = [MaxwellSlipMixture(parts) for parts in model.shapes]
     speed = [s.speeds[m.cutoff, samples, j] for j, m in enumerate(shapes)]
     friction = model.viscous * s.qd[samples] + model.coulomb * direction[samples]
     return Observed(
         arm=model.facts,
-        rate_hz=s.rate_hz / every,
+        rate_hz=s.rate_hz / (samples.step or 1),
         t=s.t[samples],
         q=s.q[samples],
         qd=s.qd[samples],

@@ -95,8 +95,8 @@ def sureness(before: Array, after: Array) -> Array:
 
 def sureness_of_all(before: Array, after: Array) -> float:
     """Standard errors by which `after` is better over blocks of all joints together."""
-    both = (np.prod(np.maximum(x, _TINY) ** (1.0 / x.shape[1]), axis=1) for x in (before, after))
-    return float(sureness(*(x[:, None] for x in both))[0])
+    means = (np.exp(np.log(np.maximum(x, _TINY)).mean(axis=1)) for x in (before, after))
+    return float(sureness(*means))
 
 
 def explained(before: Array, after: Array) -> Array:

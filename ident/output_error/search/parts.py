@@ -85,4 +85,4 @@ PARTS = (
     *(replace(p, gears=True) for p in (LOAD_FRICTION, STRIBECK, HALF_PLAY, COMPLIANCE)),
     OFFSET,
 )
-"""What an identification looks for."""
+"""What an identification looks for; a search for names asks of gears joint by joint only."""

@@ -66,6 +66,20 @@ ROWS = [ROW["zero"], ROW["load_friction"]]
 SCALES = np.array([QUANTITIES[r].scale for r in ROWS])
 
 
+def unfitted(
+    slopes: np.ndarray, told: np.ndarray, joints: int = 1, step: float = 0.0
+) -> tuple[Line, Fit]:
+    """Joints, read in steps, that are all told the same, and a fit of what does nothing to them."""
+    t = np.arange(len(told)) / 50
+    motion = Motion(t, t, told[:, None], told[:1], np.zeros(1))
+    args = None, np.empty(0), np.array([True]), (MotionSegment(motion, told[:, None]),), 0.002
+    setup = Line(*args, np.array([step]), slopes=slopes, told=told)
+    start = neutral(joints)
+    free = np.zeros(start.shape, dtype=bool)
+    free[ROW["delay"]] = True
+    return setup, Fit(start, free, setup.residuals(start), 0.0, 1)
+
+
 def test_a_stretch_that_is_left_out_is_predicted_as_a_fit_of_the_others_would() -> None:
     rng, count = np.random.default_rng(2), 600
     t = np.arange(count) / 50
@@ -177,11 +191,7 @@ def test_a_part_of_the_servo_is_tried_beside_one_that_promises_more() -> None:
     t = np.arange(count) / 50
     slopes = np.column_stack([np.sin(3.0 * t), np.cos(5.0 * t)])
     told = slopes @ [0.3, 0.1] + 0.1 * rng.standard_normal(count)
-    motion = Motion(t, t, told[:, None], told[:1], np.zeros(1))
-    args = None, np.empty(0), np.array([True]), (MotionSegment(motion, told[:, None]),), 0.002
-    setup, free = Line(*args, slopes=slopes, told=told), np.zeros((len(QUANTITIES), 1), dtype=bool)
-    free[ROW["delay"]] = True
-    best = Fit(neutral(1), free, setup.residuals(neutral(1)), 0.0, 1)
+    setup, best = unfitted(slopes, told)
     large, small = Part("large", ("zero",), (0.3,)), Part("small", ("load_friction",), (0.1,))
     for servo in (False, True):
         asked = {part: np.array([True]) for part in (large, replace(small, servo=servo))}
@@ -195,12 +205,7 @@ def test_what_gears_have_is_tried_at_all_joints_if_together_they_promise_enough(
     t = np.arange(count) / 50
     slopes = np.column_stack([np.sin(3.0 * t), np.cos(5.0 * t)])
     told = slopes @ [0.0, 0.03] + 0.1 * rng.standard_normal(count)
-    motion = Motion(t, t, told[:, None], told[:1], np.zeros(1))
-    args = None, np.empty(0), np.array([True]), (MotionSegment(motion, told[:, None]),), 0.002
-    setup = Line(*args, slopes=slopes, told=told)
-    free = np.zeros((len(QUANTITIES), 3), dtype=bool)
-    free[ROW["delay"]] = True
-    best = Fit(neutral(3), free, setup.residuals(neutral(3)), 0.0, 1)
+    setup, best = unfitted(slopes, told, 3)
     for gears in (False, True):
         for alike in (False, True):
             asked = {replace(GEARS, gears=gears): np.ones(3, dtype=bool)}
@@ -217,12 +222,7 @@ def test_where_a_joint_is_far_off_its_servo_is_asked_whatever_it_promises(
     t = np.arange(count) / 50
     slopes = np.column_stack([np.sin(3.0 * t), np.zeros(count)])
     told = 0.1 * rng.standard_normal(count)
-    motion = Motion(t, t, told[:, None], told[:1], np.zeros(1))
-    args = None, np.empty(0), np.array([True]), (MotionSegment(motion, told[:, None]),), 0.002
-    setup = Line(*args, np.array([step]), slopes=slopes, told=told)
-    free = np.zeros((len(QUANTITIES), 1), dtype=bool)
-    free[ROW["delay"]] = True
-    best = Fit(neutral(1), free, setup.residuals(neutral(1)), 0.0, 1)
+    setup, best = unfitted(slopes, told, step=step)
     asked = {
         Part("own", ("load_friction",), (0.1,), servo=servo, common=common): np.array([True])
         for servo in (False, True)
