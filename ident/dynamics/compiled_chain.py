@@ -8,7 +8,6 @@ Parameters are those of the paper's (8), in the robot's parameter frames.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ident.dynamics.vectors import (
@@ -24,6 +23,7 @@ from ident.dynamics.vectors import (
     turned_back,
 )
 from ident.signals.arrays import Array
+from wamctl.arm.compiled import compiled
 from wamctl.arm.robot import Robot
 
 
@@ -80,7 +80,7 @@ def chain_of(robot: Robot) -> Chain:
     )
 
 
-@njit(cache=True)
+@compiled
 def workspace(n):
     """An empty `Pose` for n joints."""
     m, v = (n, 3, 3), (n, 3)
@@ -90,7 +90,7 @@ def workspace(n):
     )  # fmt: skip
 
 
-@njit(cache=True)
+@compiled
 def _product(a, i, b, j, out, k):
     for r in range(3):
         for c in range(3):
@@ -99,7 +99,7 @@ def _product(a, i, b, j, out, k):
             )
 
 
-@njit(cache=True)
+@compiled
 def _turn_about(m, k, axis, angle):
     """Multiply the rotation m[k] from the right by a turn about a unit axis (Rodrigues)."""
     c, s = np.cos(angle), np.sin(angle)
@@ -111,7 +111,7 @@ def _turn_about(m, k, axis, angle):
             m[k, r, i] = c * v[i] + s * side[i] + along * axis[i]
 
 
-@njit(cache=True)
+@compiled
 def place(chain, q, w):
     """Fill the poses of workspace `w` for joint positions q [rad], shape (n,)."""
     for k in range(q.size):
@@ -134,7 +134,7 @@ def place(chain, q, w):
         store(w.link_origin, k, add(p, reach))
 
 
-@njit(cache=True)
+@compiled
 def move(chain, qd, qdd, w):
     """Fill the links' angular velocity and acceleration, and origins' acceleration less gravity."""
     omega, alpha, last = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
@@ -155,7 +155,7 @@ def move(chain, qd, qdd, w):
         store(w.accel, k, add(a, add(cross(alpha, reach), cross(omega, cross(omega, reach)))))
 
 
-@njit(cache=True)
+@compiled
 def inverse_dynamics(chain, delta, q, qd, qdd, w, tau):
     """Write the torque of (1) [N m] for one sample into `tau`, shape (n,).
 
@@ -191,7 +191,7 @@ def inverse_dynamics(chain, delta, q, qd, qdd, w, tau):
             tau[k] = dot(z, sub(moment, cross(row(w.origin, k), force)))
 
 
-@njit(cache=True)
+@compiled
 def mass_matrix(chain, delta, w, out):
     """Write M(q) of (1), shape (n, n), for the pose in `w`, by composite inertias."""
     mass, first = 0.0, (0.0, 0.0, 0.0)
@@ -213,7 +213,7 @@ def mass_matrix(chain, delta, w, out):
         _column(chain, w, k, mass, first, tensor, out)
 
 
-@njit(cache=True)
+@compiled
 def _column(chain, w, k, mass, first, tensor, out):
     """Column k of M above the diagonal: the forces that move the links from k outwards."""
     z = row(w.axis, k)
@@ -236,7 +236,7 @@ def _column(chain, w, k, mass, first, tensor, out):
         out[k, i] = out[i, k]
 
 
-@njit(cache=True)
+@compiled
 def torques(chain, delta, q, qd, qdd):
     """Torque of (1) [N m] of S samples, shape (S, n)."""
     tau = np.empty_like(q)
@@ -246,7 +246,7 @@ def torques(chain, delta, q, qd, qdd):
     return tau
 
 
-@njit(cache=True)
+@compiled
 def invert(matrix, out):
     """Inverse of a positive definite matrix by Gauss-Jordan steps; the matrix is used up."""
     n = matrix.shape[0]

@@ -1,18 +1,18 @@
 """The regressor H of (6) in compiled form."""
 
 import numpy as np
-from numba import njit
 
 from ident.dynamics.compiled_chain import move, place, workspace
 from ident.dynamics.vectors import add, cross, dot, row, sub, turned_back
+from wamctl.arm.compiled import compiled
 
 
-@njit(cache=True)
+@compiled
 def _write(out, column, z, lever, force, moment):
     out[column] = dot(z, moment) + dot(lever, force)
 
 
-@njit(cache=True)
+@compiled
 def _link_row(out, z, lever, omega, alpha, a):
     """Torque about axis z per unit of each of a link's parameters; vectors in the link's frame."""
     none = (0.0, 0.0, 0.0)
@@ -34,7 +34,7 @@ def _link_row(out, z, lever, omega, alpha, a):
     _write(out, 9, z, lever, a, none)
 
 
-@njit(cache=True)
+@compiled
 def regressor(chain, q, qd, qdd):
     """Regressor H of (6) of S samples, shape (S, n, 10 n)."""
     samples, n = q.shape

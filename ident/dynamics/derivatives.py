@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from ident.dynamics.compiled_chain import Chain, torques
 from ident.signals.arrays import Array
+from wamctl.arm.compiled import compiled
 
 _STEP = 1e-6
 
@@ -46,7 +46,7 @@ def torque_slopes(
     return InverseDynamicsDerivatives(*found)
 
 
-@njit(cache=True)
+@compiled
 def rates(values, period):
     """First and second derivative of samples, each of shape (S,), by five-point differences.
 

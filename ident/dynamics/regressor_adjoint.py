@@ -8,7 +8,6 @@ reverse of `fill_rows`: the change of sum(bar * rows) with position, velocity an
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import chain_of
@@ -24,6 +23,7 @@ from ident.dynamics.vectors import (
     turned_back,
 )
 from ident.signals.arrays import Array
+from wamctl.arm.compiled import compiled
 from wamctl.arm.errors import ConfigurationError
 from wamctl.arm.robot import Robot
 
@@ -96,7 +96,7 @@ def frames_of(robot: Robot, columns: NDArray[np.int64]) -> Frames:
     return Frames(np.array(rotation), axis, np.array(inner), outer, chain.gravity, column)
 
 
-@njit(cache=True)
+@compiled
 def _state(n):
     v, s = (n, 3), (n, n, 3)
     return State(
@@ -104,7 +104,7 @@ def _state(n):
     )
 
 
-@njit(cache=True)
+@compiled
 def _turn(frames, k, angle, out):
     c, s, n = np.cos(angle), np.sin(angle), row(frames.axis, k)
     for r in range(3):
@@ -113,7 +113,7 @@ def _turn(frames, k, angle, out):
         store(out[k], r, add(add(scale(c, v), scale(s, cross(v, n))), along))
 
 
-@njit(cache=True)
+@compiled
 def _move(frames, q, qd, qdd, x):
     """Fill the state of one sample, outwards."""
     for k in range(q.size):
@@ -140,7 +140,7 @@ def _move(frames, q, qd, qdd, x):
         store(x.shift[k], k, cross(z, r))
 
 
-@njit(cache=True)
+@compiled
 def fill_rows(frames, q, qd, qdd, out):
     """Write the wanted inertial columns [N m per unit] of S samples into `out`, shape (n, S, m).
 
@@ -175,14 +175,14 @@ def fill_rows(frames, q, qd, qdd, out):
                         out[i, s, frames.column[10 * k + j]] = y[j]
 
 
-@njit(cache=True)
+@compiled
 def _accumulate(matrix, i, a):
     matrix[i, 0] += a[0]
     matrix[i, 1] += a[1]
     matrix[i, 2] += a[2]
 
 
-@njit(cache=True)
+@compiled
 def _pull_link(x, bar, k, i, b):
     """Add to the adjoint what the block `b` of ten columns says of joint i's torque from link k."""
     o, a, g = row(x.omega, k), row(x.alpha, k), row(x.accel, k)
@@ -197,7 +197,7 @@ def _pull_link(x, bar, k, i, b):
     _accumulate(bar.accel, k, add(cross(w, h), scale(b[9], u)))
 
 
-@njit(cache=True)
+@compiled
 def _pull_rotating(bar, k, o, r, t_bar):
     """Add to the adjoint of frame k what t = alpha x r + omega x (omega x r) says of it."""
     _accumulate(bar.alpha, k, cross(r, t_bar))
@@ -206,7 +206,7 @@ def _pull_rotating(bar, k, o, r, t_bar):
     _accumulate(bar.omega, k, add(cross(f, t_bar), cross(r, f_bar)))
 
 
-@njit(cache=True)
+@compiled
 def _pull_joint(frames, x, bar, k, qd, out):
     """Carry the adjoint of frame k over joint k to the frame before it; gradient of q, qd, qdd."""
     z, p, r = row(frames.axis, k), row(frames.inner, k), row(frames.outer, k)
@@ -238,7 +238,7 @@ def _pull_joint(frames, x, bar, k, qd, out):
         _pull_rotating(bar, k - 1, before, p, t_bar)
 
 
-@njit(cache=True)
+@compiled
 def regressor_vjp(frames, q, qd, qdd, bar_rows, grad_q, grad_qd, grad_qdd):
     """Add the gradient of sum(bar_rows * rows) to the three gradients, each of shape (S, n).
 

@@ -1,51 +1,51 @@
 """Three-vectors as tuples, which the compiler keeps in registers, unlike small arrays."""
 
-from numba import njit
+from wamctl.arm.compiled import compiled
 
 
-@njit(cache=True)
+@compiled
 def add(a, b):
     """Sum."""
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 
-@njit(cache=True)
+@compiled
 def sub(a, b):
     """Difference."""
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
-@njit(cache=True)
+@compiled
 def scale(s, a):
     """Scalar times vector."""
     return (s * a[0], s * a[1], s * a[2])
 
 
-@njit(cache=True)
+@compiled
 def dot(a, b):
     """Scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True)
+@compiled
 def cross(a, b):
     """Vector product."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
-@njit(cache=True)
+@compiled
 def row(matrix, i):
     """Row of an array of shape (n, 3)."""
     return (matrix[i, 0], matrix[i, 1], matrix[i, 2])
 
 
-@njit(cache=True)
+@compiled
 def store(matrix, i, a):
     """Write a row of an array of shape (n, 3)."""
     matrix[i, 0], matrix[i, 1], matrix[i, 2] = a
 
 
-@njit(cache=True)
+@compiled
 def turned(r, k, a):
     """Rotation r[k] times a; r has shape (n, 3, 3)."""
     return (
@@ -55,7 +55,7 @@ def turned(r, k, a):
     )
 
 
-@njit(cache=True)
+@compiled
 def turned_back(r, k, a):
     """Transpose of rotation r[k] times a."""
     return (
@@ -65,7 +65,7 @@ def turned_back(r, k, a):
     )
 
 
-@njit(cache=True)
+@compiled
 def symmetric(t, i, a):
     """Product with the symmetric tensor stored from t[i] on as xx xy xz yy yz zz."""
     return (

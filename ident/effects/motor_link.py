@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from ident.dynamics.compiled_chain import Chain, inverse_dynamics, mass_matrix, workspace
 from ident.dynamics.derivatives import rates
@@ -13,6 +12,7 @@ from ident.effects.candidate import Candidate, P
 from ident.effects.effect import Array, Effect
 from ident.effects.observation import Observed
 from ident.simulation.arm import SimulatedArm
+from wamctl.arm.compiled import compiled
 
 _SUBSTEPS = 5
 _TURNED = 0.005  # rad/s: the motor's friction has turned round
@@ -117,7 +117,7 @@ class MotorLink(Effect[P]):
         return tie.insert_motor(arm, candidate.joints[0])
 
 
-@njit(cache=True)
+@compiled
 def _change(motion, load, slopes, joint, friction, tie, start, period):
     """Change of the joints' torque, shape (S, n), where a link moves beside its motor.
 
@@ -155,7 +155,7 @@ def _change(motion, load, slopes, joint, friction, tie, start, period):
     return torque
 
 
-@njit(cache=True)
+@compiled
 def integrate_link_motion(motor, pull, drag, spring, start, half_play, period):
     """Way of a link beside its motor's, and friction that it has beside what it would have there.
 

@@ -7,10 +7,10 @@ back within reach.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ident.signals.arrays import Array
+from wamctl.arm.compiled import compiled
 
 _FASTER = 3.0
 """Times a joint's fastest pair of steps; its largest step was 1.5 times that on a hobby arm."""
@@ -42,7 +42,7 @@ def unreachable(t: Array, q: Array) -> NDArray[np.bool_]:
     return wrong
 
 
-@njit(cache=True)
+@compiled
 def _beyond(t, q, period, most):
     """Which samples ask for more than that speed since the last one that did not."""
     wrong, right = np.zeros(q.size, dtype=np.bool_), 0

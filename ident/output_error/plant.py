@@ -14,10 +14,10 @@ from collections import namedtuple
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from ident.dynamics.compiled_chain import inverse_dynamics, invert, mass_matrix, workspace
 from ident.signals.arrays import Array
+from wamctl.arm.compiled import compiled
 
 _SWEEPS = 40
 _HELD_S = 0.025  # for which mass and gravity are held at most: some microradians on a hobby arm
@@ -58,7 +58,7 @@ between link and rotor; their positions [rad] and the rotor's speed [rad/s]; the
 `damped` and `bend` have them, damping and bristles."""
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def simulate(chain, delta, settings, at_link, motion, step, out):
     """Positions that the encoders tell at each instant.
 
@@ -141,7 +141,7 @@ def simulate(chain, delta, settings, at_link, motion, step, out):
             out[k + 1, i] = (q[i] if at_link[i] else rotor[i]) - p[ZERO, i]
 
 
-@njit(cache=True)
+@compiled
 def twisted(p, at_link, loose, bias, q, rotor):
     """Rotors and links of loose joints as gravity holds them."""
     for i in range(q.size):
@@ -153,7 +153,7 @@ def twisted(p, at_link, loose, bias, q, rotor):
                 q[i] -= beyond
 
 
-@njit(cache=True)
+@compiled
 def product(matrix, vector, out):
     """A matrix times a vector."""
     for i in range(out.size):
@@ -162,7 +162,7 @@ def product(matrix, vector, out):
             out[i] += matrix[i, j] * vector[j]
 
 
-@njit(cache=True)
+@compiled
 def damped(p, loose, mass, a, share, turning, h):
     """Mass with the rotors of joints without play, and in `a` with their damping over a step.
 
@@ -187,7 +187,7 @@ def damped(p, loose, mass, a, share, turning, h):
             a[i, i] = inertia + h * share[i] * p[DAMPING, i]
 
 
-@njit(cache=True)
+@compiled
 def dry_friction(p, i, speed, load):
     """Torque that dry friction may take at most [N m]."""
     dry = p[COULOMB, i] + p[LOAD_FRICTION, i] * abs(load)
@@ -198,7 +198,7 @@ def dry_friction(p, i, speed, load):
     return dry * fast / (fast + p[RISE_SPEED, i])
 
 
-@njit(cache=True)
+@compiled
 def commanded(motion, at, i, t, h):
     """Mean command over the step that begins at t, and its rate between samples."""
     stamp, last = motion.stamp, motion.stamp.size - 1
@@ -214,7 +214,7 @@ def commanded(motion, at, i, t, h):
     return now, (now - before) / (stamp[k] - stamp[k - 1]) if k > 0 else 0.0
 
 
-@njit(cache=True)
+@compiled
 def planned(p, i, wanted, goal, pace, h):
     """Speed of the motion that the servo plans to what is wanted; its place is in `goal`."""
     far, hard = wanted - goal[i], p[PROFILE_ACCELERATION, i]
@@ -227,7 +227,7 @@ def planned(p, i, wanted, goal, pace, h):
     return pace[i]
 
 
-@njit(cache=True)
+@compiled
 def servo(p, i, error, rate, integral, h):
     """Torque at the joint that the servo gives [N m]."""
     dead = p[DEAD_ZONE, i]
@@ -239,20 +239,20 @@ def servo(p, i, error, rate, integral, h):
     return given
 
 
-@njit(cache=True)
+@compiled
 def shrunk(value, by):
     """A momentum after dry friction took what it can."""
     return value - min(max(value, -by), by)
 
 
-@njit(cache=True)
+@compiled
 def speed_torque(p, i, speed, share):
     """What drag, direction, and the damping that feels this speed take [N m]."""
     curved = abs(speed) * (p[DRAG, i] * speed + p[SKEW, i])
     return curved + (1.0 - share) * p[DAMPING, i] * speed
 
 
-@njit(cache=True)
+@compiled
 def bend(p, i, speed, turning):
     """How far the bristles are bent after a step [rad]."""
     if p[PRESLIDING, i] == 0.0:
@@ -260,7 +260,7 @@ def bend(p, i, speed, turning):
     return p[PRESLIDING, i] * min(max(speed / turning, -1.0), 1.0)
 
 
-@njit(cache=True)
+@compiled
 def slowed(momentum, level, turning, inertia):
     """Speed that dry friction leaves; below the turning speed it is a damper.
 
@@ -273,7 +273,7 @@ def slowed(momentum, level, turning, inertia):
     return shrunk(momentum, level) / inertia
 
 
-@njit(cache=True)
+@compiled
 def solve(p, joints, inverse, impulse, h):
     """Impulse on each link of a step [N m s]: friction, or what the gears carry."""
     level, n = joints.level, impulse.size
@@ -296,7 +296,7 @@ def solve(p, joints, inverse, impulse, h):
             return
 
 
-@njit(cache=True)
+@compiled
 def tie(p, i, joints, mobility, rest, h):
     """Impulse through the gears: none within the play; beyond it a spring beside a damper."""
     level, turning = joints.level[i], joints.turning[i]
@@ -321,7 +321,7 @@ def tie(p, i, joints, mobility, rest, h):
     return (twist - edge - felt * rest) / yielding
 
 
-@njit(cache=True)
+@compiled
 def motor_command(motion, settings, step):
     """What the servos' position loops get: commands after delay and planning.
 

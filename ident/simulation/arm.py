@@ -4,11 +4,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import Chain
 from ident.signals.arrays import Array
+from wamctl.arm.compiled import compiled
 
 _VECTOR = types.Array(types.float64, 1, "C")
 TERM = types.void(types.float64, _VECTOR, _VECTOR, _VECTOR, types.int64, _VECTOR, _VECTOR, _VECTOR)
@@ -26,7 +27,7 @@ def term(function: Callable[..., None]) -> Callable[..., None]:
     the drives must overcome beside the rigid-body torque, or to `level`, the size of the joints'
     Coulomb friction [N m].
     """
-    return njit(TERM, cache=True)(function)
+    return compiled(TERM)(function)
 
 
 @dataclass(frozen=True)

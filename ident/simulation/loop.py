@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import NumbaExperimentalFeatureWarning, njit
+from numba import NumbaExperimentalFeatureWarning
 
 from ident.dynamics.compiled_chain import Chain, inverse_dynamics, workspace
 from ident.signals.arrays import Array
 from ident.simulation.arm import SETTINGS, SimulatedArm, no_term
 from ident.simulation.step import Plant, State, advance, copy, scratch
+from wamctl.arm.compiled import compiled
 from wamctl.arm.recording import Command, Recording
 from wamctl.arm.ros2.joint_series import ReferenceSeries
 from wamctl.arm.trajectory import Reference
@@ -143,7 +144,7 @@ def compiled_tuple(functions: Sequence[Callable[..., None]]) -> tuple[Callable[.
     return (*functions, *(no_term,) * idle)
 
 
-@njit(cache=True)
+@compiled
 def _simulate(functions, arm, law, q_ref, qd_ref, qdd_ref, noise):
     samples, n = q_ref.shape
     q_log, tau_log = np.empty((samples, n)), np.empty((samples, n))
@@ -176,7 +177,7 @@ def _simulate(functions, arm, law, q_ref, qd_ref, qdd_ref, noise):
     return q_log, tau_log
 
 
-@njit(cache=True)
+@compiled
 def _start(arm, state, wanted, speed, w, tmp):
     """At the wanted speed, where encoders read what is wanted.
 
@@ -194,7 +195,7 @@ def _start(arm, state, wanted, speed, w, tmp):
             state.q[i] -= arm.compliance[arm.motor_index[i] - n] * tmp.bias[i]
 
 
-@njit(cache=True)
+@compiled
 def _read(arm, law, state, out):
     """Encoder positions: joint positions as the motors see them, in whole counts."""
     seen = np.empty(out.size)
@@ -203,13 +204,13 @@ def _read(arm, law, state, out):
     _in_whole_steps(law.motor, law.angle_step, law.joint, seen, out)
 
 
-@njit(cache=True)
+@compiled
 def _round(law, torque):
     """Joint torque as whole steps of motor torque give it."""
     _in_whole_steps(law.joint.T, law.step, law.motor.T, torque, torque)
 
 
-@njit(cache=True)
+@compiled
 def _in_whole_steps(to_motor, step, to_joint, values, out):
     """Values of the joints, each rounded to whole steps on the motors' side."""
     n = out.size
@@ -225,7 +226,7 @@ def _in_whole_steps(to_motor, step, to_joint, values, out):
             out[i] += to_joint[i, j] * motor[j]
 
 
-@njit(cache=True)
+@compiled
 def _drive(arm, law, tau_log, k, t, applied_torque):
     """Joint torque that acts at time t: commanded a delay ago, clipped, times the gains."""
     applied_torque[:] = 0.0

@@ -3,11 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import Chain, inverse_dynamics, invert, mass_matrix
 from ident.signals.arrays import Array
+from wamctl.arm.compiled import compiled
 
 _SWEEPS = 12  # of Gauss-Seidel, from the last step's solution
 _SWEEPS_WITH_TIES = 60  # a light motor between friction and a heavy link is slow to settle
@@ -70,7 +70,7 @@ class Scratch(NamedTuple):
     compliance: Array
 
 
-@njit(cache=True)
+@compiled
 def scratch(n, size, m, elements):
     """Space for n joints, `size` coordinates, m friction elements, `elements` with ties."""
     return Scratch(
@@ -80,7 +80,7 @@ def scratch(n, size, m, elements):
     )  # fmt: skip
 
 
-@njit(cache=True)
+@compiled
 def advance(functions, arm, state, w, tmp, applied_torque, t, h):
     """One semi-implicit step: friction and viscous drag act on the velocity at its end."""
     n, (elements, size) = arm.motor_index.size, arm.rows.shape
@@ -112,7 +112,7 @@ def advance(functions, arm, state, w, tmp, applied_torque, t, h):
         state.q[i] += h * after
 
 
-@njit(cache=True)
+@compiled
 def _momentum(arm, state, tmp, applied_torque, h):
     """Inertia with viscous drag, and the momentum that it will have without dry friction."""
     n, size = arm.motor_index.size, state.q.size
@@ -136,7 +136,7 @@ def _momentum(arm, state, tmp, applied_torque, h):
         tmp.system[i, i] += h * arm.drag[i]
 
 
-@njit(cache=True)
+@compiled
 def _inertia(arm, tmp):
     """Mass matrix with rotors, as if no motor moved beside its joint."""
     n, size = arm.motor_index.size, tmp.system.shape[0]
@@ -147,7 +147,7 @@ def _inertia(arm, tmp):
             tmp.system[i, j] = tmp.inertia[i, j] + arm.armature[i, j] if linked else alone
 
 
-@njit(cache=True)
+@compiled
 def _times(a, rows, out):
     """A rows^T."""
     for i in range(out.shape[0]):
@@ -157,7 +157,7 @@ def _times(a, rows, out):
                 out[i, e] += a[i, j] * rows[e, j]
 
 
-@njit(cache=True)
+@compiled
 def _friction_impulses(arm, state, tmp, h):
     """Impulses [N m s] of the Coulomb elements and ties, by projected Gauss-Seidel.
 
@@ -198,7 +198,7 @@ def _friction_impulses(arm, state, tmp, h):
         state.stretch[e] = state.impulse[e] / (h * max(tmp.level[e], 1e-12))
 
 
-@njit(cache=True)
+@compiled
 def _constraint_impulse(arm, state, loose, speed, mobility, h):
     """Impulse that ties a link, which else moves so fast beside its motor [rad/s], to it."""
     n = arm.motor_index.size
@@ -213,7 +213,7 @@ def _constraint_impulse(arm, state, loose, speed, mobility, h):
     return (beyond + damping * speed) / (arm.compliance[loose] / h + mobility * (h + damping))
 
 
-@njit(cache=True)
+@compiled
 def copy(values, out):
     """Copy values into an array."""
     for i in range(values.size):

@@ -2,9 +2,8 @@
 
 from dataclasses import dataclass
 
-import numba
-
 from sim_bus.can_bus.frame import EXTENDED, FD_LENGTHS, REMOTE, Frame, carried_length
+from wamctl.arm.compiled import compiled
 
 GAP_BITS = 3
 """Intermission behind a frame, before the next one may start."""
@@ -57,7 +56,7 @@ def fd_frame_bits(frame: Frame) -> tuple[int, int]:
     return slow + _FD_TAIL, fast
 
 
-@numba.njit(cache=True)
+@compiled
 def _classic_bits(can_id: int, extended: bool, remote: bool, data: bytes, length: int) -> int:
     """From the start of frame to the end of the checksum."""
     bits = [0]
@@ -76,7 +75,7 @@ def _classic_bits(can_id: int, extended: bool, remote: bool, data: bytes, length
     return len(bits) + _stuff_bits(bits, 0, len(bits))
 
 
-@numba.njit(cache=True)
+@compiled
 def _fd_bits(can_id: int, code: int, data: bytes, length: int) -> tuple[int, int]:
     """Bits before the bit-rate switch, and from there to the end of the checksum."""
     bits = [0]
@@ -93,13 +92,13 @@ def _fd_bits(can_id: int, code: int, data: bytes, length: int) -> tuple[int, int
     return slow + stuffed_slow, len(bits) - slow + stuffed_fast + 4 + checksum + fixed_stuff
 
 
-@numba.njit(cache=True)
+@compiled
 def _append(bits: list[int], value: int, width: int) -> None:
     for shift in range(width - 1, -1, -1):
         bits.append((value >> shift) & 1)
 
 
-@numba.njit(cache=True)
+@compiled
 def _crc15(bits: list[int]) -> int:
     crc = 0
     for bit in bits:
@@ -110,7 +109,7 @@ def _crc15(bits: list[int]) -> int:
     return crc
 
 
-@numba.njit(cache=True)
+@compiled
 def _stuff_bits(bits: list[int], start: int, stop: int) -> int:
     """Stuff bits among `bits[start:stop]`: one of the other value after every five equal ones."""
     count, run, last = 0, 0, -1

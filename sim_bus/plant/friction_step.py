@@ -6,18 +6,18 @@ while s > 0, at its lower bound while s < 0, and between them only while s = 0 (
 with Coulomb friction of Moreau; a box-constrained linear complementarity problem in f).
 """
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from wamctl.arm.arrays import Array
+from wamctl.arm.compiled import compiled
 
 _MOST_CHANGES = 200
 _RIDGE = 1e-12  # keeps frictions that hold the same joints apart
 _SPEED_TOLERANCE = 1e-12  # [rad/s]
 
 
-@numba.njit(cache=True)
+@compiled
 def step(
     mass: Array,
     load: Array,
@@ -75,13 +75,13 @@ def step(
         motion[3, i] = 1.5 * motion[1, i] - 0.5 * before[i]
 
 
-@numba.njit(cache=True)
+@compiled
 def _beyond(q: float, lower: float, upper: float) -> float:
     """How far a joint is pressed into its upper stop (positive) or lower stop (negative)."""
     return max(q - upper, 0.0) + min(q - lower, 0.0)
 
 
-@numba.njit(cache=True)
+@compiled
 def _goes_on_as_before(
     a: Array, push: Array, slides: Array, friction: Array, velocity: Array, h: float
 ) -> bool:
@@ -136,7 +136,7 @@ def _goes_on_as_before(
     return True
 
 
-@numba.njit(cache=True)
+@compiled
 def _start_or_stop(
     a: Array, push: Array, slides: Array, friction: Array, velocity: Array, h: float
 ) -> None:
@@ -168,7 +168,7 @@ def _start_or_stop(
             velocity[i] = 0.0
 
 
-@numba.njit(cache=True)
+@compiled
 def _slide(slides: Array, velocity: Array, row: int) -> float:
     """A row of D times a velocity."""
     n = velocity.shape[0]
@@ -180,7 +180,7 @@ def _slide(slides: Array, velocity: Array, row: int) -> float:
     return total
 
 
-@numba.njit(cache=True)
+@compiled
 def _find_friction(g: Array, speed: Array, lower: Array, upper: Array, f: Array) -> None:
     """Friction torques f within their bounds that oppose the speeds speed - g f; in place.
 
@@ -203,7 +203,7 @@ def _find_friction(g: Array, speed: Array, lower: Array, upper: Array, f: Array)
         free[wrong] = True
 
 
-@numba.njit(cache=True)
+@compiled
 def _go_towards_rest(
     g: Array, speed: Array, lower: Array, upper: Array, f: Array, free: NDArray[np.bool_]
 ) -> int:
@@ -237,7 +237,7 @@ def _go_towards_rest(
     return stopped
 
 
-@numba.njit(cache=True)
+@compiled
 def _most_wrong_bound(
     g: Array, speed: Array, lower: Array, upper: Array, f: Array, free: NDArray[np.bool_]
 ) -> int:
@@ -252,7 +252,7 @@ def _most_wrong_bound(
     return found
 
 
-@numba.njit(cache=True)
+@compiled
 def _speed(g: Array, speed: Array, f: Array, row: int) -> float:
     s = speed[row]
     for c in range(f.shape[0]):
@@ -260,7 +260,7 @@ def _speed(g: Array, speed: Array, f: Array, row: int) -> float:
     return s
 
 
-@numba.njit(cache=True)
+@compiled
 def _factorise(a: Array, n: int) -> None:
     """Cholesky factor of a positive definite matrix into its lower triangle, in place.
 
@@ -277,7 +277,7 @@ def _factorise(a: Array, n: int) -> None:
             a[i, j] /= a[j, j]
 
 
-@numba.njit(cache=True)
+@compiled
 def _solve(factor: Array, x: Array, n: int) -> None:
     """Solution for a Cholesky factor from `_factorise`, in place of the right-hand side."""
     for i in range(n):

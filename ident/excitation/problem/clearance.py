@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
-from numba import njit
 from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import place, workspace
 from ident.dynamics.vectors import add, cross, dot, row, scale, sub, turned, turned_back
 from ident.signals.arrays import Array
 from wamctl.arm.collision import CollisionShapes
+from wamctl.arm.compiled import compiled
 from wamctl.arm.robot import Robot
 
 _STEPS = 20
@@ -98,7 +98,7 @@ def _thin(size: tuple[tuple[float, float, float], float]) -> bool:
     return size[0][0] == 0.0 and size[0][1] == 0.0
 
 
-@njit(cache=True)
+@compiled
 def point_speeds(chain, points, q, qd, squares):
     """Write the squared speed [m^2/s^2] of each point into `squares`, shape (S, P)."""
     if points.link.size == 0:
@@ -111,7 +111,7 @@ def point_speeds(chain, points, q, qd, squares):
             squares[s, p] = dot(v, v)
 
 
-@njit(cache=True)
+@compiled
 def _velocity(w, points, p, qd):
     link = points.link[p]
     at = add(row(w.origin, link), turned(w.joint_rotation, link, row(points.position, p)))
@@ -121,7 +121,7 @@ def _velocity(w, points, p, qd):
     return v
 
 
-@njit(cache=True)
+@compiled
 def speeds_vjp(chain, points, q, qd, bar, grad_q, grad_qd):
     """Add the gradient of sum(bar * squares) to `grad_q` and `grad_qd`, each of shape (S, n)."""
     if points.link.size == 0:
@@ -146,7 +146,7 @@ def speeds_vjp(chain, points, q, qd, bar, grad_q, grad_qd):
                 grad_qd[s, m] += 2.0 * bar[s, p] * dot(v, lever)
 
 
-@njit(cache=True)
+@compiled
 def _centre(w, shapes, b):
     """Centre of a shape in the base frame."""
     link = shapes.link[b]
@@ -155,14 +155,14 @@ def _centre(w, shapes, b):
     return add(row(w.origin, link), turned(w.joint_rotation, link, row(shapes.position, b)))
 
 
-@njit(cache=True)
+@compiled
 def _outwards(w, shapes, b, v):
     """A vector of a shape's frame in the base frame."""
     v = turned(shapes.rotation, b, v)
     return turned(w.joint_rotation, shapes.link[b], v) if shapes.link[b] >= 0 else v
 
 
-@njit(cache=True)
+@compiled
 def _inwards(w, shapes, b, v):
     """A vector of the base frame in a shape's frame."""
     if shapes.link[b] >= 0:
@@ -170,7 +170,7 @@ def _inwards(w, shapes, b, v):
     return turned_back(shapes.rotation, b, v)
 
 
-@njit(cache=True)
+@compiled
 def _box_distance(half, b, p):
     """Signed distance of a point from a box, and its gradient by the point."""
     x, y, z = abs(p[0]) - half[b, 0], abs(p[1]) - half[b, 1], abs(p[2]) - half[b, 2]
@@ -190,13 +190,13 @@ def _box_distance(half, b, p):
     return d, (sign[0] * x / d, sign[1] * y / d, sign[2] * z / d)
 
 
-@njit(cache=True)
+@compiled
 def _slope(half, b, centre, axis, along):
     """How the distance from a box changes along an axis."""
     return dot(_box_distance(half, b, add(centre, scale(along, axis)))[1], axis)
 
 
-@njit(cache=True)
+@compiled
 def _lowest(half, b, centre, axis):
     """Where between -1 and 1 the axis is nearest to the box, by the Illinois rule."""
     low, high = -1.0, 1.0
@@ -223,7 +223,7 @@ def _lowest(half, b, centre, axis):
     return 0.5 * (low + high)
 
 
-@njit(cache=True)
+@compiled
 def _nearest(w, shapes, a, b):
     """Distance of capsule a from shape b, the direction away from b, and the point on a's axis."""
     centre = _inwards(w, shapes, b, sub(_centre(w, shapes, a), _centre(w, shapes, b)))
@@ -235,7 +235,7 @@ def _nearest(w, shapes, a, b):
     return d - shapes.radius[a] - shapes.radius[b], away, point
 
 
-@njit(cache=True)
+@compiled
 def _far(w, shapes, a, b, reach):
     """Whether two shapes are surely further apart than `reach`; by spheres, then closer."""
     gap = sub(_centre(w, shapes, a), _centre(w, shapes, b))
@@ -247,7 +247,7 @@ def _far(w, shapes, a, b, reach):
     return _box_distance(shapes.half, b, centre)[0] - size > reach
 
 
-@njit(cache=True)
+@compiled
 def distances(chain, shapes, q, reach, out):
     """Write the distance of each pair [m], `reach` at most, into `out`, shape (S, P)."""
     if len(shapes.pairs) == 0:
@@ -262,7 +262,7 @@ def distances(chain, shapes, q, reach, out):
                 out[s, p] = min(reach, _nearest(w, shapes, a, b)[0])
 
 
-@njit(cache=True)
+@compiled
 def distances_vjp(chain, shapes, q, bar, grad_q):
     """Add the gradient of sum(bar * distances) to `grad_q`, shape (S, n)."""
     if len(shapes.pairs) == 0:

@@ -14,7 +14,6 @@ with an exponent, df/dx = (1 - f sgn(v))^p / d (Dahl 1968). Exponents are drawn.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 
 from ident.effects.smoothed_segment import SmoothedSegment
 from ident.gap.nulls.null_arms import phase_randomised
@@ -22,6 +21,7 @@ from ident.gap.regression.current_model import CurrentFit
 from ident.gap.regression.residuals import residuals
 from ident.gap.regression.rows import WindowedRows
 from ident.signals.arrays import Array
+from wamctl.arm.compiled import compiled
 
 _WIDTHS = np.geomspace(5e-4, 0.04, 10)  # rad/s
 _DISTANCES = np.geomspace(5e-5, 3e-3, 8)  # rad
@@ -130,7 +130,7 @@ def _nearest(
     return best, least
 
 
-@njit(cache=True)
+@compiled
 def _stretched(q, distance, exponent):
     f, out = 0.0, np.empty(len(q))
     out[0] = 0.0

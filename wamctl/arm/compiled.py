@@ -1,0 +1,65 @@
+"""Functions compiled by numba, whose machine code is kept on disk, by one process at a time.
+
+numba tells the others that a function's code is there before it has written it. A process that
+starts a little later, after an upgrade or an edit, can thus read the code of before, or that for
+other types of arguments, and compute with it. So each compilation, from the look on disk to the
+last byte written, holds a lock that all processes of this machine share; the others then read what
+the first has compiled.
+"""
+
+import fcntl
+import threading
+import time
+from functools import partial
+from typing import IO
+
+from numba import njit
+from numba.core import event
+
+_LONGEST_WAIT_S = 120.0
+
+compiled = partial(njit, cache=True)
+"""Decorator of a compiled function, as `numba.njit` is."""
+
+
+class _OneProcess(event.Listener):
+    """Holds the lock while numba holds its own, which only the threads of a process share."""
+
+    def __init__(self) -> None:
+        self._of = _Held()
+
+    def on_start(self, event: event.Event) -> None:
+        """This thread is about to take numba's lock, perhaps once more."""
+        if self._of.depth == 0:
+            self._of.file = open(__file__, "rb")
+            _wait_for(self._of.file)
+        self._of.depth += 1
+
+    def on_end(self, event: event.Event) -> None:
+        """It has given it back."""
+        self._of.depth -= 1
+        if self._of.depth == 0 and self._of.file is not None:
+            fcntl.flock(self._of.file, fcntl.LOCK_UN)  # a process forked meanwhile has the file too
+            self._of.file.close()
+
+
+class _Held(threading.local):
+    """How often a thread has taken the lock, and the file that it holds."""
+
+    depth = 0
+    file: IO[bytes] | None = None
+
+
+def _wait_for(file: IO[bytes]) -> None:
+    """Take the lock; a process that was suspended while it compiles is waited for no longer."""
+    end = time.monotonic() + _LONGEST_WAIT_S
+    while time.monotonic() < end:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            time.sleep(0.01)
+        else:
+            return
+
+
+event.register("numba:compiler_lock", _OneProcess())
