@@ -154,7 +154,7 @@ class Effect(ABC, Generic[P]):
         return None
 
     def final_form(self, candidate: Candidate[P]) -> Candidate[P]:
-        """The form in which its values are estimated: it may have terms that a search can spare."""
+        """The form that it has once it is found: with terms that its place is found without."""
         return candidate
 
     def unobserved_fraction(self, candidate: Candidate[P], slow: float) -> float:

@@ -28,10 +28,10 @@ class _Centre(NamedTuple):
 
 
 class Payload(Effect[_Centre]):
-    """tau = .. + Y_tool (L, m c, m): the tensor L is that of a point mass m at c in the search.
+    """tau = .. + Y_tool (L, m c, m): the tensor L is that of a point mass m at c until it is found.
 
-    Its values are estimated with a tensor of its own: that of a body is larger, and what it leaves
-    of the torque would go into the first moment.
+    From then on it has a tensor of its own: that of a body is larger, and what it leaves of the
+    torque would go into the first moment, or be taken for rotors of the wrist.
     """
 
     id = "payload"
@@ -39,7 +39,7 @@ class Payload(Effect[_Centre]):
     equation = (
         "tau += Y_n(q, qd, qdd) (inertia, first_moment, mass), the last link's columns of (6)"
     )
-    source = "Khalil, Gautier, Lemoine 2007, eq. (10); in the search with a point mass's tensor"
+    source = "Khalil, Gautier, Lemoine 2007, eq. (10); found with a point mass's tensor"
     signature = "gravity and inertia on all joints, as if the last link had become heavier"
     rivals = ("encoder_offset", "gravity_tilt")
     experiment = "the same motion with and without the load"

@@ -134,10 +134,16 @@ def model_of(found: Identification) -> Model:
         base_parameters=_table(found),
         errors=errors,
         filter=fit_filter(process, KnownShapes(process.curves, evidence.reversals.shapes)),
-        noise=found.assessments[name].filtered.rms_by_joint,
+        noise=_error(found, name),
         logs=tuple(log.data.name for log in evidence.logs),
         gains_nm_per_a=evidence.arm.settings.gains_nm_per_a or (),
     )
+
+
+def _error(found: Identification, name: str) -> Array:
+    """Of the torque of motions that were not fitted [N m], shape (n,)."""
+    fitted = found.assessments[name].filtered.rms_by_joint
+    return np.fmax(fitted, found.held_out[name].errors.rms_by_joint)
 
 
 def _table(found: Identification) -> tuple[BaseParameter, ...]:

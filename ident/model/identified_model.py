@@ -75,7 +75,8 @@ class Model:
         moving: which joints moved in the fit, shape (n,); the model is good for motions of these.
         base_parameters: the arm's Table I.
         filter: of the fit.
-        noise: residual of the fit per joint [N m], shape (n,); NaN for held joints.
+        noise: error per joint on stretches that were not fitted [N m], shape (n,), or of the fit
+            where that is larger; NaN for held joints.
         logs: names of the recordings of the fit.
         gains_nm_per_a: torque per ampere of each joint, where the recordings held currents; empty:
             they held torque.

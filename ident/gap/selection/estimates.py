@@ -51,13 +51,10 @@ def final_estimates(
         settings: of the standard errors.
         accepted: the same effects with their other forms, in the same order: where the data cannot
             tell the forms apart, standard errors span them.
-        systematic: whether effects take their final forms, and standard errors hold what the model
-            gets wrong alike in each period and near reversals, as those that are reported do; the
-            tests of the search have bounds of their own.
+        systematic: whether standard errors hold what the model gets wrong alike in each period and
+            near reversals, as those that are reported do; the tests of the search have bounds of
+            their own.
     """
-    if systematic:
-        forms = (catalogue()[h.effect].final_form(h) for h in end.accepted)
-        end = replace(end, accepted=tuple(forms))
     effects, at = _gauss_newton_step(rows, end, settings)
     if systematic:
         effects, at = _with_needed_terms(rows, end, (effects, at), settings)

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from ident.effects.candidate import Candidate
+from ident.effects.catalogue import catalogue
 from ident.gap.regression.current_model import CurrentFit, extend
 from ident.gap.regression.rows import WindowedRows
 from ident.gap.selection.scoring import Score
@@ -41,8 +42,9 @@ class AcceptedEffect:
 
     @property
     def candidate(self) -> Candidate:
-        """The effect at its place."""
-        return self.score.candidate
+        """The effect at its place, in its final form: what its first one leaves is not news."""
+        h = self.score.candidate
+        return catalogue()[h.effect].final_form(h)
 
     @property
     def place(self) -> Place:

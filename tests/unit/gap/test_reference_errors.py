@@ -119,3 +119,11 @@ def test_a_joint_that_was_held_in_the_references_recordings_is_refused(source, k
         f"{source.datasets[0].name} moves wam/wrist_yaw_joint, held in the recordings that the"
         " model was fitted on: it says nothing about them."
     )
+
+
+def test_a_model_is_not_surer_of_its_torque_than_on_stretches_it_has_not_seen(source):
+    found = identify(source.datasets, source.arm)
+    fitted = found.assessments[found.chosen].filtered.rms_by_joint
+    unseen = found.held_out[found.chosen].errors.rms_by_joint
+    assert (unseen > fitted).any()
+    np.testing.assert_allclose(model_of(found).noise, np.fmax(fitted, unseen))
