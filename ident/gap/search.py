@@ -172,6 +172,8 @@ def _round(
         state = replace(state, calibrations=state.calibrations + 1)
         state = _calibrated(source, state, larger, options, tell)
         fresh = [a for a in fresh if a.score.gain >= state.threshold.of(a.candidate.effect)]
+        if not fresh:
+            return state, True  # others may reach the new thresholds
     kept, larger = keep_significant(state, fresh, larger, settings.significance)
     if kept:
         accepted = (*state.accepted, *kept)

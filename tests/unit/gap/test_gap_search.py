@@ -7,8 +7,9 @@ import pytest
 from closed_loop import cord, nominal_of, recorded, source_of, wam
 
 from ident.checks.examine import examine
+from ident.effects.catalogue import catalogue
 from ident.gap.data.broken_time import data_faults
-from ident.gap.data.experiment import experiment
+from ident.gap.data.experiment import experiment, facts_of
 from ident.gap.data.noise_regions import Region
 from ident.gap.data.segments import SEARCHED
 from ident.gap.lack_of_fit.repeatability import repeated_rows
@@ -77,6 +78,23 @@ def test_nothing_is_named_where_nothing_is_hidden(nothing_hidden):
     verdict = nothing_hidden.verdict
     assert verdict.kind == Kind.NO_GAP
     assert (verdict.effects, verdict.transients, verdict.faults) == ((), (), ())
+
+
+def test_a_weaker_effect_is_found_behind_one_that_chance_explains_as_well(source, monkeypatch):
+    """Effect-free arms raise the threshold of what explains most beyond what it gains here."""
+    arm = wam()
+    for name, joint, values in (("torque_offset", 3, [2.0]), ("joint_spring", 1, [3.0, 0.0])):
+        effect = catalogue()[name]
+        place = next(h for h in effect.candidates(facts_of(source)) if h.joints == (joint,))
+        arm = effect.simulated(arm, place, np.array(values))
+
+    def calibrated(source, state, *rest):
+        gains = state.threshold.gain | {"torque_offset": np.inf}
+        return replace(state.threshold, gain=gains, draws=1)
+
+    monkeypatch.setattr("ident.gap.search.calibrated", calibrated)
+    found = search(source_of(recorded(arm, moving=(1, 3))), Options(), lambda _: None)
+    assert [f.candidate.effect for f in found.verdict.effects] == ["joint_spring"]
 
 
 def test_a_torque_at_one_place_gets_no_wrong_name(bumpy):
