@@ -51,6 +51,9 @@ from ident.signals.arrays import Array
 OF_FITS = ("too_short", "poor_motion")
 """Codes that matter only where something is fitted to the recordings."""
 
+OF_LOADS = ("cad_disagrees", "current_not_torque")
+"""Codes of what a load that the URDF lacks may look like."""
+
 _INSTANTS = 500
 _CUTOFFS_HZ = (1.0, 10.0)
 _OVER_MOTION = 5.0

@@ -7,9 +7,11 @@ import numpy as np
 from ident.dynamics.compiled_chain import chain_of
 from ident.effects.bound_effects import members_of
 from ident.effects.catalogue import catalogue
+from ident.model.arm import Arm
 from ident.model.identified_model import Model
 from ident.simulation.arm import SETTINGS, SimulatedArm, Term, constant_torque, simulated_arm, term
 from wamctl.arm.errors import DataError
+from wamctl.arm.robot import cad_parameters, with_parameters
 
 
 @term
@@ -26,10 +28,27 @@ def simulation_of(model: Model) -> SimulatedArm:
     Raises:
         DataError: an effect that the catalogue does not know, or an arm with too many joints.
     """
-    arm = without_effects(model)
+    return _with_effects(without_effects(model), model)
+
+
+def _with_effects(arm: SimulatedArm, model: Model) -> SimulatedArm:
     for candidate, values in members_of(model):
         arm = catalogue()[candidate.effect].simulated(arm, candidate, values)
     return arm
+
+
+def _links(model: Model) -> SimulatedArm:
+    """Links and joint friction."""
+    friction = model.parameter("fv"), model.parameter("fc")
+    return simulated_arm(chain_of(model.robot), model.inertial, *friction)
+
+
+def with_loads(arm: Arm, model: Model) -> Arm:
+    """An arm whose links bear what a model's effects add to them, such as a mass at the tool."""
+    more = _with_effects(_links(model), model).delta - model.inertial
+    if not more.any():
+        return arm
+    return replace(arm, robot=with_parameters(arm.robot, cad_parameters(arm.robot) + more))
 
 
 def without_effects(model: Model) -> SimulatedArm:
@@ -39,10 +58,7 @@ def without_effects(model: Model) -> SimulatedArm:
         DataError: an arm with too many joints.
     """
     friction, n = model.terms.drive_matrix, model.robot.dof
-    arm = simulated_arm(
-        chain_of(model.robot), model.inertial, model.parameter("fv"), model.parameter("fc")
-    )
-    arm = replace(arm, armature=friction.T @ np.diag(model.parameter("ia")) @ friction)
+    arm = replace(_links(model), armature=friction.T @ np.diag(model.parameter("ia")) @ friction)
     terms = [
         Term(constant_torque, j, (float(c),)) for j, c in enumerate(model.parameter("fo")) if c
     ]

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ident.checks.examine import examine
+from ident.checks.examine import OF_LOADS, examine
 from ident.checks.remark import Grade, RefusedError, Remark, no_fit, undetermined
 from ident.checks.signs import DRIVING_FRICTION
 from ident.effects.bound_effects import load_model
+from ident.effects.simulated_model import with_loads
 from ident.gap.data.broken_time import unbroken
 from ident.gap.data.experiment import Experiment, read_experiment, with_reference_model
 from ident.gap.naming.across_recordings import spread_over_recordings
@@ -193,6 +194,8 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
     outcome = searched(source, options, remarks, tell)
     tell("fitting the arm beside the effects")
     model, stopped = written_model(outcome)
+    if source.reference_model is not None:
+        remarks = _but_of_loads(remarks, source, model)
     content = _content(outcome) | trust_content((*remarks, *outcome.remarks, *stopped))
     content["provenance"] = provenance(source.arm, paths)
     tell("preparing the report")
@@ -200,6 +203,15 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
     content["seconds"] = time.perf_counter() - start
     content["errors"] = errors_on(model, counted(source))
     return Gap(model, content, report)
+
+
+def _but_of_loads(remarks: Sequence[Remark], source: Experiment, model: Model) -> list[Remark]:
+    """What was said before the search, without what a load that it named explains."""
+    arm = with_loads(source.arm, model)
+    if arm is source.arm or not any(r.code in OF_LOADS for r in remarks):
+        return list(remarks)
+    left = {r.code for r in examine(arm, source.datasets).remarks}
+    return [r for r in remarks if r.code not in OF_LOADS or r.code in left]
 
 
 def written_model(outcome: _Outcome) -> tuple[Model, tuple[Remark, ...]]:

@@ -157,7 +157,7 @@ def run_data(
         wrong = "a known load tells gains of currents alone: set torque_unit=A, or leave it out"
         raise ConfigurationError("load", [wrong])
     tell("checking the recordings")
-    examined = examine(arm, data, load=load)
+    examined = examine(arm if known is None else _loaded_by(known, arm), data, load=load)
     if examined.verdict is Grade.REFUSED:
         raise RefusedError(examined.remarks)
     data, gains = examined.data, examined.gains
@@ -241,6 +241,13 @@ def _known(path: Path, arm: Arm) -> Model:
             " its effects cannot be taken off here."
         )
     return model
+
+
+def _loaded_by(model: Model, arm: Arm) -> Arm:
+    """The arm with what a model's effects add to its links."""
+    from ident.effects.simulated_model import with_loads  # effects load numba, half a second
+
+    return with_loads(arm, model)
 
 
 def _without(model: Model, data: Dataset) -> Dataset:

@@ -20,6 +20,7 @@ from ident.checks.remark import (
 from ident.checks.settings import DEFAULT, CheckSettings
 from ident.checks.torque import poorly_predicted
 from ident.effects.bound_effects import load_model
+from ident.effects.simulated_model import with_loads
 from ident.identification.validation import Prediction, arm_of, predict
 from ident.model.arm import Arm
 from ident.model.identified_model import Model
@@ -70,7 +71,7 @@ def validate_logs(
     model = load_model(model_path)
     arm = arm_of(model).with_settings(**settings)
     recorded = [read_for(arm, path, reading) for path in paths]
-    data, remarks = checked(arm, recorded)
+    data, remarks = checked(with_loads(arm, model), recorded)
     if verdict_of(remarks) is Grade.REFUSED:
         refusal = RefusedError(remarks)
         content = verdict_content(remarks) | {"arm": model.arm, "model": str(model_path)}

@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 from closed_loop import estimates_of, recorded, source_of, wam
 
+from ident.checks.examine import OF_LOADS, examine
+from ident.effects.bound_effects import BoundEffects
 from ident.effects.catalogue import catalogue
+from ident.effects.simulated_model import with_loads
 from ident.gap.data.experiment import facts_of
 from ident.gap.options import Options
 from ident.gap.regression.current_model import extend, nominal_fit
@@ -67,6 +70,21 @@ def test_the_tensor_of_a_body_does_not_go_into_its_first_moment(source):
     sds = np.array([v.sd for v in values.values()])
     assert (np.abs(errors) < 3.0 * sds).all()
     assert (sds < 4e-4).all()
+
+
+def test_a_load_that_the_model_knows_is_nothing_that_the_urdf_lacks(source):
+    """A model with a payload was told of its own recordings that they look like currents."""
+    known = model_of(identify(source.datasets, source.arm))
+    payload = catalogue()["payload"]
+    body = payload.final_form(*payload.candidates(facts_of(source)))
+    values = np.array([0.6, 0.0, 0.0, 0.048, 4e-3, 0.0, 0.0, 4e-3, 0.0, 3e-4])
+    data = source_of(recorded(payload.simulated(wam(), body, values), 1)).datasets
+    model = replace(known, effects=BoundEffects(((body, values),)))
+    told = [
+        {r.code for r in examine(arm, data).remarks} & set(OF_LOADS)
+        for arm in (with_loads(source.arm, known), with_loads(source.arm, model))
+    ]
+    assert told == [{"current_not_torque"}, set()]
 
 
 def test_a_body_is_simulated_as_the_nearest_one_that_can_exist(source):
