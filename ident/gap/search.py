@@ -125,15 +125,16 @@ def _in_model_or_not(
 def rows_of(source: Experiment, options: Options) -> WindowedRows:
     """Windowed torque and nominal columns of all recordings.
 
-    Above the frequency to which a reference model's error is known, what the model always lacked
-    would pass for a change.
+    A reference model's error is known below the cut-off of its fit only: above it, what the model
+    always lacked would pass for a change.
     """
-    rate, reference = source.datasets[0].rate_hz, reference_torque(source)
+    rate, model = source.datasets[0].rate_hz, source.reference_model
     highest = options.settings.scoring.max_cutoff_share * rate
-    if reference is not None:
-        highest = min(highest, reference.known_to_hz)
+    if model is not None:
+        highest = min(highest, model.filter.cutoff_hz)
     windows = windows_for(rate, min(options.cutoff_hz, highest))
     parts = segments(source.datasets, windows)
+    reference = reference_torque(source)
     rows = windowed_rows(parts, windows, facts_of(source), base_columns(source), reference)
     return replace(rows, first_pass=first_pass(source, rows, options.settings.repeats))
 

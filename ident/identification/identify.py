@@ -124,7 +124,6 @@ def model_of(found: Identification) -> Model:
         delta = with_beta(evidence.base, evidence.prior, chosen.beta)
     errors = np.zeros((len(delta), found.errors.shape[1]))
     errors[list(evidence.base.kept)] = found.errors
-    noise = _error(found, name)
     return Model(
         arm=evidence.arm.name,
         estimator=name,
@@ -135,10 +134,9 @@ def model_of(found: Identification) -> Model:
         base_parameters=_table(found),
         errors=errors,
         filter=fit_filter(process, KnownShapes(process.curves, evidence.reversals.shapes)),
-        noise=noise,
+        noise=_error(found, name),
         logs=tuple(log.data.name for log in evidence.logs),
         gains_nm_per_a=evidence.arm.settings.gains_nm_per_a or (),
-        raw_noise=np.fmax(noise, found.assessments[name].raw.rms_by_joint),
     )
 
 

@@ -99,7 +99,6 @@ class Model:
     gains_nm_per_a: tuple[float, ...] = ()
     effects: ModelEffects = field(default=NoEffects())
     errors: Array = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
-    raw_noise: Array = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         """Refuses parameters that do not fit the arm."""
@@ -316,8 +315,7 @@ def _content(model: Model) -> dict[str, Any]:
         "estimator": model.estimator,
         "joints": list(robot.joint_names),
         "moving": [bool(m) for m in model.moving],
-        "noise_nm": _numbers(model.noise),
-        **({"raw_noise_nm": _numbers(model.raw_noise)} if len(model.raw_noise) else {}),
+        "noise_nm": [None if np.isnan(x) else float(x) for x in model.noise],
         "gravity_m_s2": [float(g) for g in robot.model.gravity.linear],
         "parameter_frames": list(robot.parameter_frames),
         "terms": [name for name in TERM_NAMES if getattr(terms, name)],
@@ -333,10 +331,6 @@ def _content(model: Model) -> dict[str, Any]:
         "effects": [e.content(robot.sliding.tolist()) for e in model.effects.records],
         "urdf": model.robot.urdf,
     }
-
-
-def _numbers(values: Array) -> list[float | None]:
-    return [None if np.isnan(x) else float(x) for x in values]
 
 
 def _link(model: Model, k: int) -> dict[str, Any]:

@@ -1,6 +1,6 @@
 """The identified arm of a `model.yaml`."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,6 @@ from ident.model.arm import TERM_NAMES
 from ident.model.fit_filter import Filter
 from ident.model.identified_model import FORMAT, VERSION, Model, ModelEffects
 from ident.model.records import BaseParameter, EffectRecord, errors_from
-from ident.signals.arrays import Array
 from wamctl.arm.config import Section, Vector, read_yaml, validate
 from wamctl.arm.errors import ConfigurationError, DataError
 from wamctl.arm.robot import load_robot
@@ -33,7 +32,6 @@ class _ModelFile(Section):
     joints: tuple[str, ...]
     moving: tuple[bool, ...]
     noise_nm: tuple[float | None, ...]
-    raw_noise_nm: tuple[float | None, ...] = Field(default=())
     gravity_m_s2: tuple[float, float, float]
     parameter_frames: tuple[str, ...]
     terms: tuple[str, ...]
@@ -108,14 +106,9 @@ def _model(file: _ModelFile, source: str, bind: Bind) -> Model:
         moving=np.array(file.moving),
         base_parameters=file.base_parameters,
         filter=file.filter,
-        noise=_array(file.noise_nm),
+        noise=np.array([np.nan if x is None else x for x in file.noise_nm]),
         logs=file.logs,
         gains_nm_per_a=file.gains_nm_per_a,
         effects=bind(file.effects),
         errors=errors_from(standard_parameters(robot, terms), file.errors),
-        raw_noise=_array(file.raw_noise_nm),
     )
-
-
-def _array(values: Sequence[float | None]) -> Array:
-    return np.array([np.nan if x is None else x for x in values])

@@ -31,17 +31,8 @@ class ReferenceTorque:
 
     @property
     def noise(self) -> Array:
-        """The model's own error per joint [N m], shape (n,): of the whole band, where it is known.
-
-        That of unfiltered torque is the most that it may be in any part of the band.
-        """
-        model = self.model
-        return np.nan_to_num(model.raw_noise if len(model.raw_noise) else model.noise)
-
-    @property
-    def known_to_hz(self) -> float:
-        """Frequency up to which its error is known [Hz]."""
-        return np.inf if len(self.model.raw_noise) else self.model.filter.cutoff_hz
+        """The residual of the model's own fit per joint [N m], shape (n,)."""
+        return np.nan_to_num(self.model.noise)
 
     def torque(self, s: SmoothedSegment) -> Array:
         """What the model predicts [N m], shape (S, n)."""

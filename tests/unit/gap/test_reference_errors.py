@@ -53,7 +53,7 @@ def test_the_covariance_grows_by_what_the_references_errors_do(source, known, fi
         wrong = replace(certain, delta=known.delta + np.where(friction, 0.0, error))
         moves.append(payload_beside(source, wrong, fitted, reported=True)[0] - values)
     assert more == pytest.approx(np.sum(np.square(moves), axis=0), rel=0.02)
-    assert (payload_beside(source, known, fitted)[1] > 1.05 * least).all()
+    assert (payload_beside(source, known, fitted)[1] > 1.3 * least).all()
 
 
 def test_a_model_file_keeps_the_errors_of_the_fit(known, tmp_path):
@@ -126,21 +126,4 @@ def test_a_model_is_not_surer_of_its_torque_than_on_stretches_it_has_not_seen(so
     fitted = found.assessments[found.chosen].filtered.rms_by_joint
     unseen = found.held_out[found.chosen].errors.rms_by_joint
     assert (unseen > fitted).any()
-    model = model_of(found)
-    np.testing.assert_allclose(model.noise, np.fmax(fitted, unseen))
-    assert (model.raw_noise >= found.assessments[found.chosen].raw.rms_by_joint).all()
-    assert (model.raw_noise >= model.noise).all()
-
-
-def test_a_search_looks_as_high_as_the_references_error_is_known(source, known, tmp_path):
-    """Friction of slow joints cannot be told from windows of a slow motion's cut-off."""
-    slow = replace(known, filter=replace(known.filter, cutoff_hz=2.5))
-    slow.save(tmp_path / "model.yaml")
-    older = replace(slow, raw_noise=np.zeros(0))
-    rows = [
-        rows_of(replace(source, reference_model=m), Options())
-        for m in (None, load_model(tmp_path / "model.yaml"), older)
-    ]
-    assert rows[0].hop_s == rows[1].hop_s < rows[2].hop_s / 3
-    assert rows[1].reference_error == pytest.approx(known.raw_noise)
-    assert rows[2].reference_error == pytest.approx(known.noise)
+    np.testing.assert_allclose(model_of(found).noise, np.fmax(fitted, unseen))
