@@ -99,7 +99,8 @@ def told(recorded: Run, found: SearchResult, seed: int, seconds: float) -> Told:
     named = [(f.candidate.effect, f.candidate.joints) for f in verdict.effects]
     named += [("contact", b.joints) for b in verdict.transients]
     settings = found.options.settings.significance
-    values = final_estimates(found.rows, found.end, settings, verdict.effects).parameters
+    end = found.rows, found.end, settings, verdict.effects
+    values = final_estimates(*end, systematic=True).parameters
     right, wrong = judged(recorded, verdict.kind, named)
     return Told(
         seed,
