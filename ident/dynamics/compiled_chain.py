@@ -23,7 +23,7 @@ from ident.dynamics.vectors import (
     turned_back,
 )
 from ident.signals.arrays import Array
-from wamctl.arm.compiled import compiled
+from wamctl.arm.compilation import compiled
 from wamctl.arm.robot import Robot
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from ident.dynamics.compiled_chain import move, place, workspace
 from ident.dynamics.vectors import add, cross, dot, row, sub, turned_back
-from wamctl.arm.compiled import compiled
+from wamctl.arm.compilation import compiled
 
 
 @compiled

@@ -6,7 +6,7 @@ import numpy as np
 
 from ident.dynamics.compiled_chain import Chain, torques
 from ident.signals.arrays import Array
-from wamctl.arm.compiled import compiled
+from wamctl.arm.compilation import compiled
 
 _STEP = 1e-6
 

@@ -1,6 +1,6 @@
 """Three-vectors as tuples, which the compiler keeps in registers, unlike small arrays."""
 
-from wamctl.arm.compiled import compiled
+from wamctl.arm.compilation import compiled
 
 
 @compiled

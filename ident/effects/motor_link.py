@@ -12,7 +12,7 @@ from ident.effects.candidate import Candidate, P
 from ident.effects.effect import Array, Effect
 from ident.effects.observation import Observed
 from ident.simulation.arm import SimulatedArm
-from wamctl.arm.compiled import compiled
+from wamctl.arm.compilation import compiled
 
 _SUBSTEPS = 5
 _TURNED = 0.005  # rad/s: the motor's friction has turned round

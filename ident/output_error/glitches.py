@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.signals.arrays import Array
-from wamctl.arm.compiled import compiled
+from wamctl.arm.compilation import compiled
 
 _FASTER = 3.0
 """Times a joint's fastest pair of steps; its largest step was 1.5 times that on a hobby arm."""

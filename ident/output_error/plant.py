@@ -17,7 +17,7 @@ import numpy as np
 
 from ident.dynamics.compiled_chain import inverse_dynamics, invert, mass_matrix, workspace
 from ident.signals.arrays import Array
-from wamctl.arm.compiled import compiled
+from wamctl.arm.compilation import compiled
 
 _SWEEPS = 40
 _HELD_S = 0.025  # for which mass and gravity are held at most: some microradians on a hobby arm

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import Chain
 from ident.signals.arrays import Array
-from wamctl.arm.compiled import compiled
+from wamctl.arm.compilation import compiled
 
 _VECTOR = types.Array(types.float64, 1, "C")
 TERM = types.void(types.float64, _VECTOR, _VECTOR, _VECTOR, types.int64, _VECTOR, _VECTOR, _VECTOR)

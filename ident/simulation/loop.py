@@ -12,7 +12,7 @@ from ident.dynamics.compiled_chain import Chain, inverse_dynamics, workspace
 from ident.signals.arrays import Array
 from ident.simulation.arm import SETTINGS, SimulatedArm, no_term
 from ident.simulation.step import Plant, State, advance, copy, scratch
-from wamctl.arm.compiled import compiled
+from wamctl.arm.compilation import compiled
 from wamctl.arm.recording import Command, Recording
 from wamctl.arm.ros2.joint_series import ReferenceSeries
 from wamctl.arm.trajectory import Reference

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import Chain, inverse_dynamics, invert, mass_matrix
 from ident.signals.arrays import Array
-from wamctl.arm.compiled import compiled
+from wamctl.arm.compilation import compiled
 
 _SWEEPS = 12  # of Gauss-Seidel, from the last step's solution
 _SWEEPS_WITH_TIES = 60  # a light motor between friction and a heavy link is slow to settle

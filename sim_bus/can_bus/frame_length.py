@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from sim_bus.can_bus.frame import EXTENDED, FD_LENGTHS, REMOTE, Frame, carried_length
-from wamctl.arm.compiled import compiled
+from wamctl.arm.compilation import compiled
 
 GAP_BITS = 3
 """Intermission behind a frame, before the next one may start."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wamctl.arm.arrays import Array
-from wamctl.arm.compiled import compiled
+from wamctl.arm.compilation import compiled
 
 _MOST_CHANGES = 200
 _RIDGE = 1e-12  # keeps frictions that hold the same joints apart

@@ -1,12 +1,74 @@
-"""A word to whoever waits while numba compiles, which it does once on a machine."""
+"""Functions compiled by numba, by one process at a time, and a word to whoever waits for it.
 
+Machine code is kept on disk, so that compilation happens once on a machine. But numba tells the
+others that a function's code is there before it has written it. A process that starts a little
+later, after an upgrade or an edit, can thus read the code of before, or that for other types of
+arguments, and compute with it. So each compilation, from the look on disk to the last byte
+written, holds a lock that all processes of this machine share; the others then read what the first
+has compiled.
+"""
+
+import fcntl
 import sys
+import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
+from typing import IO
 
+from numba import njit
 from numba.core import event
 
-from wamctl.arm.command_line import is_quiet
+_LONGEST_WAIT_S = 120.0
+
+compiled = partial(njit, cache=True)
+"""Decorator of a compiled function, as `numba.njit` is."""
+
+
+class _OneProcess(event.Listener):
+    """Holds the lock while numba holds its own, which only the threads of a process share."""
+
+    def __init__(self) -> None:
+        self._of = _Held()
+
+    def on_start(self, event: event.Event) -> None:
+        """This thread is about to take numba's lock, perhaps once more."""
+        if self._of.depth == 0:
+            self._of.file = open(__file__, "rb")
+            _wait_for(self._of.file)
+        self._of.depth += 1
+
+    def on_end(self, event: event.Event) -> None:
+        """It has given it back."""
+        self._of.depth -= 1
+        if self._of.depth == 0 and self._of.file is not None:
+            fcntl.flock(self._of.file, fcntl.LOCK_UN)  # a process forked meanwhile has the file too
+            self._of.file.close()
+
+
+class _Held(threading.local):
+    """How often a thread has taken the lock, and the file that it holds."""
+
+    depth = 0
+    file: IO[bytes] | None = None
+
+
+def _wait_for(file: IO[bytes]) -> None:
+    """Take the lock: not beyond a process that was suspended, nor where files have no locks."""
+    end = time.monotonic() + _LONGEST_WAIT_S
+    while time.monotonic() < end:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            time.sleep(0.01)
+        except OSError:
+            return
+        else:
+            return
+
+
+event.register("numba:compiler_lock", _OneProcess())
 
 
 @contextmanager
@@ -21,6 +83,8 @@ def compilation_announced(what: str) -> Iterator[None]:
 
 
 def _say(what: str) -> None:
+    from wamctl.arm.command_line import is_quiet  # it loads Typer, a third of a second
+
     if is_quiet():
         return
     sys.stderr.write(

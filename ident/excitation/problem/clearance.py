@@ -15,7 +15,7 @@ from ident.dynamics.compiled_chain import place, workspace
 from ident.dynamics.vectors import add, cross, dot, row, scale, sub, turned, turned_back
 from ident.signals.arrays import Array
 from wamctl.arm.collision import CollisionShapes
-from wamctl.arm.compiled import compiled
+from wamctl.arm.compilation import compiled
 from wamctl.arm.robot import Robot
 
 _STEPS = 20

@@ -21,7 +21,7 @@ from ident.gap.regression.current_model import CurrentFit
 from ident.gap.regression.residuals import residuals
 from ident.gap.regression.rows import WindowedRows
 from ident.signals.arrays import Array
-from wamctl.arm.compiled import compiled
+from wamctl.arm.compilation import compiled
 
 _WIDTHS = np.geomspace(5e-4, 0.04, 10)  # rad/s
 _DISTANCES = np.geomspace(5e-5, 3e-3, 8)  # rad

@@ -21,7 +21,7 @@ CALL = "import rise; print(rise.rise(1.0))"
 
 def source(step: float) -> str:
     return (
-        "from wamctl.arm.compiled import compiled\n\n\n"
+        "from wamctl.arm.compilation import compiled\n\n\n"
         f"@compiled\ndef rise(x):\n    return x + {step}\n"
     )
 
