@@ -236,7 +236,7 @@ class LackOfFit(_Section):
         " accepted effect it always counts, beside one only very little is allowed.",
     )
     reference_error_factor: float = _positive(
-        2.0, "Errors of a reference model in units of its own fit's residual [1]: other motions."
+        2.0, "Errors of a reference model on other motions in units of that on its own [1]."
     )
     disagreement: float = _positive(
         0.7, "Held-out residual over searched one from which recordings disagree [nats]: twice."

@@ -4,8 +4,8 @@ Machine code is kept on disk, so that compilation happens once on a machine. But
 others that a function's code is there before it has written it. A process that starts a little
 later, after an upgrade or an edit, can thus read the code of before, or that for other types of
 arguments, and compute with it. So each compilation, from the look on disk to the last byte
-written, holds a lock that all processes of this machine share; the others then read what the first
-has compiled.
+written, holds a lock that all processes of this installation share; the others then read what the
+first has compiled.
 """
 
 import fcntl
@@ -13,7 +13,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from typing import IO
 
@@ -43,7 +43,8 @@ class _OneProcess(event.Listener):
         """It has given it back."""
         self._of.depth -= 1
         if self._of.depth == 0 and self._of.file is not None:
-            fcntl.flock(self._of.file, fcntl.LOCK_UN)  # a process forked meanwhile has the file too
+            with suppress(OSError):  # where files have no locks
+                fcntl.flock(self._of.file, fcntl.LOCK_UN)  # a forked process has the file, too
             self._of.file.close()
 
 

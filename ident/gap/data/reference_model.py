@@ -31,7 +31,7 @@ class ReferenceTorque:
 
     @property
     def noise(self) -> Array:
-        """The residual of the model's own fit per joint [N m], shape (n,)."""
+        """The model's error on stretches that it was not fitted to [N m], shape (n,)."""
         return np.nan_to_num(self.model.noise)
 
     def torque(self, s: SmoothedSegment) -> Array:

@@ -57,7 +57,7 @@ class WindowedRows:
         base: windowed base columns, per segment, shape (R, n, b).
         reversals: windowed reversal curves, per segment, shape (R, n, T).
         viscous, torque: per segment, shape (R, n).
-        reference_error: residual of a reference model's own fit [N m], shape (n,), or None.
+        reference_error: that of a reference model's torque [N m], shape (n,), or None.
         parameter_errors: windowed torque [N m] of independent errors of its parameters, each of
             size one, per segment, shape (R, n, k); k is 0 without such a model.
         excluded: rows that no fit may use, shape (R,), or None.
