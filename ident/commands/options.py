@@ -45,7 +45,8 @@ MethodChoice = Annotated[
 ]
 
 Logs = Annotated[
-    list[Path], typer.Argument(metavar="LOG", help="Logs: .mcap files or ROS 2 bag folders.")
+    list[Path],
+    typer.Argument(metavar="LOG", help="Logs: .mcap files, ROS 2 bag folders or ROS 1 .bag files."),
 ]
 Cutoff = Annotated[
     float | None,

@@ -66,7 +66,7 @@ def validate(
             )
         typer.echo(f"{out / 'report.html'}")
     recordings = with_input(logs, None, reading)
-    if content.get("method") == "simulation":
+    if content.get("method") == "simulation" or content["effects"]:
         usual = ["ident export", model, "--to mjcf --out arm.xml"]
     else:
         usual = ["ident gap", *recordings, "--model", model]

@@ -11,7 +11,7 @@ from typing import Any
 from wamctl.arm.errors import DataError
 
 _REMOTE = "://"
-_FILES = (".mcap", ".db3")
+_FILES = (".mcap", ".db3", ".bag")
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def found_logs(addresses: Sequence[str]) -> list[Source]:
         if not here:
             raise DataError(
                 f"{address} holds no log: name folders, globs or object-store prefixes with .mcap"
-                " files or ROS 2 bag folders."
+                " or .bag files or ROS 2 bag folders."
             )
         found |= {source.address: source for source in here}
     return [found[address] for address in sorted(found)]

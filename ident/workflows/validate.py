@@ -91,6 +91,7 @@ def validate_logs(
         "model": str(model_path),
         "fitted_on": list(model.logs),
         "estimator": model.estimator,
+        "effects": [effect.name for effect in model.effects.records],
         "joints": list(model.robot.joint_names),
         "torque_units": torque_units(model.robot),
         "logs": [prediction_content(p, model.estimator) for p in predictions],

@@ -126,7 +126,7 @@ def test_the_model_carries_the_effect_and_can_be_simulated(results, log):
     assert lag[0] == pytest.approx(lag[1], rel=0.5)
 
 
-def test_validating_the_model_counts_its_effects(results, log):
+def test_validating_the_model_counts_its_effects(results, log, capsys):
     whole = yaml.safe_load((results / "model.yaml").read_text())
     bare = log.parent / "bare.yaml"
     bare.write_text(yaml.safe_dump(whole | {"effects": []}))
@@ -134,8 +134,11 @@ def test_validating_the_model_counts_its_effects(results, log):
     for model in (bare, results / "model.yaml"):
         out = log.parent / f"validated-{len(errors)}"
         assert call("validate", log, "--model", model, "--out", out) == 0
-        (entry,) = json.loads((out / "validate.json").read_text())["logs"]
-        errors.append(entry["rms_by_joint"])
+        content = json.loads((out / "validate.json").read_text())
+        errors.append(content["logs"][0]["rms_by_joint"])
+        assert content["effects"] == ([] if model == bare else ["stribeck"])
+        asks_for_changes = f"--model {model}" in capsys.readouterr().err
+        assert asks_for_changes == (model == bare and content["verdict"] == "trustworthy")
     assert errors[1][3] < errors[0][3] * 0.9  # the rest is left while the joint sticks
     assert errors[1][0] == pytest.approx(errors[0][0], rel=0.05)
 

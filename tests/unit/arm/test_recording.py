@@ -261,8 +261,8 @@ def test_a_file_of_another_kind(tmp_path: Path) -> None:
     path = tmp_path / "table.csv"
     path.write_text("t,q1,q2\n0,0,0\n")
     assert refused(path) == (
-        f"{path} is not a ROS 2 bag: give an .mcap or .db3 file,"
-        " or make one of a table with `ident import`."
+        f"{path} is no bag of ROS: give an .mcap, .db3 or .bag file,"
+        " or make a log of a table with `ident import`."
     )
 
 

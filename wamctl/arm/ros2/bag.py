@@ -1,4 +1,4 @@
-"""A ROS 2 bag as raw messages, in the order of its files."""
+"""A bag as raw messages of ROS 2, in the order of its files."""
 
 from collections.abc import Collection, Iterator
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 import yaml
 
 from wamctl.arm.errors import DataError
-from wamctl.arm.ros2 import mcap_bag, sqlite_bag
+from wamctl.arm.ros2 import mcap_bag, ros1_bag, sqlite_bag
 from wamctl.arm.ros2.part import Part
 
 _ZSTD = b"\x28\xb5\x2f\xfd"
@@ -16,7 +16,7 @@ def parts(path: Path | str, topics: Collection[str]) -> Iterator[Part]:
     """What is in a bag, in the order of the file.
 
     Args:
-        path: an `.mcap` or `.db3` file, or a rosbag2 folder with `metadata.yaml`.
+        path: an `.mcap` or `.db3` file, a rosbag2 folder with `metadata.yaml`, or ROS 1's `.bag`.
         topics: the topics whose messages are wanted; all others are only named.
 
     Raises:
@@ -29,6 +29,8 @@ def parts(path: Path | str, topics: Collection[str]) -> Iterator[Part]:
                 yield from sqlite_bag.sqlite_parts(file, topics)
             elif head.startswith(mcap_bag.MAGIC):
                 yield from mcap_bag.mcap_parts(file, stream, topics)
+            elif head.startswith(ros1_bag.MAGIC):
+                yield from ros1_bag.ros1_parts(file, topics)
             else:
                 raise DataError(_no_bag(file, head))
 
@@ -67,6 +69,6 @@ def _no_bag(file: Path, head: bytes) -> str:
     if head.startswith(_ZSTD):
         return f"{file} is compressed as a whole: unpack it with `zstd -d`, and give the result."
     return (
-        f"{file} is not a ROS 2 bag: give an .mcap or .db3 file,"
-        " or make one of a table with `ident import`."
+        f"{file} is no bag of ROS: give an .mcap, .db3 or .bag file,"
+        " or make a log of a table with `ident import`."
     )

@@ -14,7 +14,9 @@ MOST_RATIO = 200
 FREE_BYTES = 1 << 26
 """Unpacked bytes that are allowed whatever the file's size."""
 
-_MOST_CHUNK = 1 << 28
+MOST_CHUNK = 1 << 28
+"""Unpacked bytes of one part of a log at most."""
+
 _WINDOW = 1 << 27  # of zstd's memory; its own programs make no larger ones by default
 
 
@@ -49,10 +51,10 @@ class Allowance:
             DataError: more than the file may unpack to.
         """
         self.left -= size
-        if size > _MOST_CHUNK or self.left < 0:
+        if size > MOST_CHUNK or self.left < 0:
             raise DataError(
                 f"{self.file} unpacks to more than {MOST_RATIO} times its size plus"
-                f" {FREE_BYTES >> 20} MB, or to a part of more than {_MOST_CHUNK >> 20} MB:"
+                f" {FREE_BYTES >> 20} MB, or to a part of more than {MOST_CHUNK >> 20} MB:"
                 " no log of joints does; it is damaged, or was made to fill the memory."
             )
 

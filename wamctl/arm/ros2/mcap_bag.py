@@ -17,13 +17,12 @@ from mcap.records import Attachment, Channel, Metadata, Schema
 
 from wamctl.arm.errors import DataError
 from wamctl.arm.ros2.bounds import Allowance, lz4_unpacked, zstd_unpacked
-from wamctl.arm.ros2.part import BATCH, Batch, Cut, Part, Topic
+from wamctl.arm.ros2.part import BATCH, BATCH_BYTES, Batch, Cut, Part, Topic
 
 MAGIC = b"\x89MCAP0\r\n"
 _RECORD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<BQHIQ8x")
 _CHUNK = struct.Struct("<QQQII")
-_BATCH_BYTES = 2**20
 _UNREADABLE = (McapError, struct.error, ValueError, IndexError, RuntimeError, zstandard.ZstdError)
 
 
@@ -146,7 +145,7 @@ class _Walk:
         position, size, opcode = start, len(data), int(Opcode.MESSAGE)
         if _RECORD.unpack_from(data, start)[1] < _MESSAGE.size - _RECORD.size:
             raise self._damaged("message", start)
-        last = min(position + _BATCH_BYTES, size - _MESSAGE.size)
+        last = min(position + BATCH_BYTES, size - _MESSAGE.size)
         while position <= last and data[position] == opcode:
             _, length, channel, _, log_ns = unpack(data, position)
             end = position + _RECORD.size + length

@@ -1,4 +1,4 @@
-"""The parts of a bag, as the readers of its two kinds of file give them."""
+"""The parts of a bag, as the readers of its kinds of file give them."""
 
 from dataclasses import dataclass
 
@@ -6,6 +6,9 @@ from mcap.records import Attachment, Metadata
 
 BATCH = 4096
 """Messages are handed on in batches of about this many."""
+
+BATCH_BYTES = 2**20
+"""Where messages may be of any size, a batch has about as many bytes."""
 
 
 @dataclass(frozen=True)
