@@ -2,7 +2,7 @@
 
 import bz2
 import struct
-from collections import defaultdict
+from collections import OrderedDict, defaultdict
 from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from wamctl.arm.ros2.bounds import MOST_CHUNK, Allowance, lz4_unpacked
 from wamctl.arm.ros2.part import BATCH_BYTES, Batch, Part, Topic
 
 MAGIC = b"#ROSBAG V"
+_KEPT_BYTES = 1 << 26  # of unpacked chunks
 
 
 def ros1_parts(file: Path, topics: Collection[str]) -> Iterator[Part]:
@@ -62,24 +63,44 @@ def _bounded(reader: Any, file: Path) -> None:
     """Let the reader unpack no more than a log may hold."""
     from rosbags.rosbag1.reader import decompressors
 
-    allowance = Allowance.of(file)
+    allowance, kept = Allowance.of(file), OrderedDict[int, bytes]()
     bounded = {decompressors["bz2"]: _bz2_unpacked, decompressors["lz4"]: lz4_unpacked}
     for place, chunk in reader.chunks.items():
         if unpacked := bounded.get(chunk.decompressor):
-            reader.chunks[place] = chunk._replace(decompressor=_Once(unpacked, allowance))
+            once = _Once(place, unpacked, allowance, kept)
+            reader.chunks[place] = chunk._replace(decompressor=once)
 
 
 class _Once:
-    """Unpacks a chunk, which counts the first time: chunks that overlap in time are met again."""
+    """Unpacks a chunk, and keeps the last few: those that overlap in time are met in turn.
 
-    def __init__(self, unpacked: Callable[[bytes, int], bytes], allowance: Allowance) -> None:
-        self._unpacked, self._allowance, self._met = unpacked, allowance, False
+    Args:
+        place: of the chunk in its file.
+        unpacked: what is packed, up to one byte more than a size.
+        allowance: of the file, from which the chunk is taken once.
+        kept: unpacked chunks of the file by their places, the last one met at the end.
+    """
+
+    def __init__(
+        self,
+        place: int,
+        unpacked: Callable[[bytes, int], bytes],
+        allowance: Allowance,
+        kept: OrderedDict[int, bytes],
+    ) -> None:
+        self._place, self._unpacked, self._kept = place, unpacked, kept
+        self._allowance: Allowance | None = allowance
 
     def __call__(self, data: bytes) -> bytes:
-        found = self._unpacked(data, MOST_CHUNK)
-        if not self._met:
-            self._allowance.take(len(found))
-            self._met = True
+        found = self._kept.pop(self._place, None)
+        if found is None:
+            found = self._unpacked(data, MOST_CHUNK)
+            if self._allowance:
+                self._allowance.take(len(found))
+                self._allowance = None
+        self._kept[self._place] = found
+        while len(self._kept) > 1 and sum(map(len, self._kept.values())) > _KEPT_BYTES:
+            self._kept.popitem(last=False)
         return found
 
 
