@@ -26,14 +26,14 @@ def ros1_parts(file: Path, topics: Collection[str]) -> Iterator[Part]:
     # Here, since few recordings need it and it takes a quarter of a second to load.
     from rosbags.rosbag1 import Reader, ReaderError
 
-    damage = (ReaderError, SerdeError, struct.error, AssertionError, LookupError, OSError)
+    damage = (ReaderError, SerdeError, struct.error, AssertionError, LookupError, MemoryError)
     try:
         with Reader(file) as reader:
             _bounded(reader, file)
             for name, kind in dict.fromkeys((c.topic, c.msgtype) for c in reader.connections):
                 yield Topic(name, kind, "cdr")
             yield from _batches(reader, file, topics)
-    except (*damage, ValueError, EOFError, OverflowError, RuntimeError) as error:
+    except (*damage, OSError, ValueError, EOFError, OverflowError, RuntimeError) as error:
         raise DataError(_damaged(file, str(error))) from error
 
 
