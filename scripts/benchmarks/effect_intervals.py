@@ -129,6 +129,8 @@ def errors(
         h for h in catalogue()[family].candidates(facts) if not joints or h.joints == tuple(joints)
     ]
     design, scores = examine(rows, start, candidates, asked.scoring)
+    if not scores:
+        raise ValueError(f"no {family} explains anything at its place")
     found = accept(state, design, scores[0], (), asked)
     end = extend(rows, start, [found.candidate])
     (values,) = final_estimates(rows, end, asked.significance, [found], systematic=True).parameters
@@ -182,7 +184,7 @@ def main() -> None:
             try:
                 arms.append(fitted(chosen.effect, carrier(chosen.effect, seed, Path(folder))))
             except ValueError as error:
-                print(f"{seed}: {error}")  # it did not follow
+                print(f"{seed}: {error}")  # it did not follow, say
                 continue
             if chosen.out:
                 with chosen.out.open("a", encoding="utf-8") as file:
