@@ -24,17 +24,21 @@ def numbers(seed: int) -> np.ndarray:
     return np.random.default_rng(seed).normal(size=(SAMPLES, 3, len(JOINTS)))
 
 
-def joint_state(index: int, stamp_ns: int, names: list[str], row: Any) -> bytes:
+def joint_state(index: int, stamp_ns: int, row: Any) -> bytes:
     types = STORE.types
     stamp = types["builtin_interfaces/msg/Time"](*divmod(stamp_ns, 1_000_000_000))
     header = types["std_msgs/msg/Header"](index, stamp, "base")
-    message = types[KIND](header, names, *row)
+    message = types[KIND](header, JOINTS, *row)
     return bytes(STORE.serialize_ros1(message, KIND))
 
 
-def bag(path: Path, compression: str | None = None, names: list[str] = JOINTS) -> Path:
-    """States and commands in turn, beside a topic of words; logged 3 ms after their stamps."""
+def bag(path: Path, compression: str | None = None, in_turn: bool = True) -> Path:
+    """States and commands, in turn or all of one before the other, beside a topic of words.
+
+    They are logged 3 ms after their stamps.
+    """
     writer = Writer(path)
+    writer.chunk_threshold = 1 << 17
     if compression:
         writer.set_compression(Writer.CompressionFormat[compression])
     with writer:
@@ -43,11 +47,13 @@ def bag(path: Path, compression: str | None = None, names: list[str] = JOINTS) -
         words = writer.add_connection("/rosout", "std_msgs/msg/String", typestore=STORE)
         text = STORE.types["std_msgs/msg/String"]("started")
         writer.write(words, START_NS, bytes(STORE.serialize_ros1(text, "std_msgs/msg/String")))
-        for i, (measured, wanted) in enumerate(zip(numbers(0), numbers(1), strict=True)):
-            stamp = START_NS + 2_000_000 * i
-            later = stamp + 3_000_000
-            writer.write(states, later, joint_state(i, stamp, names, measured))
-            writer.write(commands, later, joint_state(i, stamp, names, wanted))
+        messages = [
+            (connection, i, joint_state(i, START_NS + 2_000_000 * i, row))
+            for connection, rows in ((states, numbers(0)), (commands, numbers(1)))
+            for i, row in enumerate(rows)
+        ]
+        for connection, i, message in sorted(messages, key=lambda m: m[1] if in_turn else 0):
+            writer.write(connection, START_NS + 2_000_000 * i + 3_000_000, message)
     return path
 
 
@@ -58,9 +64,10 @@ def refused(path: Path) -> str:
     return str(caught.value)
 
 
+@pytest.mark.parametrize("in_turn", [True, False])  # False: chunks of the same time
 @pytest.mark.parametrize("compression", [None, "BZ2", "LZ4"])
-def test_what_was_written_is_read(tmp_path: Path, compression: str | None) -> None:
-    recording = read_recording(bag(tmp_path / "a.bag", compression))
+def test_what_was_written_is_read(tmp_path: Path, compression: str | None, in_turn: bool) -> None:
+    recording = read_recording(bag(tmp_path / "a.bag", compression, in_turn))
     assert recording.joint_names == tuple(JOINTS)
     for column, wanted in zip((recording.q, recording.qd, recording.effort), range(3), strict=True):
         assert column is not None
