@@ -50,8 +50,8 @@ def found_logs(addresses: Sequence[str]) -> list[Source]:
         here = _remote(address) if _REMOTE in address else _local(address)
         if not here:
             raise DataError(
-                f"{address} holds no log: name folders, globs or object-store prefixes with .mcap"
-                " or .bag files or ROS 2 bag folders."
+                f"{address} holds no log: name folders, globs or object-store prefixes with .mcap,"
+                " .db3 or .bag files, or ROS 2 bag folders."
             )
         found |= {source.address: source for source in here}
     return [found[address] for address in sorted(found)]
@@ -70,7 +70,7 @@ def _logs_in(path: Path) -> list[Path]:
     if path.is_file() or (path / "metadata.yaml").is_file():
         return [path]
     bags = {p.parent for p in path.rglob("metadata.yaml")}
-    files = [p for p in path.rglob("*.mcap") if p.parent not in bags]
+    files = [p for p in path.rglob("*") if p.suffix in _FILES and p.parent not in bags]
     return [*bags, *files]
 
 

@@ -15,6 +15,7 @@ from ident.cli import main
 from ident.fleet.engine import LostError, Workers, done, engine
 from ident.fleet.metadata import Rules, rules
 from ident.fleet.settings import FleetSettings
+from ident.fleet.sources import found_logs
 from ident.recordings.loading import Reading
 from ident.workflows.fleet import changed_gap
 from ident.workflows.fleet import fleet as work
@@ -235,3 +236,11 @@ def call(*arguments: object) -> int:
     with pytest.raises(SystemExit) as ended:
         main([str(a) for a in arguments])
     return int(ended.value.code or 0)
+
+
+def test_every_kind_of_log_is_found_in_a_folder(tmp_path):
+    for name in ("a.mcap", "sub/b.db3", "c.bag", "notes.txt", "bag/metadata.yaml", "bag/d.db3"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    found = [str(Path(s.address).relative_to(tmp_path)) for s in found_logs([str(tmp_path)])]
+    assert found == ["a.mcap", "bag", "c.bag", "sub/b.db3"]
