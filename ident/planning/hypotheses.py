@@ -12,7 +12,6 @@ from ident.checks.examine import examine
 from ident.effects.bound_effects import load_model, members_of
 from ident.effects.candidate import Candidate, Value
 from ident.effects.catalogue import catalogue
-from ident.effects.measured_effect import KNOTS, VARIANTS, curve_over
 from ident.excitation.target_effect import read_gap
 from ident.gap.data.experiment import Experiment, facts_of
 from ident.gap.options import Options
@@ -27,6 +26,7 @@ from ident.gap.selection.estimates import final_estimates
 from ident.gap.selection.refinement import refine_nonlinear_parameters
 from ident.gap.selection.scoring import Score
 from ident.model.identified_model import Model
+from ident.planning.curves import best_curve, curves, with_curves
 from ident.planning.known import Known, known_of
 from ident.planning.noise import Noise, noise_of
 
@@ -181,7 +181,7 @@ def unsettled(found: Sequence[Hypothesis]) -> list[str]:
     A measured curve at a joint is freer than the answers with an effect there.
     """
     curve = next((h for h in found if h.name == UNKNOWN), None)
-    at = {j for h in [curve] if h is not None for j in h.model.effects.records[-1].joints}
+    at = {j for h in [curve] if h is not None for j in h.model.effects.records[-1].rows}
     joints = {h.name: {j for r in h.model.effects.records for j in r.joints} for h in found}
     others = [n for n, own in joints.items() if at and own and not own & at]
     return list(dict.fromkeys([*(h.name for h in found if h.has_open_form), *others]))
@@ -277,29 +277,13 @@ def _place(candidate: Candidate) -> tuple[str, tuple[int, ...]]:
     return candidate.effect, candidate.joints
 
 
-def _curves(work: _Work, joint: int) -> list[Candidate]:
-    """Curves of all kinds at a joint (from 0), over what the recordings hold of their variables.
-
-    They go on by half a segment beyond: another motion may go a little further.
-    """
-    q = np.concatenate([s.q[:, joint] for s in work.rows.segments])
-    fast = float(max(np.abs(s.qd[:, joint]).max() for s in work.rows.segments))
-    low, high = float(q.min()), float(q.max())
-    further = (high - low) / (2 * (KNOTS - 2))
-    ends = {"position": (low - further, high + further)}
-    ends["speed"] = (0.0, fast * (KNOTS - 1) / (KNOTS - 1.5))
-    ends["time"] = (0.0, float(max(s.t[-1] for s in work.rows.segments)))
-    return [curve_over(variant, joint, ends) for variant in VARIANTS]
-
-
 def _measured(work: _Work, leader: CurrentFit, answer: Answer) -> CurrentFit | None:
-    """The leader with the curve that explains most of what it leaves at the gap's worst joint."""
+    """The leader with the curves that explain most of what it leaves at the gap's worst joint."""
     left = answer.content.get("unexplained") or []
     if answer.content["verdict"] != UNKNOWN or not left:
         return None
     joint = max(left, key=lambda u: u["unexplained"] or 0.0)["joint"] - 1
-    scores = work.scores(leader, _curves(work, joint))
-    return extend(work.rows, leader, [scores[0].candidate]) if scores else None
+    return with_curves(work.rows, leader, joint, work.options.settings)
 
 
 def _freer(work: _Work, nominal: CurrentFit, tried: Sequence[CurrentFit]) -> CurrentFit | None:
@@ -318,10 +302,11 @@ def _freer(work: _Work, nominal: CurrentFit, tried: Sequence[CurrentFit]) -> Cur
         done |= {(others, j) for j in joints}
         base = extend(work.rows, nominal, others) if others else nominal
         beside = base.fit.gain_over(nominal.fit)
-        for score in work.scores(base, [c for j in joints for c in _curves(work, j)])[:1]:
-            gain = beside + score.penalised_gain
-            if best is None or gain > best[0]:
-                best = gain, base, score.candidate
+        over = [c for j in joints for c in curves(work.rows, j)]
+        score = best_curve(work.rows, base, over, work.options.settings)
+        gain = beside + (0.0 if score is None else score.penalised_gain)
+        if score is not None and (best is None or gain > best[0]):
+            best = gain, base, score.candidate
     return None if best is None else extend(work.rows, best[1], [best[2]])
 
 

@@ -40,7 +40,7 @@ class Term:
         settings: numbers for the function.
         text: the same for exports, by joint (from 0): expressions of C and Python alike in `q`,
             `qd`, `load` and `held` (rigid-body torque, and that at rest), with `sgn`, `step`,
-            `fabs`, `pow`, `exp`, `sin` and `cos`; empty: it hangs on more than these.
+            `fabs`, `floor`, `pow`, `exp`, `sin` and `cos`; empty: it hangs on more than these.
     """
 
     function: Callable[..., None]

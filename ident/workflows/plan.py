@@ -13,6 +13,7 @@ from ident.dynamics.regressor import Motion as Samples
 from ident.effects.bound_effects import load_model
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Effect
+from ident.effects.measured_effect import MeasuredEffect, curve_in_words
 from ident.excitation.problem.arm_limits import possible_pose
 from ident.gap.data.experiment import read_experiment
 from ident.gap.data.windows import windows_for
@@ -172,17 +173,24 @@ def _joints(found: Sequence[Hypothesis], answer: Answer) -> list[int]:
     return list(dict.fromkeys([*left, *named, 1, 3]))[:_JOINTS]
 
 
-def _measured(found: Sequence[Hypothesis]) -> dict[str, Any] | None:
-    """An effect outside the catalogue as its measured curve; None: no answer has one."""
+def _measured(found: Sequence[Hypothesis]) -> list[dict[str, Any]]:
+    """An effect outside the catalogue as its measured curves; none where no answer has one."""
     for h in found:
         if h.name == UNKNOWN:
-            record = h.model.effects.records[-1]
-            return _effects_content(h)[-1] | {
-                "depends_on": record.variant,
-                "between": [record.settings["low"], record.settings["high"]],
-                "resembles": list(h.resembles),
-            }
-    return None
+            pairs = zip(h.model.effects.records, _effects_content(h), strict=True)
+            return [
+                told
+                | {
+                    "joints": list(record.rows),
+                    "depends_on": record.variant,
+                    "words": curve_in_words(record.variant, record.joints),
+                    "between": [record.settings["low"], record.settings["high"]],
+                    "resembles": list(h.resembles),
+                }
+                for record, told in pairs
+                if record.name == MeasuredEffect.id
+            ]
+    return []
 
 
 def _effects_content(answer: Hypothesis) -> list[dict[str, Any]]:

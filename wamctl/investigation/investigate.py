@@ -166,15 +166,16 @@ def _write(site: Site, state: State, budget: Budget, decision: Decision | None) 
     gap = read(last / "gap.json")
     planned, plan = _last_plan(site, state)
     named = decision is not None and decision.verdict in ("named", "ambiguous", "unknown")
-    measured = plan.get("measured") if decision and decision.verdict == "unknown" else None
+    measured = plan.get("measured", []) if decision and decision.verdict == "unknown" else []
     if known(whole, UNKNOWN).get(NONE, 0.0) < 0.0:  # a curve that predicts no better is none
-        measured = None
+        measured = []
     lead = decision.answer if decision and decision.answer else whole[-1].leader
     lead = UNKNOWN if measured else lead
     borne_out = _beside_gap(gap, plan, lead) if named and whole[-1].is_suspicion else []
     if measured:
         weights = site.out / whole[-1].folder / "weights.json"
-        measured |= {"evidence": {"closed_on_new_motion": closed_by(weights, UNKNOWN, NONE)}}
+        closed = {"evidence": {"closed_on_new_motion": closed_by(weights, UNKNOWN, NONE)}}
+        measured = [curve | closed for curve in measured]
     content = {
         "verdict": "ambiguous" if decision is None else decision.verdict,
         "final": decision is not None,
@@ -183,7 +184,7 @@ def _write(site: Site, state: State, budget: Budget, decision: Decision | None) 
         "effects": [
             *(gap["effects"] if named else []),
             *borne_out,
-            *([measured] if measured else []),
+            *measured,
         ],
         "rounds": [_round_content(site, r) for r in state.rounds],
         "predicted_before_run": _prediction(whole[-1], plan),

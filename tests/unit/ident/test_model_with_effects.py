@@ -109,6 +109,21 @@ EFFECTS = [
         {"error_of_motor_2": 0.1},
         {"motor": 2, "shares": [[0.5, -0.3], [-5.0 / 6.0, 0.5]]},
     ),
+    record(
+        "measured_effect",
+        (2,),
+        {f"at_{k + 1}": 1.5 * np.sin(2 * k) for k in range(8)},
+        {"low": -1.0, "high": -0.4},
+        "angle",
+    ),
+    record(
+        "measured_effect",
+        (2, 4),
+        {f"at_{k + 1}": 1.5 * np.sin(k) for k in range(1, 9)},
+        {"low": -1.0, "high": 1.0},
+        "other velocity velocity",
+        (2,),
+    ),
 ]
 
 

@@ -35,6 +35,7 @@ STRIBECK = {
 CURVE = {
     "name": "measured_effect",
     "depends_on": "position",
+    "words": "the position of joint 3",
     "between": [-1.0, 1.0],
     "resembles": ["joint_spring"],
 }
@@ -100,7 +101,7 @@ class Programs:
                 {
                     "leader": leader,
                     "models": {n: MODEL | {"effects": [STRIBECK]} for n in (leader, rival)},
-                    "measured": STRIBECK | CURVE if leader == "unknown" else None,
+                    "measured": [STRIBECK | CURVE] if leader == "unknown" else [],
                     "intervention": "hang a mass",
                     "motion": motion | {"expected_nats": {rival: 5.0}},
                 }
@@ -436,7 +437,7 @@ class WithCurve(AllSuspected):
         plan = json.loads(path.read_text())
         names = ("none", "stribeck:1", "unknown")
         plan["models"] = {n: MODEL | {"effects": [STRIBECK]} for n in names}
-        more = {"measured": STRIBECK | CURVE, "unsettled": list(self.unsettled)}
+        more = {"measured": [STRIBECK | CURVE], "unsettled": list(self.unsettled)}
         path.write_text(json.dumps(plan | more))
 
     def _weigh(self, out: Path, arguments: list[str]) -> None:
