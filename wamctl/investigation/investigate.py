@@ -268,7 +268,9 @@ def what_next(content: dict[str, Any], out: Path) -> str:
 
 def _sentence(content: dict[str, Any]) -> str:
     """The verdict in a sentence."""
-    names = words("+".join(place_of(e) for e in content["effects"]))
+    names = words("+".join(dict.fromkeys(place_of(e) for e in content["effects"])))
+    over = " and ".join(f"over {e['words']}" for e in content["effects"] if "words" in e)
+    names += f", {over}" if over else ""
     borne = "confirmed on a new motion" if content["confirmed"] else "not confirmed"
     return {
         "named": f"The model misses {names} ({borne}).",

@@ -293,9 +293,13 @@ def test_two_motions_are_asked_for_no_gap_and_for_a_gap_without_a_name(outcome, 
     )
 
 
-def test_a_measured_curve_comes_with_what_it_closes_on_the_motion_that_it_predicted(outcome):
+def test_a_measured_curve_comes_with_what_it_closes_on_the_motion_that_it_predicted(
+    outcome, tmp_path
+):
     (curve,) = outcome(Programs(["unknown"] * 2, 4.0, {}))["effects"]
     assert curve["evidence"]["closed_on_new_motion"] == pytest.approx(0.75)
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert ", over the position of joint 3.</h1>" in page
 
 
 def test_a_rival_that_predicts_better_keeps_no_gap_from_being_final(outcome, tmp_path):
