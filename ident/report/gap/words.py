@@ -23,6 +23,9 @@ from wamctl.arm.joint_labels import listed
 
 _MOST_IN_A_SENTENCE = 3
 
+_SMALL = 0.02
+"""Of the gap that was there: what is left of less needs no name of its own."""
+
 
 def verdict_sentences(report: GapReport) -> list[str]:
     """The answer, and what to know beside it."""
@@ -95,13 +98,15 @@ def _counted(effects: Sequence[str]) -> str:
 
 
 def _what_is_left(report: GapReport, entry: Content) -> str:
-    nearest = [report.title(n["name"]) for n in entry["nearest"]]
-    words = f" The nearest of the catalogue: {listed(nearest)}." if nearest else ""
     part = share(entry["share_of_residual"], 2)
-    return (
+    left = (
         f"Of what is then left at {report.of([entry['joint']])}, {part} depends on"
-        f" {entry['depends_on']}.{words}"
+        f" {entry['depends_on']}"
     )
+    if entry["unexplained"] < _SMALL:
+        return f"{left}: {share(entry['unexplained'], 1)} of the gap that was there."
+    nearest = [report.title(n["name"]) for n in entry["nearest"]]
+    return left + (f". The nearest of the catalogue: {listed(nearest)}." if nearest else ".")
 
 
 def _experiment(report: GapReport, effect: Content) -> str:

@@ -533,6 +533,23 @@ def test_an_effect_of_a_light_joint_is_told_at_that_joint(gap_report, gap_conten
     assert "0.0509" not in sentences
 
 
+def test_what_is_left_of_a_closed_gap_is_told_by_its_share_of_it(gap_report, gap_content) -> None:
+    left = {
+        "joint": 2,
+        "depends_on": "the speed of joint 2",
+        "share_of_residual": 0.54,
+        "nearest": [{"name": "stribeck", "joints": [2]}],
+    }
+
+    def told(share: float) -> str:
+        content = gap_content | {"unexplained": [left | {"unexplained": share}]}
+        return " ".join(verdict_sentences(replace(gap_report, content=content)))
+
+    assert "depends on the speed of joint 2: 0.1 % of the gap that was there." in told(0.001)
+    assert "The nearest of the catalogue" not in told(0.001)
+    assert "depends on the speed of joint 2. The nearest of the catalogue" in told(0.3)
+
+
 def test_effects_of_one_kind_are_told_once(gap_report, gap_content) -> None:
     (first, *_) = gap_content["effects"]
     ripples = [first | {"name": "torque_ripple", "joints": [2]} for _ in range(3)]
