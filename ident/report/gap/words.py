@@ -104,7 +104,7 @@ def _what_is_left(report: GapReport, entry: Content) -> str:
         f" {entry['depends_on']}"
     )
     if entry["unexplained"] < _SMALL:
-        return f"{left}: {share(entry['unexplained'], 1)} of the gap that was there."
+        return f"{left}: less than {share(_SMALL, 1)} of the gap that was there."
     nearest = [report.title(n["name"]) for n in entry["nearest"]]
     return left + (f". The nearest of the catalogue: {listed(nearest)}." if nearest else ".")
 

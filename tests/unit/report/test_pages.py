@@ -545,7 +545,9 @@ def test_what_is_left_of_a_closed_gap_is_told_by_its_share_of_it(gap_report, gap
         content = gap_content | {"unexplained": [left | {"unexplained": share}]}
         return " ".join(verdict_sentences(replace(gap_report, content=content)))
 
-    assert "depends on the speed of joint 2: 0.1 % of the gap that was there." in told(0.001)
+    assert "depends on the speed of joint 2: less than 2\u202f% of the gap that was there." in told(
+        0.001
+    )
     assert "The nearest of the catalogue" not in told(0.001)
     assert "depends on the speed of joint 2. The nearest of the catalogue" in told(0.3)
 
