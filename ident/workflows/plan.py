@@ -13,7 +13,7 @@ from ident.dynamics.regressor import Motion as Samples
 from ident.effects.bound_effects import load_model
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import Effect
-from ident.effects.measured_effect import MeasuredEffect, curve_in_words
+from ident.effects.measured_effect import KNOTS, MeasuredEffect, curve_in_words
 from ident.excitation.problem.arm_limits import possible_pose
 from ident.gap.data.experiment import read_experiment
 from ident.gap.data.windows import windows_for
@@ -185,6 +185,7 @@ def _measured(found: Sequence[Hypothesis]) -> list[dict[str, Any]]:
                     "depends_on": record.variant,
                     "words": curve_in_words(record.variant, record.joints),
                     "between": [record.settings["low"], record.settings["high"]],
+                    "corners": record.settings.get("knots", KNOTS),
                     "resembles": list(h.resembles),
                 }
                 for record, told in pairs

@@ -14,6 +14,7 @@ from wamctl.investigation.evidence import odds_text, words
 _BAR = 7  # px, of one block's outcome
 _HALF = 24  # px, of the largest outcome
 _WIDE, _HIGH = 420.0, 130.0  # px, of a measured curve
+_ZERO = {"value": 0.0, "sd": 0.0}
 _LOW = 100.0  # px, of a figure of measured over predicted torque, which is twice as wide
 _SMALL = 0.1  # of a unit: smaller sizes are told in thousandths
 _LEAST = 1e-12  # N m: a curve that is zero everywhere is drawn as well
@@ -86,8 +87,14 @@ def _between_ends(values: list[float]) -> list[float]:
 
 
 def _curve(effect: dict[str, Any]) -> dict[str, Any]:
-    """A measured curve as points [px], with its band of two standard deviations."""
-    known = list(effect["parameters"].values())
+    """A measured curve as points [px], with its band of two standard deviations.
+
+    A corner that is not told is zero, but for the last of a curve that comes again, its first.
+    """
+    told = effect["parameters"]
+    known = [told.get(f"at_{k + 1}", _ZERO) for k in range(effect["corners"])]
+    if "at_1" in told:
+        known[-1] = told.get(f"at_{len(known)}", known[0])
     size, band = [v["value"] for v in known], [2.0 * v["sd"] for v in known]
     low = min(0.0, *(y - b for y, b in zip(size, band, strict=True)))
     high = max(0.0, *(y + b for y, b in zip(size, band, strict=True)))
@@ -99,7 +106,12 @@ def _curve(effect: dict[str, Any]) -> dict[str, Any]:
     above = path([y + b for y, b in zip(size, band, strict=True)])
     below = path([y - b for y, b in zip(size, band, strict=True)])
     joined = {"line": " ".join(path(size)), "band": " ".join([*above, *reversed(below)])}
-    return joined | {"zero": high * up, "low": low, "high": high, "unit": known[0]["unit"]}
+    return joined | {
+        "zero": high * up,
+        "low": low,
+        "high": high,
+        "unit": next(iter(told.values()))["unit"],
+    }
 
 
 def _beyond(found: dict[str, Any]) -> dict[str, Any]:

@@ -1,6 +1,7 @@
 """The rounds of an investigation, with programs that write down results at once."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -37,6 +38,8 @@ CURVE = {
     "depends_on": "position",
     "words": "the position of joint 3",
     "between": [-1.0, 1.0],
+    "corners": 3,
+    "parameters": {f"at_{k}": {"value": 0.1 * k, "sd": 0.01, "unit": "N m"} for k in (1, 2)},
     "resembles": ["joint_spring"],
 }
 
@@ -300,6 +303,8 @@ def test_a_measured_curve_comes_with_what_it_closes_on_the_motion_that_it_predic
     assert curve["evidence"]["closed_on_new_motion"] == pytest.approx(0.75)
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert ", over the position of joint 3.</h1>" in page
+    first, middle, last = re.findall(r'polyline points="([^"]*)"', page)[0].split()
+    assert first.split(",")[1] == last.split(",")[1] != middle.split(",")[1]
 
 
 def test_a_rival_that_predicts_better_keeps_no_gap_from_being_final(outcome, tmp_path):
