@@ -42,6 +42,9 @@ class Group:
 PERIODIC_IN_TIME = Group("time, periodically", 0, single=True)
 """Its columns are formed by `beat_columns`, for the strongest frequency only."""
 
+PERIODIC_IN_ANGLE = Group("the angle of joint {j}, periodically", 2 * _WAVES, single=True)
+"""A sine and a cosine for each of the wave numbers."""
+
 GROUPS = (
     Group("the position of joint {j}", _KNOTS),
     Group("the position and direction of joint {j}", _KNOTS),
@@ -50,7 +53,7 @@ GROUPS = (
     Group("the speed of joint {j}, the same in both directions", _KNOTS),
     Group("time since the start of the run", _KNOTS),
     Group("time since the start, following the direction of joint {j}", _KNOTS),
-    Group("the angle of joint {j}, periodically", 2 * _WAVES, single=True),
+    PERIODIC_IN_ANGLE,
     PERIODIC_IN_TIME,
     Group("the motion of other joints", 0),
 )
@@ -127,7 +130,7 @@ def group_columns(seen: Observed, extent: Range, joint: int) -> list[Array]:
     """Columns of each group on a joint, each of shape (S, size)."""
     q, qd, direction = seen.q[:, joint], seen.qd[:, joint], seen.direction[:, joint]
     place, fast, late = _over(seen, extent, joint)
-    waves = np.linspace(*_WAVE_NUMBERS, _WAVES)
+    waves = wave_numbers()
     others = [k for k in range(seen.arm.dof) if k != joint and seen.arm.moving[k]]
     cross = [
         column
@@ -155,8 +158,13 @@ def group_columns(seen: Observed, extent: Range, joint: int) -> list[Array]:
     ]
 
 
-def beat_columns(t: Array, rows: NDArray[np.bool_], error: Array) -> tuple[Array, int]:
-    """Sine and cosine of the strongest frequency, shape (R, 2), and the number of frequencies.
+def wave_numbers() -> Array:
+    """Of the pairs of columns of `PERIODIC_IN_ANGLE` [1/rad]."""
+    return np.linspace(*_WAVE_NUMBERS, _WAVES)
+
+
+def beat_columns(t: Array, rows: NDArray[np.bool_], error: Array) -> tuple[Array, int, float]:
+    """Sine and cosine of the strongest frequency, shape (R, 2), of how many, and that one [Hz].
 
     Args:
         t: time of each row [s], shape (R,).
@@ -165,7 +173,8 @@ def beat_columns(t: Array, rows: NDArray[np.bool_], error: Array) -> tuple[Array
     """
     beats = 2 * np.pi * np.arange(*_BEATS_HZ, 0.5 / max(float(np.ptp(t)), 1.0))
     power = np.abs(np.exp(-1j * np.outer(beats, t[rows])) @ error)
-    return _pairs(t[:, None] * beats[power.argmax()]), len(beats)
+    strongest = float(beats[power.argmax()])
+    return _pairs(np.outer(t, strongest)), len(beats), strongest / (2 * np.pi)
 
 
 def _hat_functions(u: Array) -> Array:

@@ -12,10 +12,12 @@ from ident.gap.data.noise_regions import Region
 from ident.gap.data.segments import EXCLUDED, HELD_OUT, SEARCHED
 from ident.gap.lack_of_fit.basis_functions import (
     GROUPS,
+    PERIODIC_IN_ANGLE,
     PERIODIC_IN_TIME,
     FreeCurves,
     beat_columns,
     group_columns,
+    wave_numbers,
 )
 from ident.gap.regression.current_model import CurrentFit
 from ident.gap.regression.design_matrix import DesignMatrix
@@ -155,18 +157,22 @@ def _joint_structures(
         return []
     tried = []
     for group, formed in zip(GROUPS, groups, strict=True):
-        columns, choices = formed, max(formed.shape[1] // 2, 1)
+        columns, choices, name = formed, max(formed.shape[1] // 2, 1), group.name
         if group is PERIODIC_IN_TIME:
-            columns, choices = beat_columns(design.t, searched.chosen, e / searched.sigma)
+            columns, choices, hz = beat_columns(design.t, searched.chosen, e / searched.sigma)
+            name += f", at about {hz:.2g} Hz"
         if columns.shape[1] == 0:
             continue
         curves = projected(now, searched, columns)
         fitted = curves.fitted(e, group.single)
+        if group is PERIODIC_IN_ANGLE:
+            number = wave_numbers()[int(np.abs(fitted.values).argmax()) // 2]
+            name += f", about every {2 * np.pi / number:.2g} rad"
         explained = (curves.scaled - searched.model @ curves.absorbed) @ fitted.values
         there = unseen.scaled(columns) - unseen.model @ curves.absorbed
         beyond = unseen.error - there @ fitted.values
         freedom = np.log(choices) + 1 if group.single else len(fitted.values) / 2
-        tried.append((group, e - explained, beyond, freedom))
+        tried.append((name, e - explained, beyond, freedom))
     if not tried:
         return []
     square = float(e @ e)
@@ -174,12 +180,12 @@ def _joint_structures(
     least = min((rest for _, rest, _, _ in tried), key=lambda r: float(r @ r))
     effective = len(e) / autocorrelation_length(least, design.segment[searched.chosen])
     found = []
-    for group, rest, beyond, freedom in tried:
+    for name, rest, beyond, freedom in tried:
         share = float(np.clip((square - float(rest @ rest)) / most, 0.0, 1 - 1e-9))
         nats = -0.5 * np.log(1 - share) - freedom / effective
         held = _log_ratio(unseen.error, beyond)
-        name = group.name.format(j=joint + 1)
-        found.append(RemainingStructure(joint, name, float(min(nats, held)), share))
+        told = name.format(j=joint + 1)
+        found.append(RemainingStructure(joint, told, float(min(nats, held)), share))
     return found
 
 
