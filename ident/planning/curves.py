@@ -11,8 +11,10 @@ import numpy as np
 from ident.effects.candidate import Candidate
 from ident.effects.measured_effect import ACROSS, KNOTS, PERIODIC, VARIANTS, curve_over
 from ident.effects.observation import Observed
-from ident.gap.lack_of_fit.basis_functions import FreeCurves, Range
+from ident.gap.data.segments import SEARCHED
+from ident.gap.lack_of_fit.basis_functions import FreeCurves, Range, sines
 from ident.gap.regression.current_model import CurrentFit, extend
+from ident.gap.regression.projection import joint_rows, projected
 from ident.gap.regression.residuals import residuals
 from ident.gap.regression.rows import WindowedRows
 from ident.gap.selection.candidates import examine
@@ -25,9 +27,6 @@ MOST = 3
 
 _FINE = 25
 """Corners of a fine curve over a joint's position, which may change within a tenth of its range."""
-
-_PERIODS = 3
-"""So many periods of the joint's angle are tried as curves."""
 
 _WAVE_NUMBERS = 60.0
 """[1/rad]: the finest waves over the joint's angle, those of a motor's ripple."""
@@ -55,7 +54,7 @@ def curves(rows: WindowedRows, joint: int) -> list[Candidate]:
 
 
 def all_curves(rows: WindowedRows, current: CurrentFit, joint: int) -> list[Candidate]:
-    """Those, the likeliest that come again with the joint's angle, and those over other joints."""
+    """Those, the likeliest that comes again with the joint's angle, and those over other joints."""
     moving = [i for i in current.model.facts.moving_joints if i != joint]
     found = [*curves(rows, joint), *_periodic(rows, current, joint)]
     q, qd = (np.concatenate(m) for m in _motion(rows))
@@ -114,32 +113,25 @@ def _further(x: Array, knots: int = KNOTS) -> tuple[float, float]:
 
 
 def _periodic(rows: WindowedRows, current: CurrentFit, joint: int) -> Iterator[Candidate]:
-    """Curves over the joint's angle, with the periods whose waves are strongest in what is left."""
+    """The curve over the joint's angle whose waves explain most of what is left, if any."""
     q = np.concatenate(_motion(rows)[0])[:, joint]
     step = np.pi / (2 * float(np.ptp(q)))
     numbers = np.arange(6 * step, _WAVE_NUMBERS, step)
     if len(numbers) == 0:
         return
-    curves_of = FreeCurves(rows, current.model)
-    left = residuals(current.design(rows), current.fit)[joint].values
+    design, observed = current.design(rows), FreeCurves(rows, current.model)
+    left = residuals(design, current.fit)[joint].values
+    here = joint_rows(design, current.fit, joint, np.isin(design.fold, SEARCHED), left)
 
-    def power(numbers: Array) -> Array:
-        waves = functools.partial(_waves, joint=joint, numbers=numbers)
-        return np.abs(left @ curves_of.windowed(waves)[0])
+    def strongest(numbers: Array) -> float:
+        formed = observed.windowed(functools.partial(_waves, joint=joint, numbers=numbers))[0]
+        found = projected(current.fit, here, formed).fitted(here.error, single=True)
+        return float(numbers[int(np.abs(found.values).argmax()) // 2])
 
-    near = step * np.linspace(-1.0, 1.0, 21)
-    for k in _peaks(power(numbers))[:_PERIODS]:
-        closer = numbers[k] + near
-        best = float(closer[power(closer).argmax()])
-        yield curve_over(PERIODIC, (joint,), (float(q.min()), float(q.min()) + 2 * np.pi / best))
+    best = strongest(strongest(numbers) + step * np.linspace(-1.0, 1.0, 21))
+    low = float(q.min())
+    yield curve_over(PERIODIC, (joint,), (low, low + 2 * np.pi / best))
 
 
 def _waves(seen: Observed, extent: Range, joint: int, numbers: Array) -> list[Array]:
-    return [np.exp(1j * np.outer(seen.q[:, joint], numbers))]
-
-
-def _peaks(power: Array) -> list[int]:
-    """Places of local maxima, the highest first."""
-    around = np.concatenate([[0.0], power, [0.0]])
-    top = (power >= around[:-2]) & (power >= around[2:])
-    return sorted(np.flatnonzero(top).tolist(), key=lambda k: -power[k])
+    return [sines(np.outer(seen.q[:, joint], numbers))]

@@ -152,7 +152,7 @@ def group_columns(seen: Observed, extent: Range, joint: int) -> list[Array]:
         fast,
         late,
         late * direction[:, None],
-        _pairs(np.outer(q, waves)),
+        sines(np.outer(q, waves)),
         np.zeros((len(q), 0)),
         np.column_stack(cross) if cross else np.zeros((len(q), 0)),
     ]
@@ -174,7 +174,7 @@ def beat_columns(t: Array, rows: NDArray[np.bool_], error: Array) -> tuple[Array
     beats = 2 * np.pi * np.arange(*_BEATS_HZ, 0.5 / max(float(np.ptp(t)), 1.0))
     power = np.abs(np.exp(-1j * np.outer(beats, t[rows])) @ error)
     strongest = float(beats[power.argmax()])
-    return _pairs(np.outer(t, strongest)), len(beats), strongest / (2 * np.pi)
+    return sines(np.outer(t, strongest)), len(beats), strongest / (2 * np.pi)
 
 
 def _hat_functions(u: Array) -> Array:
@@ -183,6 +183,6 @@ def _hat_functions(u: Array) -> Array:
     return np.maximum(0.0, 1.0 - np.abs(u[:, None] - centres) * (_KNOTS - 1))
 
 
-def _pairs(angle: Array) -> Array:
+def sines(angle: Array) -> Array:
     """Sine and cosine side by side, shape (S, 2 W)."""
     return np.stack([np.sin(angle), np.cos(angle)], axis=-1).reshape(len(angle), -1)
