@@ -12,7 +12,7 @@ from ident.effects.candidate import Candidate
 from ident.effects.measured_effect import ACROSS, KNOTS, PERIODIC, VARIANTS, curve_over
 from ident.effects.observation import Observed
 from ident.gap.data.segments import SEARCHED
-from ident.gap.lack_of_fit.basis_functions import FreeCurves, Range, sines
+from ident.gap.lack_of_fit.basis_functions import FreeCurves, Range, sines, wave_numbers
 from ident.gap.regression.current_model import CurrentFit, extend
 from ident.gap.regression.projection import joint_rows, projected
 from ident.gap.regression.residuals import residuals
@@ -27,9 +27,6 @@ MOST = 3
 
 _FINE = 25
 """Corners of a fine curve over a joint's position, which may change within a tenth of its range."""
-
-_WAVE_NUMBERS = 60.0
-"""[1/rad]: the finest waves over the joint's angle, those of a motor's ripple."""
 
 
 def curves(rows: WindowedRows, joint: int) -> list[Candidate]:
@@ -47,17 +44,18 @@ def curves(rows: WindowedRows, joint: int) -> list[Candidate]:
         "speed": (0.0, fast * (KNOTS - 1) / (KNOTS - 1.5)),
         "time": (0.0, float(max(s.t[-1] for s in segments))),
     }
-    found = [curve_over(v, (joint,), ends.get(v) or ends[v.split()[0]]) for v in VARIANTS]
-    for variant in (v for v in VARIANTS if v.startswith("position")):
-        found.append(curve_over(variant, (joint,), ends.get(variant) or _further(q, _FINE), _FINE))
-    return found
+    return [curve_over(v, (joint,), ends.get(v) or ends[v.split()[0]]) for v in VARIANTS]
 
 
 def all_curves(rows: WindowedRows, current: CurrentFit, joint: int) -> list[Candidate]:
-    """Those, the likeliest that comes again with the joint's angle, and those over other joints."""
+    """Those, finer ones, the likeliest over a period of the angle, and those over other joints."""
     moving = [i for i in current.model.facts.moving_joints if i != joint]
     found = [*curves(rows, joint), *_periodic(rows, current, joint)]
     q, qd = (np.concatenate(m) for m in _motion(rows))
+    within = _further(q[:, joint], _FINE)
+    fine = {"position": within, "position direction": within}
+    fine["position velocity"] = _where_moved(q[:, joint], qd[:, joint])
+    found += [curve_over(v, (joint,), ends, _FINE) for v, ends in fine.items()]
     for i in moving:
         ends = {
             "other position": _further(q[:, i]),
@@ -116,7 +114,7 @@ def _periodic(rows: WindowedRows, current: CurrentFit, joint: int) -> Iterator[C
     """The curve over the joint's angle whose waves explain most of what is left, if any."""
     q = np.concatenate(_motion(rows)[0])[:, joint]
     step = np.pi / (2 * float(np.ptp(q)))
-    numbers = np.arange(6 * step, _WAVE_NUMBERS, step)
+    numbers = np.arange(6 * step, wave_numbers()[-1], step)
     if len(numbers) == 0:
         return
     design, observed = current.design(rows), FreeCurves(rows, current.model)
