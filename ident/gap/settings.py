@@ -8,6 +8,7 @@ from ident.model.setting_fields import Section as _Section
 from ident.model.setting_fields import count as _count
 from ident.model.setting_fields import positive as _positive
 from ident.model.setting_fields import share as _share
+from ident.model.setting_fields import table
 
 
 class LongLogs(_Section):
@@ -95,6 +96,25 @@ class Thresholds(_Section):
     chance_quantile: float = _share(
         0.99, "Quantile of the gains on phase-randomised residuals that an effect must exceed [1]."
     )
+
+
+class EffectFreeData(_Section):
+    """How the data look that are made without an effect, for the thresholds."""
+
+    chance_draws: int = _count(100, "Phase-randomised residuals behind `chance_quantile` [1].")
+    presliding_rad: float = _positive(
+        5e-4,
+        "Presliding distance of a quarter of joints that show none, 0.4 of it of another quarter,"
+        " none of the rest [rad]: too short to be seen.",
+    )
+    tail_low: float = _positive(0.8, "Least exponent of a drawn sign of speed [1]: a long tail.")
+    tail_high: float = _positive(3.0, "Greatest exponent of a drawn sign of speed [1]: a ramp.")
+    dahl_low: float = _positive(0.4, "Least exponent of Dahl's equation (1968) [1]: brittle.")
+    dahl_high: float = _positive(3.0, "Greatest exponent of Dahl's equation [1]: very ductile.")
+    curve_draws: int = _count(
+        8, "Curves that are drawn for a joint until one explains it [1]; then it keeps its own."
+    )
+    min_free_share: float = _share(0.1, "Least share of rows that is free to tell the noise [1].")
 
 
 class CrossValidation(_Section):
@@ -313,6 +333,7 @@ class GapSettings(_Section):
     broken_time: BrokenTime = BrokenTime()
     scoring: Scoring = Scoring()
     thresholds: Thresholds = Thresholds()
+    effect_free_data: EffectFreeData = EffectFreeData()
     cross_validation: CrossValidation = CrossValidation()
     misspecification: Misspecification = Misspecification()
     significance: Significance = Significance()
@@ -323,16 +344,6 @@ class GapSettings(_Section):
     naming: Naming = Naming()
     verdict: Verdict = Verdict()
 
-    def table(self) -> str:
-        """All settings as a Markdown table."""
-        lines = ["| setting | value | meaning [unit], and reason |", "| --- | --- | --- |"]
-        for name in type(self).model_fields:
-            section = getattr(self, name)
-            for key, info in type(section).model_fields.items():
-                value = f"{getattr(section, key):g}"
-                lines.append(f"| `{name}.{key}` | {value} | {info.description} |")
-        return "\n".join(lines)
-
 
 if __name__ == "__main__":
-    print(GapSettings().table())  # noqa: T201
+    print(table(GapSettings()))  # noqa: T201

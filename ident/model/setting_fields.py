@@ -24,3 +24,14 @@ def share(value: float, description: str) -> Any:
 def count(value: int, description: str) -> Any:
     """A count of at least one."""
     return Field(default=value, ge=1, description=description)
+
+
+def table(settings: Section) -> str:
+    """All settings as a Markdown table, section by section."""
+    lines = ["| setting | value | meaning [unit], and reason |", "| --- | --- | --- |"]
+    for name in type(settings).model_fields:
+        section = getattr(settings, name)
+        for key, info in type(section).model_fields.items():
+            value = f"{getattr(section, key):g}"
+            lines.append(f"| `{name}.{key}` | {value} | {info.description} |")
+    return "\n".join(lines)

@@ -25,11 +25,10 @@ from ident.gap.regression.projection import JointRows, joint_rows, projected
 from ident.gap.regression.residuals import Residual, autocorrelation_length, residuals
 from ident.gap.regression.rows import WindowedRows
 from ident.gap.regression.weighted_fit import Fit, noise_floor
-from ident.gap.settings import LackOfFit
+from ident.gap.settings import EffectFreeData, LackOfFit
 from ident.signals.arrays import Array
 
 _RANK = 1e-4  # of the largest direction of all free curves: smaller ones are left to the noise
-_MIN_FREEDOM = 0.1  # share of the rows that always counts as free when noise is estimated
 
 
 @dataclass(frozen=True)
@@ -120,7 +119,9 @@ def _clipped_square(left: Residual, chosen: NDArray[np.bool_], quantile: float, 
     return float(values[ahead] @ (values[back] * both)) / max(int(both.sum()), 1)
 
 
-def structureless_noise(rows: WindowedRows, current: CurrentFit) -> list[Residual]:
+def structureless_noise(
+    rows: WindowedRows, current: CurrentFit, settings: EffectFreeData
+) -> list[Residual]:
     """Residuals of all joints without the part that free curves explain."""
     design = current.design(rows)
     left = residuals(design, current.fit)
@@ -130,7 +131,8 @@ def structureless_noise(rows: WindowedRows, current: CurrentFit) -> list[Residua
         values = left[j].values.copy()
         curves, _, rank, _ = np.linalg.lstsq(columns, values[sliding], rcond=_RANK)
         rest = values[sliding] - columns @ curves
-        values[sliding] = rest / np.sqrt(max(1 - rank / max(len(rest), 1), _MIN_FREEDOM))
+        free = max(1 - rank / max(len(rest), 1), settings.min_free_share)
+        values[sliding] = rest / np.sqrt(free)
         left[j] = replace(left[j], values=values)
     return left
 

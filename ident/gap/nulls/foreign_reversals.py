@@ -20,14 +20,12 @@ from ident.gap.nulls.null_arms import phase_randomised
 from ident.gap.regression.current_model import CurrentFit
 from ident.gap.regression.residuals import residuals
 from ident.gap.regression.rows import WindowedRows
+from ident.gap.settings import EffectFreeData, GapSettings
 from ident.signals.arrays import Array
 from wamctl.arm.compilation import compiled
 
 _WIDTHS = np.geomspace(5e-4, 0.04, 10)  # rad/s
 _DISTANCES = np.geomspace(5e-5, 3e-3, 8)  # rad
-_TAILS = (0.8, 3.0)  # exponents of curves of speed
-_BRISTLES = (0.4, 3.0)  # and of distance
-_DRAWS = 8  # of a joint's curve, before it keeps the mixture
 _SPEED = 1  # which of a segment's velocities is followed
 
 
@@ -56,17 +54,18 @@ class ForeignCurve:
         return _DISTANCES if self.of_distance else _WIDTHS
 
 
-def drawn_curve(rng: np.random.Generator) -> ForeignCurve:
+def drawn_curve(rng: np.random.Generator, settings: EffectFreeData) -> ForeignCurve:
     """Any of them."""
     of_distance = bool(rng.random() < 0.3)
-    return ForeignCurve(float(rng.uniform(*(_BRISTLES if of_distance else _TAILS))), of_distance)
+    tail, dahl = (settings.tail_low, settings.tail_high), (settings.dahl_low, settings.dahl_high)
+    return ForeignCurve(float(rng.uniform(*(dahl if of_distance else tail))), of_distance)
 
 
 def with_foreign_reversals(
     rows: WindowedRows,
     current: CurrentFit,
     larger: CurrentFit,
-    min_gain: float,
+    settings: GapSettings,
     rng: np.random.Generator,
 ) -> WindowedRows:
     """The rows as they would be without the effects in question, and with other reversals.
@@ -75,8 +74,8 @@ def with_foreign_reversals(
         rows: the recordings.
         current: the model without the effects in question.
         larger: the same with them.
-        min_gain: by which the fitted mixture may explain a joint better than a curve [nats per
-            sample].
+        settings: of the search; a curve may explain a joint worse than the fitted mixture by the
+            least gain of an effect.
         rng: draws curves and noise.
     """
     design, found = larger.design(rows), larger.fit
@@ -89,9 +88,10 @@ def with_foreign_reversals(
         fitted = found.coulomb[j] * (mixtures[:, j] @ found.structure.shapes[j])
         weight = ~r.excluded / found.sigma[j][r.region]
         target, error = r.values + fitted, weight * r.values
-        worst = np.exp(2.0 * min_gain) * (error @ error)
-        for _ in range(_DRAWS):
-            foreign, least = _nearest(rows, j, target, viscous[:, j], weight, drawn_curve(rng))
+        worst = np.exp(2.0 * settings.thresholds.min_gain) * (error @ error)
+        for _ in range(settings.effect_free_data.curve_draws):
+            curve = drawn_curve(rng, settings.effect_free_data)
+            foreign, least = _nearest(rows, j, target, viscous[:, j], weight, curve)
             if least <= worst:
                 break
         else:

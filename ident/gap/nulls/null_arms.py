@@ -27,9 +27,6 @@ from wamctl.arm.recording import Recording
 
 Motion = tuple[Array, Array, Array]
 
-_DISTANCES = (0.0, 0.0, 2e-4, 5e-4)
-"""Presliding distances drawn for joints without presliding [rad]: too short to be seen as such."""
-
 
 def can_simulate(source: Experiment) -> bool:
     """Whether all recordings hold their reference motion."""
@@ -66,13 +63,14 @@ def simulated_datasets(
     loop: tuple[Controller, Wire],
     disturbance: Sequence[Array],
     rng: np.random.Generator,
+    presliding_rad: float,
 ) -> list[Dataset]:
     """The recordings as they would be if the arm were exactly the fitted one.
 
     Raises:
         DataError: the simulated arm does not follow its reference.
     """
-    drawn = rng.choice(_DISTANCES, len(arm.coulomb))
+    drawn = presliding_rad * rng.choice((0.0, 0.0, 0.4, 1.0), len(arm.coulomb))
     arm = replace(arm, bristle=np.where(arm.bristle > 0.0, arm.bristle, drawn))
     found = []
     for recording, data, noise in zip(source.recordings, source.datasets, disturbance, strict=True):

@@ -48,7 +48,6 @@ from wamctl.arm.errors import DataError
 
 Tell = Callable[[str], None]
 
-_CHANCE_DRAWS = 100
 _WORTH_PROCESSES = 40_000  # samples: fewer are searched before another process has started
 
 
@@ -74,7 +73,7 @@ def calibrated(
     if options.null_runs == 0 or loop[0] is None or loop[1] is None or not can_simulate(source):
         return threshold
     rows, current = state.rows, state.current
-    left = structureless_noise(rows, larger)
+    left = structureless_noise(rows, larger, options.settings.effect_free_data)
     arm = null_arm(
         source, feasible_fit(source, current.fit, len(rows.base_parameters)), current.accepted
     )
@@ -133,7 +132,8 @@ def _run(plan: _Plan, draw: _Draw) -> _Outcome:
     """Largest gain of each effect, and of structure; None if the arm does not follow."""
     source, settings, facts = plan.source, plan.settings, plan.current.model.facts
     try:
-        data = simulated_datasets(source, plan.arm, plan.loop, *draw)
+        longest = settings.effect_free_data.presliding_rad
+        data = simulated_datasets(source, plan.arm, plan.loop, *draw, longest)
     except DataError:
         return None
     parts = segments(data, plan.windows)
@@ -168,12 +168,13 @@ def _above_chance(state: SelectionState, larger: CurrentFit, settings: GapSettin
     left = residuals(larger.design(state.rows), larger.fit)
     rng = np.random.default_rng(0)
     searched = np.isin(design.fold, SEARCHED)
+    count = settings.effect_free_data.chance_draws
     draws = []
     for r in left:
         if len(r.values) == 0:
-            draws.append(np.zeros((0, _CHANCE_DRAWS)))
+            draws.append(np.zeros((0, count)))
             continue
-        drawn = np.column_stack([phase_randomised(r, rng) for _ in range(_CHANCE_DRAWS)])
+        drawn = np.column_stack([phase_randomised(r, rng) for _ in range(count)])
         draws.append(drawn * searched[:, None])
     now = fit(design.equations.of(SEARCHED), current.fit.structure, current.fit.sigma)
     gain = dict(state.threshold.gain)
@@ -192,8 +193,7 @@ def _above_reversals(
     for draw in range(draws):
         tell(f"searching arms that turn round in another way, {draw + 1} of {draws}")
         rng = np.random.default_rng([options.seed, state.calibrations, draw])
-        least = options.settings.thresholds.min_gain
-        rows = with_foreign_reversals(state.rows, state.current, larger, least, rng)
+        rows = with_foreign_reversals(state.rows, state.current, larger, options.settings, rng)
         found.append(_searched(rows, state.current, options.settings)[1])
     return threshold.raised(found, [], options.settings.thresholds.safety_factor)
 

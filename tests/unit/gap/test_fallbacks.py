@@ -7,7 +7,7 @@ import pytest
 
 from ident.gap.lack_of_fit.remaining_structure import remaining_structures, structureless_noise
 from ident.gap.regression import feasible_fit as module
-from ident.gap.settings import LackOfFit
+from ident.gap.settings import EffectFreeData, LackOfFit
 from wamctl.arm.errors import DataError
 from wamctl.arm.inertial import pseudo_inertia
 from wamctl.arm.robot import cad_parameters
@@ -46,4 +46,4 @@ def test_joints_that_never_slide_have_no_structure(nothing_hidden):
     still = replace(nothing_hidden.start.model, slow=np.full(7, 100.0))
     current = replace(nothing_hidden.start, model=still)
     assert remaining_structures(nothing_hidden.rows, current, LackOfFit()) == []
-    assert len(structureless_noise(nothing_hidden.rows, current)) == 7
+    assert len(structureless_noise(nothing_hidden.rows, current, EffectFreeData())) == 7
