@@ -47,6 +47,9 @@ QUANTITIES = (
     Quantity("coulomb", "N m", 1e-6, 1e3, 0.1, 0.0, "dry friction"),
     Quantity("stribeck", "N m", 0.0, 1e3, 0.0, 0.05, "further dry friction at low speed"),
     Quantity("stribeck_speed", "rad/s", 5e-3, 1.0, 0.1, 0.0, "where that has fallen to 1/e"),
+    Quantity(
+        "stribeck_exponent", "1", 0.5, 4.0, 2.0, 0.0, "how it falls: 2 as a bell, 1 from a peak"
+    ),
     Quantity("load_friction", "1", 0.0, 0.9, 0.0, 0.05, "dry friction per load"),
     Quantity("offset", "N m", -1e3, 1e3, 0.0, 0.05, "constant torque that resists"),
     Quantity("half_play", "rad", 0.0, 0.1, 0.0, 1e-3, "half the backlash of the gears"),
@@ -62,8 +65,17 @@ QUANTITIES = (
 )
 """In the order of the rows of a settings array, shape (quantities, n)."""
 
-LATER = ("spring", "drag", "skew", "turning_speed", "presliding", "rise_speed", "gear_lag")
-"""Quantities that files of the first version may lack."""
+LATER = {
+    "spring": 0.0,
+    "drag": 0.0,
+    "skew": 0.0,
+    "turning_speed": 0.0,
+    "presliding": 0.0,
+    "rise_speed": 0.0,
+    "gear_lag": 0.0,
+    "stribeck_exponent": 2.0,
+}
+"""Quantities that files of the first version may lack, and what they were then."""
 
 PER_STIFFNESS = (
     "integral",

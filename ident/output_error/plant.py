@@ -28,9 +28,9 @@ _SETTLED = 1e-4  # of the largest impulse of a step: less than a thousandth of a
 (
     STIFFNESS, INTEGRAL, RATE_GAIN, DEAD_ZONE, TORQUE_LIMIT, PROFILE_SPEED,
     PROFILE_ACCELERATION, DELAY, ARMATURE, DAMPING,
-    COULOMB, STRIBECK, STRIBECK_SPEED, LOAD_FRICTION, OFFSET, HALF_PLAY, COMPLIANCE, ZERO,
-    SPRING, DRAG, SKEW, TURNING_SPEED, PRESLIDING, RISE_SPEED, GEAR_LAG,
-) = range(25)  # fmt: skip
+    COULOMB, STRIBECK, STRIBECK_SPEED, STRIBECK_EXPONENT, LOAD_FRICTION, OFFSET, HALF_PLAY,
+    COMPLIANCE, ZERO, SPRING, DRAG, SKEW, TURNING_SPEED, PRESLIDING, RISE_SPEED, GEAR_LAG,
+) = range(26)  # fmt: skip
 
 
 class Motion(NamedTuple):
@@ -192,8 +192,8 @@ def dry_friction(p, i, speed, load):
     """Torque that dry friction may take at most [N m]."""
     dry = p[COULOMB, i] + p[LOAD_FRICTION, i] * abs(load)
     if p[STRIBECK, i] > 0.0:
-        slow = speed / p[STRIBECK_SPEED, i]
-        dry += p[STRIBECK, i] * np.exp(-slow * slow)
+        slow = abs(speed) / p[STRIBECK_SPEED, i]
+        dry += p[STRIBECK, i] * np.exp(-(slow ** p[STRIBECK_EXPONENT, i]))
     fast = abs(speed) + p[TURNING_SPEED, i] + _CREEP
     return dry * fast / (fast + p[RISE_SPEED, i])
 

@@ -126,8 +126,9 @@ def read_servo_model(path: Path) -> ServoModel:
         raise DataError(
             f"{path} has version {file.version}, and this program reads up to {VERSION}: update it."
         )
-    none = {"values": [0.0] * len(file.joints), "sd": [None] * len(file.joints)}
-    quantities = dict.fromkeys(LATER, none) | file.quantities
+    n = len(file.joints)
+    later = {name: {"values": [x] * n, "sd": [None] * n} for name, x in LATER.items()}
+    quantities = later | file.quantities
     missing = [name for name in ROW if name not in quantities]
     if missing:
         raise DataError(f"{path} lacks the quantities {', '.join(missing)}.")

@@ -14,6 +14,7 @@ class EffectKind:
         name: id in the catalogue.
         part: what it adds to a joint.
         reported: name of each of its quantities in the result file.
+        reported_form: the same of the quantity that says which form it has; empty: it has one.
         equation: how the simulation forms it.
     """
 
@@ -21,6 +22,7 @@ class EffectKind:
     part: Part
     reported: tuple[str, ...]
     equation: str
+    reported_form: str = ""
 
 
 KINDS = (
@@ -29,7 +31,8 @@ KINDS = (
         "stribeck",
         parts.STRIBECK,
         ("extra_friction", "speed"),
-        "tau_j += extra_friction exp(-(qd_j/speed)^2) sgn(qd_j)",
+        "tau_j += extra_friction exp(-(|qd_j|/speed)^exponent) sgn(qd_j)",
+        "exponent",
     ),
     EffectKind(
         "load_dependent_friction",

@@ -7,6 +7,7 @@ import numpy as np
 from ident.output_error.fit import Fit
 from ident.output_error.identify import fit_of_all
 from ident.output_error.judging import typical
+from ident.output_error.missing.forms import middle_form
 from ident.output_error.missing.search import Search
 from ident.output_error.parameters import ROW
 from ident.output_error.prepared import Prepared
@@ -110,8 +111,11 @@ def _known(
 ) -> tuple[Fit, Knowledge, tuple[Evidence, ...]]:
     """The fit of all recordings, how well it is known, and what speaks for each effect."""
     beside = confirmed(found.end, found.base.fit, found.effects, begun, settings)
+    places = [(a.part, a.joint) for a in found.effects]
     after = fit_of_all(begun, found.end.fit, tell)
+    after, spread = middle_form(begun.setup, begun.prior, after, places, tell)
     known = knowledge(begun.setup, after, begun.prior)
+    known = replace(known, sd=np.hypot(known.sd, spread))
     rows = [ROW[a.part.quantities[0]] for a in found.effects]
     sizes = [
         float(known.deviations[row, a.joint]) for row, a in zip(rows, found.effects, strict=True)

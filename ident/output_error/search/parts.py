@@ -23,6 +23,8 @@ class Part:
         gears: whether servos of one kind may all have it in their gears; a joint may have it by
             itself, too.
         instead: quantity that grows where the part is left out, because it lags alike.
+        form: quantity that is no size, and says which of its forms the part has.
+        forms: its values, in order.
     """
 
     name: str
@@ -33,6 +35,8 @@ class Part:
     common: bool = False
     gears: bool = False
     instead: str = ""
+    form: str = ""
+    forms: tuple[float, ...] = ()
 
     @property
     def felt_elsewhere(self) -> bool:
@@ -69,7 +73,14 @@ DEAD_ZONE = Part("dead_zone", ("dead_zone",), (2e-3, 5e-3), "", True, True)
 
 ENCODER_OFFSET = Part("encoder_offset", ("zero",), (-0.2, -0.05, 0.05, 0.2))
 LOAD_FRICTION = Part("load_friction", ("load_friction",), (0.05, 0.15, 0.4))
-STRIBECK = Part("stribeck", ("stribeck", "stribeck_speed"), (0.1, 0.3, 0.8, 2.0), "coulomb")
+STRIBECK = Part(
+    "stribeck",
+    ("stribeck", "stribeck_speed"),
+    (0.1, 0.3, 0.8, 2.0),
+    "coulomb",
+    form="stribeck_exponent",
+    forms=(0.7, 1.0, 2.0),
+)
 HALF_PLAY = Part("half_play", ("half_play",), (1e-3, 2e-3, 4e-3, 8e-3, 0.016), instead="coulomb")
 COMPLIANCE = Part("compliance", ("compliance", "gear_lag"), (2e-3, 8e-3, 0.03))
 OFFSET = Part("offset", ("offset",), (-3.0, -1.0, -0.3, 0.3, 1.0, 3.0), "coulomb")

@@ -99,7 +99,10 @@ def _effect(a: Accepted, found: Evidence, done: Outcome) -> Content:
 
 def _parameters(a: Accepted, done: Outcome) -> Content:
     found = {}
-    for quantity, name in zip(a.part.quantities, KIND_OF[a.part].reported, strict=True):
+    kind = KIND_OF[a.part]
+    named = list(zip(a.part.quantities, kind.reported, strict=True))
+    named += [(a.part.form, kind.reported_form)] if a.part.form else []
+    for quantity, name in named:
         row = ROW[quantity]
         sd = float(done.known.sd[row, a.joint])
         found[name] = {
