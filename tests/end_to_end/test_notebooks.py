@@ -34,7 +34,13 @@ def executed(path: Path) -> dict[str, object]:
     return RUN["execute"](json.loads(path.read_text(encoding="utf-8")))
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(p, id=p.stem, marks=[] if p.stem == "sweep" else pytest.mark.thorough)
+        for p in NOTEBOOKS
+    ],
+)
 def test_a_notebook_runs(path: Path, folder: Path, monkeypatch) -> None:
     monkeypatch.chdir(folder)
     names = executed(path)

@@ -40,6 +40,7 @@ def identified(folder: Path, shipped: str) -> dict[str, dict[str, float]]:
     return {p["name"]: p for p in json.loads(ident.stdout)["base_parameters"]}
 
 
+@pytest.mark.thorough
 def test_both_logs_give_the_same_model(tmp_path: Path) -> None:
     long = read_trajectory(find_file("wam7-excitation.yaml")).series
     short = FourierSeries(long.joint_names, FUNDAMENTAL, SCALE * long.a, SCALE * long.b, long.q0)

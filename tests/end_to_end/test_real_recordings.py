@@ -68,6 +68,7 @@ def test_xmate7p_feasible_parameters_hold_where_ols_does_not(xmate):
     assert errors["traj2"]["feasible"] < 1.04 * errors["traj2"]["ols"]
 
 
+@pytest.mark.thorough
 def test_xmate7p_beside_the_named_effects_ols_is_nowhere_ahead(real_data, tmp_path):
     """What OLS was ahead by, it owed to effects that impossible links can imitate."""
     tables = [f"traj{k}_{p}per_50Hz.csv" for k, p in ((1, 3), (2, 1), (3, 1))]

@@ -141,6 +141,7 @@ def test_a_file_of_hidden_effects_that_the_arm_cannot_have(arm, tmp_path):
     )
 
 
+@pytest.mark.thorough
 def test_a_hidden_effect_is_in_the_motion_and_nowhere_else_in_the_log(arm, tmp_path):
     logs = tmp_path / "plain.mcap", tmp_path / "secret.mcap"
     plain = ("excite", "--config", arm, "--bus", "sim", "--lockstep", "--out")

@@ -34,7 +34,10 @@ def in_ampere(joints: int = 4, **settings):
     return log.with_(tau=log.tau / GAINS[:joints])
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    "seed",
+    [0, pytest.param(1, marks=pytest.mark.thorough), pytest.param(2, marks=pytest.mark.thorough)],
+)
 def test_gains_are_found_within_their_intervals(seed):
     done = of_currents(in_ampere(seed=seed))
     for told, gain in zip(done.content["gains"], GAINS, strict=True):
@@ -54,6 +57,7 @@ def test_parameters_in_newton_metres_are_those_of_the_torque():
     assert np.abs(off).max() < 3.0
 
 
+@pytest.mark.thorough
 def test_parameters_in_ampere_do_not_depend_on_the_masses_of_the_urdf():
     """Half the masses in the URDF: half the gains, and the same friction in ampere."""
     log = in_ampere()
@@ -109,6 +113,7 @@ def test_neither_links_without_mass_nor_inertia_alone_tell_a_gain(currents):
     assert done.content["verdict"] == "doubtful"
 
 
+@pytest.mark.thorough
 def test_rotors_do_not_change_the_gains_that_weight_tells():
     log = Experiment(joints=4, seconds=20.0).log()
     qdd = np.gradient(np.gradient(log.q, axis=0), axis=0) / np.median(np.diff(log.t)) ** 2

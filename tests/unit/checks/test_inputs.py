@@ -22,6 +22,9 @@ DO = (
 """How a sentence begins that says what to do."""
 
 
+LONG = pytest.mark.thorough
+
+
 def judged(log) -> tuple[str, set[str], list[dict]]:
     """The verdict of `run` in memory, with codes and remarks."""
     try:
@@ -61,7 +64,13 @@ def test_a_wrong_input_is_told(name, make, codes):
             assert advice[:-1].lower() in sentence.lower()
 
 
-@pytest.mark.parametrize(("name", "make", "codes"), RIGHT, ids=[r[0] for r in RIGHT])
+@pytest.mark.parametrize(
+    ("name", "make", "codes"),
+    [
+        pytest.param(*r, id=r[0], marks=LONG if r[0] in ("10 joints", "11 joints") else [])
+        for r in RIGHT
+    ],
+)
 def test_a_right_input_is_trusted(name, make, codes):
     verdict, found, remarks = judged(make())
     assert found - {"cutoff"} <= codes, remarks  # at a low rate the choice is told

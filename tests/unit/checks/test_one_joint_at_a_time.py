@@ -51,6 +51,7 @@ def test_what_holds_a_joint_is_taken_for_no_fault(seed):
     assert codes(Experiment(joints=JOINTS, seconds=20.0, seed=seed).log(), *each) == set()
 
 
+@pytest.mark.thorough
 def test_they_do_no_harm_beside_a_motion_of_all_joints():
     whole = Experiment(joints=JOINTS, seconds=20.0).log()
     arm, friction, remarks = whole.arm(), [], []

@@ -182,6 +182,7 @@ def with_count(problem: Problem, most: float = np.inf) -> tuple[Problem, Counted
     return replace(problem, trial=count, objective=objective), count  # pyright: ignore[reportArgumentType]
 
 
+@pytest.mark.thorough
 def test_a_motion_is_worth_the_mean_of_its_tries(problem: Problem, motion: np.ndarray) -> None:
     counted, count = with_count(problem)
     (found,) = Judge(counted, NEVER).of(motion, [])

@@ -56,6 +56,7 @@ def test_every_yield_is_better_and_within_the_limits(motion_problem: Problem) ->
     assert np.exp(values[-1]) < 50.0
 
 
+@pytest.mark.thorough
 def test_the_same_seed_finds_the_same(motion_problem: Problem) -> None:
     first, second = (list(search(motion_problem, DENSE, effort(), 4, None)) for _ in range(2))
     assert [c.value for c in first] == [c.value for c in second]

@@ -111,6 +111,7 @@ def test_pages_tell_the_changes_and_link_each_arm(found):
     assert "firmware 1 became 2" in arm
 
 
+@pytest.mark.thorough
 def test_a_changed_arm_is_searched_for_the_effect_beside_the_model_from_before(
     logs, found, tmp_path, monkeypatch, without_processes
 ):
@@ -191,6 +192,7 @@ def test_pattern_and_table_say_whose_a_log_is(tmp_path, without_processes):
     assert (row.arm, row.tool, row.time) == ("left", "gripper", pd.Timestamp(START_NS, tz="UTC"))
 
 
+@pytest.mark.thorough
 def test_processes_and_dask_give_the_same_bytes(logs, tmp_path, monkeypatch):
     some = [f"{logs}/arm{k}/day[0-3].mcap" for k in (1, 2)]
 

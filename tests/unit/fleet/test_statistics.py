@@ -122,6 +122,7 @@ def test_the_smallest_change_that_logs_show_is_the_one_that_is_just_told():
     assert np.isnan(_detector(CANDIDATES).smallest(7, 5.0)).all()
 
 
+@pytest.mark.thorough
 def test_odds_without_a_change_seldom_exceed_what_they_may():
     """A test martingale exceeds 20 ever in at most one case of 20."""
     rng = np.random.default_rng(2)

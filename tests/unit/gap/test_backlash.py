@@ -42,7 +42,7 @@ def test_play_at_the_elbow_shows_in_its_encoder_by_about_its_width():
     assert 0.2 * HALF < np.abs(apart[:, 3]).max() < 4 * HALF
 
 
-@pytest.fixture(scope="module", params=[0.0, 0.4])
+@pytest.fixture(scope="module", params=[0.0, pytest.param(0.4, marks=pytest.mark.thorough)])
 def loosened(request):
     """Search in a recording of an arm with play at joint 5, whose friction the link may share."""
     log = recorded(with_play(4, 1.5e-3, request.param))
@@ -70,6 +70,7 @@ def test_an_impact_at_the_end_of_the_play_is_no_transient(loosened):
         assert explained_by_accepted(rows, end, transient, Transients()) is blow
 
 
+@pytest.mark.thorough
 def test_play_of_an_arm_on_a_tilted_base():
     """The link falls through its play as the tilted base pulls it; its size stays unsure."""
     arm = with_play(0, 4e-3)

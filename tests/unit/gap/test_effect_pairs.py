@@ -41,6 +41,7 @@ def named(log: Recording) -> tuple[str, list[str]]:
     return str(verdict.kind), sorted(f.candidate.effect for f in verdict.effects)
 
 
+@pytest.mark.thorough
 def test_drag_in_one_direction_is_no_error_of_a_form_that_follows_the_direction():
     """The Stribeck effect's height at standstill hangs on its form; that it is there does not."""
     arm = wam(Term(sticking, 1, (0.8, 0.05)), Term(one_way, 1, (0.03,)))
@@ -48,6 +49,7 @@ def test_drag_in_one_direction_is_no_error_of_a_form_that_follows_the_direction(
     assert (kind, names) == ("named", ["asymmetric_viscous", "stribeck"])
 
 
+@pytest.mark.thorough
 def test_a_sticking_first_joint_on_a_tilted_base():
     arm = wam(Term(sticking, 0, (0.78, 0.12)))
     gravity = arm.chain.gravity + np.cross([-0.0184, 0.0069, 0.0], arm.chain.gravity)
@@ -156,6 +158,7 @@ def test_a_tuned_drag_never_turns_into_friction_that_falls_with_speed(nothing_hi
     assert effect.is_plausible(drag, np.array([-0.2]), (0.3, 1.0), False)
 
 
+@pytest.mark.thorough
 def test_a_small_rotor_of_the_wrist_is_no_delay_of_its_friction():
     """Torque that is smoothed, as a delay of another size would be, imitates inertia there."""
     arm = wam()
@@ -195,6 +198,7 @@ def bent(t, q, qd, load, joint, settings, resistance, level):
     resistance[joint] += settings[0] * np.sin(3.0 * q[joint])
 
 
+@pytest.mark.thorough
 def test_a_constant_error_of_the_reference_model_is_no_change():
     odd = Term(bent, 4, (0.004,))
     before = source_of(recorded(wam(odd)))

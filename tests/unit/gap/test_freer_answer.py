@@ -65,10 +65,9 @@ def evidence(found: dict[str, Hypothesis], arm: SimulatedArm, joint: int, name: 
 @pytest.mark.parametrize(
     ("effect", "other"),
     [
-        (HIP, Term(hose, 1, (2.0,))),
-        (STICKING, Term(rubbing, 3, (1.0,))),
+        pytest.param(HIP, Term(hose, 1, (2.0,)), marks=pytest.mark.thorough, id="hose"),
+        pytest.param(STICKING, Term(rubbing, 3, (1.0,)), id="friction by position"),
     ],
-    ids=["hose", "friction by position"],
 )
 def test_a_curve_refutes_an_effect_of_another_form(effect, other):
     arm = wam(other)
@@ -77,7 +76,11 @@ def test_a_curve_refutes_an_effect_of_another_form(effect, other):
 
 
 @pytest.mark.parametrize(
-    ("effect", "values"), [(SPRING, [1.2, -0.4]), (STICKING, [0.9])], ids=["spring", "stribeck"]
+    ("effect", "values"),
+    [
+        pytest.param(SPRING, [1.2, -0.4], id="spring", marks=pytest.mark.thorough),
+        pytest.param(STICKING, [0.9], id="stribeck"),
+    ],
 )
 def test_a_curve_does_not_refute_an_effect_of_the_catalogues_form(effect, values):
     arm = catalogue()[effect.effect].simulated(wam(), effect, np.array(values))
@@ -88,6 +91,7 @@ def test_a_curve_does_not_refute_an_effect_of_the_catalogues_form(effect, values
     ]
 
 
+@pytest.mark.thorough
 def test_a_spring_that_a_hardening_one_replaces_beside_other_links_is_unsettled():
     found = answers(wam(Term(cubic, 1, (0.12, 0.0))), HIP)
     assert "joint_spring:2" in unsettled(list(found.values()))

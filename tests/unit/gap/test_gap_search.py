@@ -238,6 +238,7 @@ def test_a_recording_in_which_joints_are_held_does_not_spoil_another(source):
     assert (noise[1] < 1.2 * noise[0])[held].all()
 
 
+@pytest.mark.thorough
 def test_of_three_recordings_only_one_may_tell_the_parameters_apart(plain):
     """Two move one joint each; a spring at one of them is named all the same."""
 
@@ -252,6 +253,7 @@ def test_of_three_recordings_only_one_may_tell_the_parameters_apart(plain):
     assert (found.kind, [e.place for e in found.effects]) == (Kind.NAMED, [("joint_spring", (4,))])
 
 
+@pytest.mark.thorough
 def test_an_effect_counts_for_the_joints_that_pay_for_it_where_it_is_left_out(plain):
     """Weight of the lower arm makes up for a gain of its joint, and puts the error at others."""
 

@@ -33,6 +33,7 @@ def both() -> SearchResult:
     return searched(wam(STICKING, *PUSH))
 
 
+@pytest.mark.thorough
 def test_a_push_beside_another_effect_hides_neither(both):
     assert both.verdict.kind == Kind.NAMED
     assert named(both) == [("stribeck", (3,))]
@@ -59,6 +60,7 @@ def test_each_of_several_pushes_is_told():
     assert all({0, 1} <= set(b.joints) for b in found.verdict.transients)
 
 
+@pytest.mark.thorough
 def test_friction_that_nearly_vanishes_during_the_run_leaves_a_possible_arm():
     drag = 0.95 * wam().viscous[0]
     found = searched(wam(Term(loosening, 0, (drag, 73.0))))
@@ -90,6 +92,7 @@ def test_a_torque_constant_that_repeats_with_the_motors_angle_is_ripple():
     assert values["cosine"].value == pytest.approx(0.15 * np.sin(0.4), rel=0.1)
 
 
+@pytest.mark.thorough
 def test_a_tilted_base_is_no_spring_at_the_first_joint():
     arm = wam()
     tilt = np.array([0.012, -0.009, 0.0])
@@ -103,6 +106,7 @@ def test_a_tilted_base_is_no_spring_at_the_first_joint():
     assert values["tilt_y"].value == pytest.approx(-0.009, rel=0.03)
 
 
+@pytest.mark.thorough
 def test_a_drive_that_clips_now_and_then_is_no_contact():
     arm = wam()
     limit = arm.limit.copy()

@@ -41,7 +41,7 @@ def loaded(rod: float) -> SimulatedArm:
     return replace(arm, delta=delta)
 
 
-@pytest.mark.parametrize("rod", [0.0, ROD])
+@pytest.mark.parametrize("rod", [0.0, pytest.param(ROD, marks=pytest.mark.thorough)])
 def test_a_load_at_the_tool_is_a_payload_and_nothing_else(source, rod):
     """Away from the axes, its tensor is as much of what the wrist feels as its weight is.
 

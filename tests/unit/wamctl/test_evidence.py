@@ -29,7 +29,9 @@ def in_motions(blocks: list[float]) -> list[list[float]]:
     return [blocks[k : k + 20] for k in range(0, len(blocks), 20)]
 
 
-@pytest.mark.parametrize("apart", [0.0, 0.05, 0.5, 20.0])
+@pytest.mark.parametrize(
+    "apart", [0.5, *(pytest.param(x, marks=pytest.mark.thorough) for x in (0.0, 0.05, 20.0))]
+)
 def test_a_wrong_leader_is_confirmed_no_more_often_than_promised_although_looked_at_always(apart):
     rng, alpha, runs = np.random.default_rng(1), 0.05, 2000
     bar = np.log(1 / alpha)
