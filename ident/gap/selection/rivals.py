@@ -58,12 +58,16 @@ def yields_to_constant(leader: AcceptedEffect, scores: Sequence[Score], settings
     """Whether a more usual effect at the same joints, constant in time, explains it as well.
 
     An effect that changes with time yields to any other one that reaches a good share of its gain;
-    every one yields to an offset or a rotor that reaches nearly all of it, and is its rival then.
+    every one yields to an offset or a rotor that reaches nearly all of it or cannot be told from
+    it, and is its rival then.
     """
     own = catalogue()[leader.candidate.effect]
     in_time = own.form_uncertainty is FormUncertainty.TIME
     if own.usual_term:
         return False
+    usual = [r.candidate for r in leader.rivals if catalogue()[r.candidate.effect].usual_term]
+    if any(set(r.joints) <= set(leader.joints) for r in usual):
+        return True
     for s in scores:
         other = catalogue()[s.candidate.effect]
         if in_time and other.form_uncertainty is not FormUncertainty.TIME:

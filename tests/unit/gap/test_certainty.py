@@ -90,6 +90,8 @@ def test_what_changes_with_time_yields_to_what_does_not():
     assert not yields_to_constant(drag, [drag.score, rotor], SETTINGS.rivals)
     assert yields_to_constant(drag, [replace(rotor, gain=drag.score.gain)], SETTINGS.rivals)
     assert not yields_to_constant(found("torque_offset"), [rotor], SETTINGS.rivals)
+    unsettled = replace(drag, rivals=(rotor,))
+    assert yields_to_constant(unsettled, [drag.score, rotor], SETTINGS.rivals)
 
 
 def beside_an_offset(source, plain, name, drag=0.0):
