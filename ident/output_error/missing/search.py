@@ -1,6 +1,6 @@
 """The search: a servo model without effects, then effects one after the other, joint by joint."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ident.output_error.identify import searched
 from ident.output_error.missing.kinds import KIND_OF, KINDS
@@ -63,5 +63,6 @@ def search(begun: Prepared, settings: SearchSettings, tell: Tell) -> Search:
     args = begun.prior, asked, settings
     found = Search(base, base, nulls(base.setup, base.fit, *args), asked)
     least = {p: found.least(p, settings) for p in asked}
-    end = extended(base, begun, [*servo, *asked], least, settings, tell)
+    known = replace(base, floor=found.nulls.typical)
+    end = extended(known, begun, [*servo, *asked], least, settings, tell)
     return Search(base, end, found.nulls, asked)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.output_error.fit import Fit, fit
-from ident.output_error.judging import explained, gain, left_out, sureness, sureness_of_all
+from ident.output_error.judging import explained, gain, left_out, sureness, sureness_of_all, typical
 from ident.output_error.parameters import ROW
 from ident.output_error.prepared import Prepared
 from ident.output_error.search.parts import BASE, Part
@@ -75,6 +75,8 @@ class Selection:
         accepted: in order of acceptance.
         gains: of each part that was tried, largest at each joint [nats per sample], shape (n,).
         tried: parts that were tried beside this arm.
+        floor: typical error of an arm of which the model misses nothing [rad], shape (n,); None:
+            not known yet.
     """
 
     setup: Setup
@@ -83,6 +85,7 @@ class Selection:
     accepted: tuple[Accepted, ...] = ()
     gains: Mapping[Part, Array] = field(default_factory=dict)
     tried: tuple[Trial, ...] = ()
+    floor: Array | None = None
 
     def kept(self, part: Part) -> Places:
         """Joints at which a part was accepted, shape (n,)."""
@@ -140,8 +143,11 @@ def _tried(
     new = [part for part in parts if all(t.part != part for t in before)]
     asked = {part: possible(part, begun) & ~found.kept(part) for part in new}
     tell("looking for what is missing", 0.0)
+    off = np.zeros(found.errors.shape[1], dtype=bool)
+    if found.floor is not None:
+        off = typical(found.errors) > settings.clear * found.floor
     args = found.setup, found.fit, found.errors, asked, begun.prior, settings, tell
-    made = [*before, *trials(*args, same_servo=begun.same_servo)]
+    made = [*before, *trials(*args, off=off, same_servo=begun.same_servo)]
     gains = dict(found.gains)
     for t in made:
         gains[t.part] = np.maximum(gains.get(t.part, t.gain), t.gain)

@@ -21,7 +21,8 @@ class SearchSettings:
             may speak against it.
         rival_share: of its gain, what a rival has at least.
         together: of the largest gain, what joints need that are given their effect in one round.
-        clear: of the noise floor, above which something is left.
+        clear: of the noise floor, above which something is left; every effect is tried there,
+            whatever it promises in first order.
         clear_steps: of the encoder, rms, that it has to be beyond the floor.
         unclosed: share of a joint's gap that may be left beside named effects.
         screen_share: of what the best part explains at a joint in first order, what another has to

@@ -39,7 +39,7 @@ class Trial:
 
 def trials(
     setup: Setup, best: Fit, judged: Array, asked: dict[Part, Places], prior: Prior,
-    settings: SearchSettings, tell: Tell, *, same_servo: bool = False,
+    settings: SearchSettings, tell: Tell, *, off: Places | None = None, same_servo: bool = False,
 ) -> list[Trial]:  # fmt: skip
     """Trials of the parts that could explain something.
 
@@ -53,10 +53,13 @@ def trials(
         prior: what is believed.
         settings: numbers that decide.
         tell: hears what is being done.
+        off: joints at which something is missing for sure, shape (n,): all parts are tried there.
         same_servo: whether all joints have the same.
     """
     shares = settings.least_gain, settings.screen_share
     worth = promising(setup, best, asked, *shares, same_servo=same_servo)
+    if off is not None:
+        worth = {part: places | (asked[part] & off) for part, places in worth.items()}
     made = []
     for k, (part, places) in enumerate(worth.items()):
         if places.any():
