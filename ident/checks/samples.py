@@ -92,7 +92,8 @@ def repeated_and_skipped(
 ) -> tuple[int, int]:
     """How many readings repeat the one before, and samples are missing though stamps are even.
 
-    Zero where they are so few that they may be chance.
+    Zero where they are so few that they may be chance, and none are missing unseen where the stamps
+    are uneven: steps are longer there because the periods are.
 
     Args:
         parts: of the recording.
@@ -103,7 +104,8 @@ def repeated_and_skipped(
     few = max(3.0, 0.04 * bounds.lost_share * data.samples)
     counts = (sum(int(r.position.sum()) for r in found), sum(r.skipped for r in found))
     repeated, skipped = (count if count > few else 0 for count in counts)
-    return repeated, skipped
+    uneven = data.source.lost > bounds.lost_share * data.samples
+    return repeated, 0 if uneven else skipped
 
 
 def log_remarks(data: Sequence[Dataset]) -> list[Remark]:

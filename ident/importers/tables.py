@@ -70,6 +70,14 @@ def read_table(path: Path, wanted: Sequence[Name], form: TextForm) -> Table:
             return _text(path, wanted, form)
 
 
+def _are_values(names: Sequence[str]) -> bool:
+    """Whether a header holds numbers that are no count of the columns."""
+    if not names or not all(map(is_number, names)):
+        return False
+    numbers = np.array(names, dtype=float)
+    return bool((np.diff(numbers) != 1.0).any() or numbers[0] not in (0.0, 1.0))
+
+
 def _text(path: Path, wanted: Sequence[Name], form: TextForm) -> Table:
     try:
         lines = (cells for _, cells in form.lines(path, form.skip))
@@ -78,6 +86,12 @@ def _text(path: Path, wanted: Sequence[Name], form: TextForm) -> Table:
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise DataError(f"{path} is not a readable text table ({error}).") from error
     names = tuple(name.strip().removeprefix("#").strip() for name in first) if form.header else ()
+    by_number = all(isinstance(c, int) and 1 <= c <= len(first) for c in wanted)
+    if by_number and _are_values(names):
+        raise DataError(
+            f"{path}: the first line holds numbers, and would be lost as a header: write"
+            " `header: false` in the mapping, or names into that line."
+        )
     places = {}
     for column in wanted:
         if isinstance(column, int) and 1 <= column <= len(first):

@@ -20,6 +20,7 @@ from wamctl.arm.recording import Recording
 _SHORTEST = 20
 """A segment has so many samples at least."""
 
+_ENOUGH_HZ = 100.0  # twice what gears and links move at; more samples take longer and tell no more
 _PARTS = 3
 _PIECE_S = 8.0
 _SEARCHED_S = 150.0  # more than this tells a search nothing new
@@ -35,7 +36,8 @@ def segments_of(
 ) -> tuple[MotionSegment, ...]:
     """Commands and positions of a recording between its holes, joints in the robot's order.
 
-    Positions that no motion can reach are left out, and counted with the first segment.
+    Positions that no motion can reach are left out, and counted with the first segment. Of faster
+    recordings about a hundred positions a second are taken; commands are all kept.
 
     Raises:
         DataError: no commanded positions, other joints, or too few samples.
@@ -51,6 +53,8 @@ def segments_of(
     q = np.unwrap(q, axis=0)  # an encoder of one turn
     wrong = unreachable(t, q)
     t, q = t[~wrong.any(axis=1)], q[~wrong.any(axis=1)]
+    every = max(int((len(t) - 1) / max(t[-1] - t[0], 1e-9) / _ENOUGH_HZ), 1)
+    t, q = t[::every], q[::every]
     fresh = np.diff(stamp_ns, prepend=stamp_ns[0] - 1) > 0
     stamp, command = (stamp_ns[fresh] - zero) * 1e-9, wanted[fresh][:, columns]
     period = float(np.median(np.diff(t)))

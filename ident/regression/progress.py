@@ -1,5 +1,6 @@
 """What a command is doing, for whoever waits at a terminal."""
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Protocol
@@ -15,6 +16,8 @@ from rich.progress import (
 )
 
 from wamctl.arm.command_line import is_quiet
+
+_LONG_S = 30.0
 
 
 class Tell(Protocol):
@@ -33,9 +36,13 @@ def silent(what: str, share: float | None = None) -> None:
 def shown() -> Iterator[Tell]:
     """Shows the step, the time that it has taken, and how long it will still take.
 
-    Nothing is shown where standard error is no terminal.
+    Where standard error is no terminal, each step is a line of its own, once half a minute has
+    gone by.
     """
     console = Console(stderr=True)
+    if not console.is_terminal:
+        yield silent if is_quiet() else _Lines(console).tell
+        return
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description}", markup=False),
@@ -43,8 +50,7 @@ def shown() -> Iterator[Tell]:
         BarColumn(),
         TimeRemainingColumn(),
     )
-    hidden = is_quiet() or not console.is_terminal
-    with Progress(*columns, console=console, transient=True, disable=hidden) as progress:
+    with Progress(*columns, console=console, transient=True, disable=is_quiet()) as progress:
         task = progress.add_task("starting", total=None)
 
         def tell(what: str, share: float | None = None) -> None:
@@ -54,3 +60,17 @@ def shown() -> Iterator[Tell]:
                 progress.update(task, total=1.0, completed=share)
 
         yield tell
+
+
+class _Lines:
+    """Steps of long work, one line each with the seconds since its beginning."""
+
+    def __init__(self, console: Console) -> None:
+        self._console, self._began, self._last = console, time.monotonic(), ""
+
+    def tell(self, what: str, share: float | None = None) -> None:
+        """A step, told when it begins."""
+        seconds = time.monotonic() - self._began
+        if what != self._last and seconds > _LONG_S:
+            self._last = what
+            self._console.print(f"{seconds:5.0f} s  {what}", markup=False, highlight=False)

@@ -85,7 +85,10 @@ def lag(case: Case, chunks: Sequence[Chunk], bounds: CheckSettings) -> Lag | Non
         return None
     columns = replace(case.columns, W=case.columns.W * inside[:, None, None])
     whole = _Shifted(columns, delays, taus, inside)
-    found = _believed(whole.only(_sliding(case.probe, bounds)), bounds)
+    sliding = whole.only(_sliding(case.probe, bounds))
+    if not sliding.taus[delays == 0.0][:, inside].any():
+        return None
+    found = _believed(sliding, bounds)
     if found is None:
         return None
     of_all = whole.lag(found.joint)

@@ -1,6 +1,7 @@
 """Wrong inputs are never green, right ones never refused: the table of both, through `run`."""
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from wrong_table import WRONG
 
 from ident.checks.examine import examine
 from ident.checks.remark import Grade, RefusedError, Remark, verdict_content
+from ident.checks.samples import repeated_and_skipped
 from ident.checks.settings import DEFAULT
 from ident.workflows.run import run_data
 from wamctl.arm.errors import UserError
@@ -161,3 +163,15 @@ def test_torque_too_large_at_some_joints_names_the_likelier_reason_first():
     assert load.advice.startswith("Give a URDF with every load.")
     assert "times: these are currents" in currents.finding
     assert currents.advice.startswith("If they are currents")
+
+
+def test_samples_are_not_lost_unseen_where_the_stamps_are_uneven():
+    """Steps are longer where periods are; only even stamps hide that a sample is missing."""
+    t = np.cumsum(np.random.default_rng(0).choice([0.02, 0.03, 0.03, 0.03, 0.08], size=2000))
+    wave = np.sin(t[:, None] * [0.7, 1.1])
+    part, moving = SimpleNamespace(q=wave, tau=wave), np.array([True, True])
+    for lost, told in ((0, True), (400, False)):
+        source = SimpleNamespace(lost=lost)
+        data = SimpleNamespace(samples=len(t), source=source, moving=moving)
+        _, skipped = repeated_and_skipped([part], data, DEFAULT)
+        assert bool(skipped) == told

@@ -368,6 +368,18 @@ def test_a_table_without_a_header_is_told(tmp_path: Path) -> None:
     )
 
 
+def test_a_first_row_of_numbers_is_not_lost_as_a_header(tmp_path: Path) -> None:
+    source, rows = tmp_path / "data.csv", np.column_stack([T, T, T])
+    content = {"joints": ["a"], "time": {"column": 1}, "position": {"columns": [2]}}
+    content |= {"effort": {"columns": [3]}}
+    np.savetxt(source, rows, delimiter=",", fmt="%.6f")
+    assert "the first line holds numbers" in refused(source, content, DataError)
+    np.savetxt(source, rows, delimiter=",", fmt="%.6f", header="0,1,2", comments="")
+    assert len(imported(source, content).q) == len(T)
+    np.savetxt(source, rows, delimiter=",", fmt="%.6f")
+    assert len(imported(source, content | {"header": False}).q) == len(T)
+
+
 def test_a_text_of_another_kind_is_no_mapping(tmp_path: Path) -> None:
     (tmp_path / "mine.urdf").write_text('<robot name="mine">\n  <link name="base"/>\n</robot>\n')
     with pytest.raises(ConfigurationError) as caught:

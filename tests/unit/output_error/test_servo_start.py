@@ -63,3 +63,14 @@ def test_what_a_file_says_of_the_start_is_used_and_has_to_be_possible() -> None:
         ConfigurationError, match=r"servo: stiffness: 0\.0 is not within 0\.01 to 100000 N m/rad"
     ):
         start_of(ServoSection(first={"stiffness": 0.0}))
+
+
+def test_fast_recordings_are_thinned_and_their_commands_kept() -> None:
+    log = turned().log
+    t = np.arange(log.stamp_ns[0], log.stamp_ns[-1], 1_000_000)
+    q = np.interp(t, log.stamp_ns, log.q[:, 0])[:, None]
+    (segment,) = segments_of(replace(log, stamp_ns=t, q=q), ("pan",), "turned")
+    (slow,) = segments_of(log, ("pan",), "turned")
+    assert np.diff(segment.motion.t) == pytest.approx(0.0095, abs=0.00051)
+    assert len(slow.q) == len(log.q)
+    assert segment.motion.command.shape == slow.motion.command.shape
