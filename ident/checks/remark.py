@@ -8,7 +8,7 @@ from typing import Any
 from wamctl.arm.errors import DataError
 from wamctl.arm.joint_labels import joint_labels, joints_text
 
-_LACKING = ("large_error",)  # codes of remarks on a model that lacks something, not on its input
+_LACKING = ("large_error", "impossible_torque")  # of models that lack something, not on their input
 _SOUND = "the checks found nothing that speaks against this result."
 
 

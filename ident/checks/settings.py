@@ -187,6 +187,14 @@ class CheckSettings(Section):
         "the error may rise by this factor when a joint with negative friction is turned: the"
         " sign alone then decides",
     )
+    impossible_ratio: float = positive(
+        1.3,
+        "times the held-out error of ordinary least squares that a possible arm leaves: from here"
+        " on the data ask for what no arm is; 1.1 at most on nine real arms, 1.4 to 1.6 on a tenth",
+    )
+    impossible_error: float = positive(
+        0.05, "of the torque that a possible arm leaves held-out: a smaller error does no harm"
+    )
     driving_friction: float = positive(
         0.2,
         "torque by which a joint's line of friction over speed drives the motion somewhere in its"

@@ -167,3 +167,25 @@ def poorly_predicted(
         " torque does not matter to you, the figures of the other joints still hold."
     )
     return [Remark("large_error", numbers(places), text, Grade.DOUBTFUL, advice)]
+
+
+def beyond_possible(error: float, least: float, bounds: CheckSettings) -> list[Remark]:
+    """A torque that impossible parameters explain far better, on held-out data too.
+
+    Args:
+        error: relative error of a possible arm on held-out data.
+        least: the same of ordinary least squares.
+        bounds: of the checks.
+    """
+    if error < bounds.impossible_error or error < bounds.impossible_ratio * least:
+        return []
+    text = (
+        f"No arm that is possible explains this torque well: it leaves {100 * error:.3g} % of"
+        " held-out data, and ordinary least squares, whose masses may be negative,"
+        f" {100 * least:.3g} %."
+    )
+    advice = (
+        "Let `ident gap` search for what the model lacks; check the URDF's axes and which motors"
+        " drive which joints, the torques' units, and whether something was subtracted from them."
+    )
+    return [Remark("impossible_torque", (), text, Grade.DOUBTFUL, advice)]

@@ -20,7 +20,7 @@ from ident.checks.remark import (
     verdict_content,
 )
 from ident.checks.settings import DEFAULT
-from ident.checks.torque import poorly_predicted
+from ident.checks.torque import beyond_possible, poorly_predicted
 from ident.identification.cutoff_selection import with_best_cutoff
 from ident.identification.identify import Identification, identify, model_of
 from ident.model.arm import TERM_NAMES, Arm
@@ -187,14 +187,18 @@ def run_data(
 
 
 def _poor(found: Identification, told: Sequence[Remark]) -> list[Remark]:
-    """Joints of which the model explains too little, unless a check has told them."""
+    """What the model explains too little of, unless a check has told that."""
     errors = found.held_out[found.chosen].errors
     shares = errors.relative_percent_by_joint / 100
     known = [j - 1 for r in told if r.code == "large_error" for j in r.joints]
     shares[known] = 0.0
     robot = found.evidence.arm.robot
     units = torque_units(robot)
-    return poorly_predicted(shares, errors.rms_by_joint, robot.joint_names, units, DEFAULT)
+    told = poorly_predicted(shares, errors.rms_by_joint, robot.joint_names, units, DEFAULT)
+    if found.chosen == "feasible" and "ols" in found.held_out:
+        error, least = (found.held_out[n].errors.relative_percent for n in ("feasible", "ols"))
+        told = [*told, *beyond_possible(error / 100, least / 100, DEFAULT)]
+    return told
 
 
 def cutoff_chosen(

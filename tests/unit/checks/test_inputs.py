@@ -14,6 +14,7 @@ from ident.checks.examine import examine
 from ident.checks.remark import Grade, RefusedError, Remark, verdict_content
 from ident.checks.samples import repeated_and_skipped
 from ident.checks.settings import DEFAULT
+from ident.checks.torque import beyond_possible
 from ident.workflows.run import run_data
 from wamctl.arm.errors import UserError
 
@@ -175,3 +176,11 @@ def test_samples_are_not_lost_unseen_where_the_stamps_are_uneven():
         data = SimpleNamespace(samples=len(t), source=source, moving=moving)
         _, skipped = repeated_and_skipped([part], data, DEFAULT)
         assert bool(skipped) == told
+
+
+@pytest.mark.parametrize(
+    ("error", "least", "told"), [(0.206, 0.131, True), (0.163, 0.147, False), (0.024, 0.015, False)]
+)
+def test_torque_that_no_possible_arm_explains_is_told(error, least, told):
+    remarks = beyond_possible(error, least, DEFAULT)
+    assert [r.code for r in remarks] == ["impossible_torque"] * told
