@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from ident.output_error.fit import Fit, fit
 from ident.output_error.judging import left_out, rms, typical
 from ident.output_error.search.parts import Part
+from ident.output_error.search.screening import promising
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.search.trial import trials
 from ident.output_error.setup import Prior, Setup
@@ -59,7 +60,8 @@ def nulls(
         errors = left_out(made, begun, prior)
         floors.append((rms(errors), typical(errors)))
         if settings.null_runs:
-            args = made, begun, errors, asked, prior, replace(settings, fit_rounds=_ROUNDS), silent
+            worth = promising(made, begun, asked, settings)
+            args = made, begun, errors, worth, prior, replace(settings, fit_rounds=_ROUNDS), silent
             for trial in trials(*args):
                 largest[trial.part] = max(largest[trial.part], float(trial.gain.max()))
     floor, usual = np.mean(floors, axis=0)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from ident.output_error.fit import Fit
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.search.parts import Part
+from ident.output_error.search.settings import SearchSettings
 from ident.output_error.setup import Setup
 from ident.output_error.slopes import columns
 from ident.signals.arrays import Array
@@ -18,7 +19,7 @@ _TINY = 1e-30
 
 
 def promising(
-    setup: Setup, best: Fit, asked: dict[Part, Places], least: float, share: float,
+    setup: Setup, best: Fit, asked: dict[Part, Places], settings: SearchSettings,
     *, same_servo: bool = False,
 ) -> dict[Part, Places]:  # fmt: skip
     """Joints at which a part could explain something that the arm's other settings cannot.
@@ -31,11 +32,12 @@ def promising(
         setup: arm and recordings.
         best: the arm so far.
         asked: joints at which each part is looked for.
-        least: nats per sample in first order, below which a part is not worth a fit.
-        share: the same, of what the best part would bring at the joint; a servo's own parts move it
-            too far for the first order to say which of them is best.
+        settings: gain in first order below which a part is not worth a fit, and the share of what
+            the best part would bring at the joint; a servo's own parts move it too far for the
+            first order to say which of them is best.
         same_servo: whether joints have a common part all or none, and the same gears.
     """
+    least, share = settings.least_gain, settings.screen_share
     hopes = {
         p: _of_half(h, asked[p], alike=same_servo) if p.common else h
         for p, h in _hopes(setup, best, asked)

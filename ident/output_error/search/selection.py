@@ -18,7 +18,7 @@ from ident.output_error.judging import explained, gain, left_out, sureness, sure
 from ident.output_error.parameters import ROW
 from ident.output_error.prepared import Prepared
 from ident.output_error.search.parts import BASE, Part
-from ident.output_error.search.screening import Places
+from ident.output_error.search.screening import Places, promising
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.search.trial import Trial, trials
 from ident.output_error.setup import Setup
@@ -143,15 +143,27 @@ def _tried(
     new = [part for part in parts if all(t.part != part for t in before)]
     asked = {part: possible(part, begun) & ~found.kept(part) for part in new}
     tell("looking for what is missing", 0.0)
-    off = np.zeros(found.errors.shape[1], dtype=bool)
-    if found.floor is not None:
-        off = typical(found.errors) > settings.clear * found.floor
-    args = found.setup, found.fit, found.errors, asked, begun.prior, settings, tell
-    made = [*before, *trials(*args, off=off, same_servo=begun.same_servo)]
+    worth = worth_a_fit(found, asked, settings, same_servo=begun.same_servo)
+    args = found.setup, found.fit, found.errors, worth, begun.prior, settings, tell
+    made = [*before, *trials(*args, same_servo=begun.same_servo)]
     gains = dict(found.gains)
     for t in made:
         gains[t.part] = np.maximum(gains.get(t.part, t.gain), t.gain)
     return replace(found, gains=gains, tried=tuple(made))
+
+
+def worth_a_fit(
+    found: Selection, asked: dict[Part, Places], settings: SearchSettings, *, same_servo: bool
+) -> dict[Part, Places]:
+    """Joints at which a part promises something in first order, or at which something is missing.
+
+    Where joints stick, the first order of a part that explains most may promise nothing.
+    """
+    worth = promising(found.setup, found.fit, asked, settings, same_servo=same_servo)
+    if found.floor is None:
+        return worth
+    off = typical(found.errors) > settings.clear * found.floor
+    return {part: places | (asked[part] & off) for part, places in worth.items()}
 
 
 def of_all_joints(part: Part, begun: Prepared) -> bool:

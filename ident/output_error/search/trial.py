@@ -9,7 +9,7 @@ from ident.output_error.fit import Fit, fit
 from ident.output_error.judging import gain, left_out
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.search.parts import BASE, Part
-from ident.output_error.search.screening import Places, promising
+from ident.output_error.search.screening import Places
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.setup import Prior, Setup
 from ident.regression.progress import Tell
@@ -39,9 +39,9 @@ class Trial:
 
 def trials(
     setup: Setup, best: Fit, judged: Array, asked: dict[Part, Places], prior: Prior,
-    settings: SearchSettings, tell: Tell, *, off: Places | None = None, same_servo: bool = False,
+    settings: SearchSettings, tell: Tell, *, same_servo: bool = False,
 ) -> list[Trial]:  # fmt: skip
-    """Trials of the parts that could explain something.
+    """Trials of parts, each at all of its joints at once.
 
     One that other joints feel too is tried at one joint after the other, unless all have it.
 
@@ -49,21 +49,16 @@ def trials(
         setup: arm and recordings.
         best: the arm so far.
         judged: its errors on blocks that are left out, shape (B, n).
-        asked: joints at which each part is looked for.
+        asked: joints at which each part is tried.
         prior: what is believed.
         settings: numbers that decide.
         tell: hears what is being done.
-        off: joints at which something is missing for sure, shape (n,): all parts are tried there.
         same_servo: whether all joints have the same.
     """
-    shares = settings.least_gain, settings.screen_share
-    worth = promising(setup, best, asked, *shares, same_servo=same_servo)
-    if off is not None:
-        worth = {part: places | (asked[part] & off) for part, places in worth.items()}
     made = []
-    for k, (part, places) in enumerate(worth.items()):
+    for k, (part, places) in enumerate(asked.items()):
         if places.any():
-            tell(f"trying {part.name.replace('_', ' ')}", k / len(worth))
+            tell(f"trying {part.name.replace('_', ' ')}", k / len(asked))
         apart = part.felt_elsewhere and not part.common
         for group in np.diag(places) if apart else [places]:
             if not group.any():

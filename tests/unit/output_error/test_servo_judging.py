@@ -13,10 +13,13 @@ from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.plant import Motion
 from ident.output_error.search.parts import ENCODER_OFFSET, OFFSET, SERVO_PARTS, Part
 from ident.output_error.search.screening import promising
-from ident.output_error.search.selection import winners
+from ident.output_error.search.selection import Selection, winners, worth_a_fit
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.search.trial import Trial, felt
 from ident.output_error.setup import MEMORY_S, MotionSegment, Prior, Setup
+
+LOW = SearchSettings(least_gain=0.01)
+LEAST = SearchSettings(least_gain=0.02)
 
 PROFILE, LIMIT, SPEED = (
     next(p for p in SERVO_PARTS if p.name == name)
@@ -195,7 +198,7 @@ def test_a_part_of_the_servo_is_tried_beside_one_that_promises_more() -> None:
     large, small = Part("large", ("zero",), (0.3,)), Part("small", ("load_friction",), (0.1,))
     for servo in (False, True):
         asked = {part: np.array([True]) for part in (large, replace(small, servo=servo))}
-        tried = [places.item() for places in promising(setup, best, asked, 0.01, 0.25).values()]
+        tried = [places.item() for places in promising(setup, best, asked, LOW).values()]
         assert tried == [True, servo]
 
 
@@ -209,7 +212,7 @@ def test_what_gears_have_is_tried_at_all_joints_if_together_they_promise_enough(
     for gears in (False, True):
         for alike in (False, True):
             asked = {replace(GEARS, gears=gears): np.ones(3, dtype=bool)}
-            places = promising(setup, best, asked, 0.02, 0.25, same_servo=alike).values()
+            places = promising(setup, best, asked, LEAST, same_servo=alike).values()
             assert [p.tolist() for p in places] == [[gears and alike] * 3]
 
 
@@ -227,8 +230,20 @@ def test_where_a_joint_is_far_off_its_servo_is_asked_whatever_it_promises(
         Part("own", ("load_friction",), (0.1,), servo=servo, common=common): np.array([True])
         for servo in (False, True)
     }
-    tried = [places.item() for places in promising(setup, best, asked, 0.01, 0.25).values()]
+    tried = [places.item() for places in promising(setup, best, asked, LOW).values()]
     assert tried == [False, step < 0.1 and not common]
+
+
+@pytest.mark.parametrize(("floor", "tried"), [(None, False), (0.08, False), (0.05, True)])
+def test_where_something_is_missing_for_sure_all_is_tried_whatever_it_promises(floor, tried):
+    rng, count = np.random.default_rng(7), 600
+    told = 0.1 * rng.standard_normal(count)
+    setup, best = unfitted(np.zeros((count, 2)), told)
+    known = None if floor is None else np.array([floor])
+    found = Selection(setup, best, errors(rng, 0.1), floor=known)
+    asked = {Part("own", ("load_friction",), (0.1,)): np.array([True])}
+    worth = worth_a_fit(found, asked, LOW, same_servo=False)
+    assert [places.item() for places in worth.values()] == [tried]
 
 
 def test_what_other_joints_gain_by_a_zero_counts_at_its_own() -> None:
