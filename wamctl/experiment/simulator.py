@@ -1,5 +1,6 @@
 """The simulated arm as a child process, on a private socket: what `--bus sim` means."""
 
+import secrets
 import select
 import shutil
 import subprocess
@@ -37,8 +38,8 @@ def simulated_arm(
         BusError: its program is not there.
         SimulatedArmError: it does not start.
     """
-    with tempfile.TemporaryDirectory(prefix="wamctl-") as folder:
-        channel = Channel("simbus", str(Path(folder) / "bus"))
+    with _private_folder() as folder:
+        channel = Channel("simbus", str(folder / "bus"))
         arguments = [_program(), "serve", "--config", str(config), "--bus", str(channel)]
         arguments += ["--seed", str(seed), "--stop-with-stdin"]
         arguments += ["--lockstep"] if lockstep else []
@@ -58,6 +59,17 @@ def simulated_arm(
                 yield channel
             finally:
                 _end(process)
+
+
+@contextmanager
+def _private_folder() -> Iterator[Path]:
+    """A folder of this process alone; an interrupt right after its making leaves none behind."""
+    folder = Path(tempfile.gettempdir()) / f"wamctl-{secrets.token_hex(8)}"
+    try:
+        folder.mkdir(mode=0o700)
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def shipped_effects() -> str:
