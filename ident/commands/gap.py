@@ -1,7 +1,6 @@
 """`ident gap`: where simulation and measurement disagree, and which effect is missing."""
 
 import json
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +22,7 @@ from ident.commands.options import (
     verdict_printed,
     with_input,
 )
-from wamctl.arm.command_line import grouped, is_quiet, next_step
+from wamctl.arm.command_line import grouped, next_step
 
 
 @dataclass(frozen=True)
@@ -63,12 +62,13 @@ def gap(
     from ident.commands.outputs import folder_written
     from ident.gap.options import Options
     from ident.output_error.search.settings import SearchSettings
+    from ident.regression.progress import Lines
     from ident.workflows.gap import gap_logs
     from ident.workflows.method import method_for
     from wamctl.arm.compilation import compilation_announced
 
     reading = given.reading()
-    names, tell = ("gap.json", "model.yaml", "report.html"), _Told().tell
+    names, tell = ("gap.json", "model.yaml", "report.html"), Lines().tell
     with folder_written(out, names, output.force), compilation_announced("the search"):
         chosen, remarks = method, []
         if method is Method.AUTO:
@@ -113,15 +113,3 @@ def _next(content: Mapping[str, Any], recordings: Sequence[object], out: Path) -
         place = ":".join([first["name"], *map(str, first["joints"][:1])])
         return ["ident design --config ARM.yaml --for", place]
     return ["ident validate OTHER.mcap --model", out / "model.yaml"]
-
-
-class _Told:
-    """Progress on stderr, with the seconds since the start; each step is told once."""
-
-    def __init__(self) -> None:
-        self._began, self._last = time.monotonic(), ""
-
-    def tell(self, what: str, share: float | None = None) -> None:
-        if not is_quiet() and what != self._last:
-            self._last = what
-            typer.echo(f"{time.monotonic() - self._began:5.1f} s  {what}", err=True)

@@ -41,7 +41,7 @@ def shown() -> Iterator[Tell]:
     """
     console = Console(stderr=True)
     if not console.is_terminal:
-        yield silent if is_quiet() else _Lines(console).tell
+        yield Lines(after_s=_LONG_S).tell
         return
     columns = (
         SpinnerColumn(),
@@ -62,15 +62,21 @@ def shown() -> Iterator[Tell]:
         yield tell
 
 
-class _Lines:
-    """Steps of long work, one line each with the seconds since its beginning."""
+class Lines:
+    """Steps of long work on stderr, one line each with the seconds since its beginning.
 
-    def __init__(self, console: Console) -> None:
-        self._console, self._began, self._last = console, time.monotonic(), ""
+    Args:
+        after_s: steps that begin sooner are not told [s].
+    """
+
+    def __init__(self, after_s: float = 0.0) -> None:
+        self._console, self._after_s = Console(stderr=True, quiet=is_quiet()), after_s
+        self._began, self._last = time.monotonic(), ""
 
     def tell(self, what: str, share: float | None = None) -> None:
-        """A step, told when it begins."""
+        """A step, told once, when it begins."""
         seconds = time.monotonic() - self._began
-        if what != self._last and seconds > _LONG_S:
+        if what != self._last and seconds >= self._after_s:
             self._last = what
-            self._console.print(f"{seconds:5.0f} s  {what}", markup=False, highlight=False)
+            line = f"{seconds:5.1f} s  {what}"
+            self._console.print(line, markup=False, highlight=False, soft_wrap=True)

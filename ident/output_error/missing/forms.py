@@ -12,19 +12,19 @@ import numpy as np
 from ident.output_error.fit import Fit, fit
 from ident.output_error.parameters import ROW
 from ident.output_error.search.parts import Part
+from ident.output_error.search.settings import SearchSettings
 from ident.output_error.setup import Prior, Setup
 from ident.regression.progress import Tell
 from ident.signals.arrays import Array
 
 _ROUNDS = 15
-_ALIKE = 4.0  # of twice the log-likelihood, odds of seven to one: forms within it fit alike
-_NEAR = 0.7  # nats per sample, a residual twice as large: the true form need be none of them
 _RECTANGLE = 3**-0.5  # standard deviation of what lies anywhere within one (JCGM 100:2008, 4.3.7)
 
 
 def middle_form(
-    setup: Setup, prior: Prior, found: Fit, effects: Sequence[tuple[Part, int]], tell: Tell
-) -> tuple[Fit, Array]:
+    setup: Setup, prior: Prior, found: Fit, effects: Sequence[tuple[Part, int]],
+    settings: SearchSettings, tell: Tell,
+) -> tuple[Fit, Array]:  # fmt: skip
     """The fit with the middle one of each effect's likely forms, and how far forms move its size.
 
     Args:
@@ -32,6 +32,7 @@ def middle_form(
         prior: what is believed of the settings.
         found: fit of all recordings.
         effects: of the arm, and their joints.
+        settings: which forms fit alike, and which are near.
         tell: hears what is being done.
 
     Returns:
@@ -44,13 +45,13 @@ def middle_form(
         tell(f"trying the forms of {part.name.replace('_', ' ')}")
         tried = []
         for form in part.forms:
-            settings = found.settings.copy()
-            settings[ROW[part.form], joint] = form
-            tried.append(fit(setup, settings, found.free, prior, _ROUNDS))
+            began = found.settings.copy()
+            began[ROW[part.form], joint] = form
+            tried.append(fit(setup, began, found.free, prior, _ROUNDS))
         least = min(one.cost for one in tried)
-        alike = [one for one in tried if one.cost <= least + _ALIKE]
+        alike = [one for one in tried if one.cost <= least + settings.alike_forms]
         found = alike[(len(alike) - 1) // 2]
-        row, most = ROW[part.quantities[0]], np.exp(_NEAR) * found.rms[joint]
+        row, most = ROW[part.quantities[0]], np.exp(settings.near_forms) * found.rms[joint]
         sizes = [one.settings[row, joint] for one in tried if one.rms[joint] <= most]
         away = np.abs(np.array(sizes) - found.settings[row, joint])
         spread[row, joint] = _RECTANGLE * away.max()

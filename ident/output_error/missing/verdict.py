@@ -113,7 +113,7 @@ def _known(
     beside = confirmed(found.end, found.base.fit, found.effects, begun, settings)
     places = [(a.part, a.joint) for a in found.effects]
     after = fit_of_all(begun, found.end.fit, tell)
-    after, spread = middle_form(begun.setup, begun.prior, after, places, tell)
+    after, spread = middle_form(begun.setup, begun.prior, after, places, settings, tell)
     known = knowledge(begun.setup, after, begun.prior)
     known = replace(known, sd=np.hypot(known.sd, spread))
     rows = [ROW[a.part.quantities[0]] for a in found.effects]

@@ -27,6 +27,10 @@ class SearchSettings:
         unclosed: share of a joint's gap that may be left beside named effects.
         screen_share: of what the best part explains at a joint in first order, what another has to
             explain to be fitted.
+        alike_forms: of twice the log-likelihood, odds of seven to one, within which forms of an
+            effect fit alike: the middle one is told.
+        near_forms: nats per sample, a residual twice as large: the interval holds forms within it,
+            since the true one need be none of them.
         rounds: of the search.
         fit_rounds: steps of a fit with a trial effect.
     """
@@ -44,6 +48,8 @@ class SearchSettings:
     clear_steps: float = 1.0
     unclosed: float = 0.5
     screen_share: float = 0.25
+    alike_forms: float = 4.0
+    near_forms: float = 0.7
     rounds: int = 4
     fit_rounds: int = 12
 

@@ -11,8 +11,10 @@ from ident.output_error.missing.forms import middle_form
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.plant import Motion
 from ident.output_error.search.parts import BASE, STRIBECK
+from ident.output_error.search.settings import SearchSettings
 from ident.output_error.setup import MotionSegment, Prior, Setup
 from ident.output_error.uncertainty import knowledge
+from ident.regression.progress import silent
 from wamctl.arm.robot import cad_parameters, load_robot
 
 TRUTH = {"stiffness": 15.0, "damping": 0.6, "coulomb": 0.1, "armature": 0.02}
@@ -82,7 +84,7 @@ def test_the_size_of_stribeck_friction_is_known_no_better_than_its_form():
     start[ROW["stribeck"]] = 0.05
     free = np.isin(np.arange(len(start)), [ROW[name] for name in (*BASE, *STRIBECK.quantities)])
     bell = fit(setup, start, free[:, None], prior)
-    found, spread = middle_form(setup, prior, bell, [(STRIBECK, 0)], lambda *told: None)
+    found, spread = middle_form(setup, prior, bell, [(STRIBECK, 0)], SearchSettings(), silent)
     place = ROW["stribeck"], 0
     assert found.rms == pytest.approx(bell.rms, rel=0.05)
     for one, held in ((bell, False), (found, True)):
