@@ -26,7 +26,7 @@ def conditioning_remarks(
     """Recordings in which parameters of links and friction cannot be told from each other."""
     condition = scaled_condition(arm, data, case)
     if condition < bounds.condition_doubtful:
-        return []
+        return _of_prediction(case, bounds) if predicts_nothing(case, bounds) else []
     grade = Grade.REFUSED if condition > bounds.condition_refused else Grade.DOUBTFUL
     seconds = _moved_s(chunks, case.probe.moving)
     if seconds < bounds.short_s:
@@ -45,6 +45,25 @@ def conditioning_remarks(
         "Move all joints at once, over wide ranges and at several speeds; `ident design` computes"
         " such a motion."
     )
+    return [Remark("poor_motion", (), text, grade, advice)]
+
+
+def predicts_nothing(case: Case, bounds: CheckSettings) -> bool:
+    """Whether a fit to a part of the motion says nothing of the rest, though it explains its part.
+
+    An arm that stands for most of the time does that, whatever the condition number of the whole.
+    """
+    return case.total > 1.0 and case.fitted <= bounds.error_doubtful
+
+
+def _of_prediction(case: Case, bounds: CheckSettings) -> list[Remark]:
+    text = (
+        "What is fitted to a part of the motion predicts the rest worse than no model at all"
+        f" ({100 * case.total:.3g} % of its torque is left, and {100 * case.fitted:.2g} % where it"
+        " was fitted): the motion tells the parameters too little."
+    )
+    advice = "Move all joints for longer; `ident design` computes a suitable motion."
+    grade = Grade.REFUSED if case.total > bounds.error_refused else Grade.DOUBTFUL
     return [Remark("poor_motion", (), text, grade, advice)]
 
 

@@ -173,8 +173,12 @@ def all_reversed(case: Case, bounds: CheckSettings) -> tuple[Case, bool, list[Re
 
 
 def feeding_turned(case: Case, bounds: CheckSettings) -> tuple[Case, Array, list[Remark]]:
-    """What to do about joints whose friction is negative: each by itself, or else all together."""
-    wrong = np.flatnonzero(feeding(case, bounds))
+    """What to do about joints whose friction is negative: each by itself, or else all together.
+
+    Nothing where the fit predicts the torque no better than no model does: it then knows as little
+    of the friction.
+    """
+    wrong = np.flatnonzero(feeding(case, bounds) & (case.error < 1.0))
     found, signs, remarks = case, np.ones(case.robot.dof), []
     for k in wrong.tolist():
         found, change, remark = _turned(found, k, bounds)

@@ -103,18 +103,25 @@ def _sparse(matrix: Array) -> sparse.csc_matrix:
     return sparse.csc_matrix((matrix[rows, columns], rows, ends), shape=matrix.shape)
 
 
-def _attempt(task: Program, refined: bool, scaled: bool) -> clarabel.DefaultSolution:
+def _attempt(task: Program, refined: bool, scaled: bool) -> clarabel.DefaultSolution | None:
     """One run of the solver, with or without its own scaling of the rows and columns.
 
     That scaling helps where units differ, and stops the solver where an entry of P is so small that
-    it only breaks ties: the scaling makes it as large as the others.
+    it only breaks ties: the scaling makes it as large as the others. None if the solver breaks off
+    in the middle (its eigenvalues do not converge), which it tells by a panic of its own.
     """
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.iterative_refinement_enable = refined
     settings.equilibrate_enable = scaled
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = _TOLERANCE
-    return clarabel.DefaultSolver(task.P, task.c, task.A, task.b, task.cones, settings).solve()
+    solver = clarabel.DefaultSolver(task.P, task.c, task.A, task.b, task.cones, settings)
+    try:
+        return solver.solve()
+    except BaseException as error:
+        if type(error).__name__ != "PanicException":  # it is no Exception, and cannot be imported
+            raise
+        return None
 
 
 def solve(P: Array, c: Array, inside: Inside, what: str, refined: bool = True) -> Solution:
@@ -134,10 +141,10 @@ def solve(P: Array, c: Array, inside: Inside, what: str, refined: bool = True) -
     start = time.perf_counter()
     task = program(P, c, inside)
     found = _attempt(task, refined, scaled=True)
-    if str(found.status) not in _SOLVED:
+    if found is None or str(found.status) not in _SOLVED:
         found = _attempt(task, refined, scaled=False)
-    status = str(found.status)
-    if status not in _SOLVED:
+    status = "NumericalError" if found is None else str(found.status)
+    if found is None or status not in _SOLVED:
         raise DataError(f"{what} has no solution: the solver stopped with {status}.")
     z, place = np.array(found.z), 0
     multipliers = []
