@@ -83,6 +83,7 @@ def compared(evidence: RegressionData) -> list[Comparison]:
 
 def _beside(evidence: RegressionData, k: int) -> Comparison:
     scale = np.linalg.norm(merged(evidence.by_joint)[:, :-1], axis=0)
+    scale[scale == 0.0] = 1.0  # parameters that no recording shows are open, whatever their scale
     own = _of_logs(evidence, [k])
     alone = _fit(own, scale)
     others = _fit(_of_logs(evidence, [i for i in range(len(evidence.logs)) if i != k]), scale)

@@ -21,14 +21,13 @@ from ident.regression.progress import Tell, silent
 from ident.report.page import render
 from ident.report.servos.run_page import ServoTrace, servo_page
 from ident.signals.arrays import Array
+from ident.workflows.output_error.following import following, hardly_better, no_better_remark
 from ident.workflows.output_error.logs import glitch_remarks, read_commanded
 from ident.workflows.run_json import numbers
 from ident.workflows.work import Work, provenance
 
-_BAD = 0.5  # of the error that following the command at once would have, or standing still
 _STILL_S = 0.5  # that a joint stands still while the simulated one moves by
 _FAR = 0.05  # rad, more than sticking did on a hobby arm: 0.02
-_COUNTS = 3  # errors of so many steps of the encoder are none
 
 
 @dataclass(frozen=True)
@@ -133,25 +132,11 @@ def _remarks(found: Found, names: Sequence[str]) -> list[Remark]:
                 " fixed).",
             )
         )
-    still = np.concatenate([s.q for s in found.setup.segments]).std(axis=0)
-    limit = np.maximum(
-        _BAD * np.minimum(_following(found), still), _COUNTS * found.model.resolution
-    )
     worst = np.maximum(rms(found.search.errors), found.fit.rms)
-    bad = np.flatnonzero((worst > limit) & found.moving)
+    bad = hardly_better(worst, traces(found), found.model.resolution, found.moving)
     if len(bad):
-        said.append(
-            Remark(
-                "large_error",
-                tuple(int(j) + 1 for j in bad),
-                "On held-out segments or along all recordings, the simulation of"
-                f" {joints(bad, names)} is hardly better than following the command without delay,"
-                " or than standing still.",
-                Grade.DOUBTFUL,
-                "Check for end stops, contact, and commands that do not belong to the recording or"
-                " have another unit, sign, or zero than the positions.",
-            )
-        )
+        where = "On held-out segments or along all recordings,"
+        said.append(no_better_remark(bad, names, where))
     if stalled := _stalled(found):
         joint, where = stalled
         said.append(
@@ -181,15 +166,6 @@ def _stalled(found: Found) -> tuple[int, str] | None:
     return None
 
 
-def _following(found: Found) -> Array:
-    """Rms distance of positions from commands [rad], shape (n,)."""
-    away = []
-    for s in found.setup.segments:
-        held = np.searchsorted(s.motion.stamp, s.motion.t, side="right") - 1
-        away.append(s.motion.command[np.maximum(held, 0)] - s.q)
-    return np.sqrt(np.mean(np.concatenate(away) ** 2, axis=0))
-
-
 def _content(arm: Arm, found: Found) -> dict[str, Any]:
     model, periods = found.model, [np.diff(s.motion.t) for s in found.setup.segments]
     free = found.fit.free
@@ -206,7 +182,7 @@ def _content(arm: Arm, found: Found) -> dict[str, Any]:
             for s, rms in zip(found.setup.segments, _each(found), strict=True)
         ],
         "rms_q_by_joint": found.fit.rms.tolist(),
-        "following_rms_by_joint": _following(found).tolist(),
+        "following_rms_by_joint": following(traces(found)).tolist(),
         "held_out": {"rms_q_by_joint": rms(found.search.errors).tolist()},
         "parameters": [
             {

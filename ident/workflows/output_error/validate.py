@@ -14,6 +14,8 @@ from ident.recordings.loading import Reading
 from ident.regression.progress import Tell, silent
 from ident.report.page import render
 from ident.report.servos.run_page import ServoTrace, servo_page
+from ident.signals.arrays import Array
+from ident.workflows.output_error.following import following, hardly_better, no_better_remark
 from ident.workflows.output_error.logs import glitch_remarks, read_commanded_for
 from ident.workflows.work import provenance, write_results
 
@@ -35,6 +37,7 @@ def validate_simulation(
     """
     start = time.perf_counter()
     model = read_servo_model(model_path)
+    moving = np.asarray(np.isfinite(model.sd).any(axis=0))
     traces, logs, told = [], [], []
     for path in paths:
         tell(f"replaying {path.name}")
@@ -43,6 +46,9 @@ def validate_simulation(
         mine = [ServoTrace.of(s, model.replay(s)) for s in segments]
         traces += mine
         logs.append(_log(str(path), mine))
+        bad = hardly_better(_rms(mine), mine, model.resolution, moving)
+        if len(bad):
+            told.append(no_better_remark(bad, model.robot.joint_names, f"{path.name}:"))
     content: dict[str, Any] = {
         **verdict_content(told),
         "method": "simulation",
@@ -50,7 +56,7 @@ def validate_simulation(
         "model": str(model_path),
         "fitted_on": list(model.logs),
         "joints": list(model.robot.joint_names),
-        "moving": np.isfinite(model.sd).any(axis=0).tolist(),
+        "moving": moving.tolist(),
         "logs": logs,
         **_errors(traces),
         "provenance": provenance(_arm(model, model_path), paths),
@@ -68,12 +74,15 @@ def _log(name: str, traces: Sequence[ServoTrace]) -> dict[str, Any]:
 
 
 def _errors(traces: Sequence[ServoTrace]) -> dict[str, Any]:
-    left = np.concatenate([t.measured - t.simulated for t in traces])
-    away = np.concatenate([t.commanded - t.measured for t in traces])
     return {
-        "rms_q_by_joint": np.sqrt(np.mean(left**2, axis=0)).tolist(),
-        "following_rms_by_joint": np.sqrt(np.mean(away**2, axis=0)).tolist(),
+        "rms_q_by_joint": _rms(traces).tolist(),
+        "following_rms_by_joint": following(traces).tolist(),
     }
+
+
+def _rms(traces: Sequence[ServoTrace]) -> Array:
+    left = np.concatenate([t.measured - t.simulated for t in traces])
+    return np.sqrt(np.mean(left**2, axis=0))
 
 
 def _arm(model: ServoModel, path: Path) -> Arm:

@@ -15,6 +15,8 @@ from ident.output_error.missing.visibility import held_by_weight
 from ident.output_error.parameters import ROW
 from ident.output_error.prepared import prepared
 from ident.output_error.recordings import segments_of
+from ident.report.servos.run_page import ServoTrace
+from ident.workflows.output_error.following import hardly_better
 from wamctl.arm.errors import DataError
 
 MADE = recording(8.0)
@@ -114,3 +116,17 @@ def test_a_joint_that_stalls_is_told_and_the_result_doubted() -> None:
     (remark,) = (r for r in found["remarks"] if r["code"] == "stalled")
     assert remark["joints"] == [1]
     assert "stands still for 0.5 s while the simulated one moves" in remark["sentence"]
+
+
+@pytest.mark.parametrize(
+    ("offset", "wrong"), [((0.0, 0.0), []), ((0.3, 0.0), [0])], ids=["as commanded", "another zero"]
+)
+def test_a_simulation_is_judged_beside_what_the_commands_say(offset, wrong) -> None:
+    """A model replayed along commands that are not those of the recording is doubted."""
+    t = np.arange(300) / 50
+    measured = np.column_stack([np.sin(t), np.cos(2 * t)])
+    simulated = measured + 0.003 + np.array(offset)
+    trace = ServoTrace("strange", t, measured + 0.02, measured, simulated)
+    rms = np.sqrt(np.mean((simulated - measured) ** 2, axis=0))
+    places = hardly_better(rms, [trace], np.full(2, 1.5e-3), np.ones(2, dtype=bool))
+    assert places.tolist() == wrong
