@@ -59,7 +59,7 @@ class CutoffChoice:
             left += f"; {self.errors[first]:.3g} % at {first:.3g} Hz"
         return (
             f"{asked}. {self.chosen_hz:.3g} Hz was chosen, with which the fit explains the"
-            f" unfiltered torque best ({left}); --cutoff sets another."
+            f" unfiltered torque best ({left}); --set cutoff_hz=VALUE takes another."
         )
 
 

@@ -232,5 +232,5 @@ def _other_motion(held_out: Content) -> str:
         )
     return (
         f" On each recording, predicted by fits to the others, it goes from {percent(sides[0])} to"
-        f" {percent(sides[1])}: about that may be expected of another motion."
+        f" {percent(sides[1])}: by this measure, about that may be expected of another motion."
     )

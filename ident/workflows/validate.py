@@ -143,8 +143,11 @@ def with_signs_of_fit(
     if not inverted.any():
         return found, []
     places = np.flatnonzero(inverted)
-    text = f"{mended.name}: compared with the recordings of the model, the torque of"
-    text += f" {joints(places, model.robot.joint_names)} has the other sign, and was inverted."
+    text = (
+        f"{mended.name}: the torque of {joints(places, model.robot.joint_names)} has the other sign"
+        " than the model's, and was inverted (where the fit inverted its recordings' torque, too,"
+        " both were recorded alike)."
+    )
     advice = "Correct the sign where the torque is recorded."
     remark = Remark("sign", numbers(places), text, Grade.DOUBTFUL, advice)
     return predict(model, arm, upright.with_torque_times(np.where(inverted, -1.0, 1.0))), [remark]

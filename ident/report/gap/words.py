@@ -33,7 +33,7 @@ def verdict_sentences(report: GapReport) -> list[str]:
     effects = kinds_text(content["effects"], report.title, report.of)
     partly = content["verdict"] == "unknown" and bool(effects)
     sentence = {
-        "no_gap": "The model explains these recordings down to their noise.",
+        "no_gap": _nothing_found(content["held_out"]),
         "named": f"The model misses {_counted(effects)}.",
         "ambiguous": f"The model misses something that looks like {_counted(effects)},"
         " but these data cannot tell it from other effects.",
@@ -52,6 +52,17 @@ def verdict_sentences(report: GapReport) -> list[str]:
     if content["verdict"] == "ambiguous":
         more += [_experiment(report, e) for e in content["effects"] if e["separating_experiment"]]
     return [sentence, *(m for m in more if m)]
+
+
+def _nothing_found(held_out: Content) -> str:
+    """That all but noise is explained; or, where no motion repeats, what is left."""
+    if held_out["noise_floor"]["relative_error_percent"] is not None:
+        return "The model explains these recordings down to their noise."
+    left = percent(held_out["after"]["relative_error_percent"])
+    return (
+        f"Nothing in what the model leaves, {left} of the torque, shows an effect that it misses;"
+        " whether all of it is noise is not known, since no motion repeats."
+    )
 
 
 def _why_unknown(content: Content) -> str:
