@@ -26,7 +26,7 @@ def conditioning_remarks(
     """Recordings in which parameters of links and friction cannot be told from each other."""
     condition = scaled_condition(arm, data, case)
     if condition < bounds.condition_doubtful:
-        return _of_prediction(case, bounds) if predicts_nothing(case, bounds) else []
+        return _unseen(case, bounds) if tells_too_little(case, bounds) else []
     grade = Grade.REFUSED if condition > bounds.condition_refused else Grade.DOUBTFUL
     seconds = _moved_s(chunks, case.probe.moving)
     if seconds < bounds.short_s:
@@ -48,21 +48,26 @@ def conditioning_remarks(
     return [Remark("poor_motion", (), text, grade, advice)]
 
 
-def predicts_nothing(case: Case, bounds: CheckSettings) -> bool:
-    """Whether a fit to a part of the motion says nothing of the rest, though it explains its part.
+def tells_too_little(case: Case, bounds: CheckSettings) -> bool:
+    """Whether a fit says far less of torque that it has not seen than of torque that it has.
 
-    An arm that stands for most of the time does that, whatever the condition number of the whole.
+    Too short a motion does that, one in which each joint moves one way, or an arm that stands for
+    most of the time, whatever the condition number.
     """
-    return case.total > 1.0 and case.fitted <= bounds.error_doubtful
+    return case.error > max(bounds.error_doubtful, bounds.unseen_ratio * case.fitted)
 
 
-def _of_prediction(case: Case, bounds: CheckSettings) -> list[Remark]:
+def _unseen(case: Case, bounds: CheckSettings) -> list[Remark]:
     text = (
-        "What is fitted to a part of the motion predicts the rest worse than no model at all"
-        f" ({100 * case.total:.3g} % of its torque is left, and {100 * case.fitted:.2g} % where it"
-        " was fitted): the motion tells the parameters too little."
+        "Torque that was not fitted is predicted far worse than torque that was"
+        f" ({100 * case.error:.3g} and {100 * case.fitted:.2g} % are left, every joint counting"
+        " alike): the motion tells the parameters too little, and another one may be predicted as"
+        " badly."
     )
-    advice = "Move all joints for longer; `ident design` computes a suitable motion."
+    advice = (
+        "Move all joints to and fro, over wide ranges and for longer; `ident design` computes such"
+        " a motion."
+    )
     grade = Grade.REFUSED if case.total > bounds.error_refused else Grade.DOUBTFUL
     return [Remark("poor_motion", (), text, grade, advice)]
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ident.checks.base_motion import base_remarks
 from ident.checks.case import Case
-from ident.checks.conditioning import conditioning_remarks, predicts_nothing, scaled_condition
+from ident.checks.conditioning import conditioning_remarks, scaled_condition, tells_too_little
 from ident.checks.currents import current_remarks, drive_gains
 from ident.checks.gains import gains
 from ident.checks.hypotheses import by_weight, least_error, scanned
@@ -193,12 +193,14 @@ def _physics(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
     parts = [[c for c in chunks if c.log == log] for log in range(len(data))]
     cases = [replace(together, probe=_probe(own, judged)) for own in parts]
     bound, both = bounds.condition_doubtful, list(zip(data, cases, strict=True))
+    enough = [not tells_too_little(c, bounds) for c in cases]
     tells = [
-        not remarks and scaled_condition(arm, [d], c) < bound and not predicts_nothing(c, bounds)
-        for d, c in both
+        e and not remarks and scaled_condition(arm, [d], c) < bound
+        for e, (d, c) in zip(enough, both, strict=True)
     ]
-    told = zip(cases, parts, tells, strict=True)
-    signed = [_signed(case, own, t or len(data) == 1, bounds) for case, own, t in told]
+    asked = enough if len(data) == 1 else tells
+    told = zip(cases, parts, asked, strict=True)
+    signed = [_signed(case, own, t, bounds) for case, own, t in told]
     if len(data) > 1:
         signed = of_one_arm(together, signed, bounds)
     mended, in_ampere = [], arm.settings.torque_unit == "A"

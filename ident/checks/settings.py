@@ -139,6 +139,13 @@ class CheckSettings(Section):
         "relative error over all joints on data that were not fitted, with friction and offset:"
         " real arms without their couplings reach 0.17",
     )
+    unseen_ratio: float = positive(
+        2.5,
+        "error on data that were not fitted over that on data that were, beyond which the motion"
+        " tells the parameters too little: 2.3 at most for motions of this project's tables that"
+        " are long enough, 1.0 to 1.7 for real excitations, 2.8 to 3.6 for single periods whose"
+        " models fail on the next, 4.6 and more for motions of one way",
+    )
     error_refused: float = positive(
         0.75, "the same, where the model says hardly more than a constant"
     )

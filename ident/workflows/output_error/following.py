@@ -46,3 +46,8 @@ def no_better_remark(places: NDArray[np.intp], names: Sequence[str], where: str)
         " another unit, sign, or zero than the positions."
     )
     return Remark("large_error", numbers(places), text, Grade.DOUBTFUL, advice)
+
+
+def on_any_data(places: NDArray[np.intp], names: Sequence[str]) -> Remark:
+    """The same of what was fitted and of what was not."""
+    return no_better_remark(places, names, "On held-out segments or along all recordings,")

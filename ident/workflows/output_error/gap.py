@@ -5,9 +5,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from ident.checks.remark import Remark, verdict_content
 from ident.model.arm import Arm
 from ident.output_error.identify import model_of
+from ident.output_error.judging import rms
 from ident.output_error.missing.search import search
 from ident.output_error.missing.verdict import Outcome, outcome
 from ident.output_error.prepared import Prepared, prepared
@@ -20,6 +23,7 @@ from ident.regression.progress import Tell, silent
 from ident.report.page import render
 from ident.report.servos.gap_page import ServoGap, servo_gap_page, verdict_sentences
 from ident.report.servos.run_page import ServoTrace
+from ident.workflows.output_error.following import hardly_better, on_any_data
 from ident.workflows.output_error.gap_json import gap_content
 from ident.workflows.output_error.logs import glitch_remarks, read_commanded
 from ident.workflows.work import Search, provenance
@@ -106,9 +110,18 @@ def gap_of_servos(
     done = outcome(begun, search(begun, settings, tell), settings, tell)
     tell("what would have been seen")
     content = gap_content(begun, done, settings)
-    told = glitch_remarks(segments, arm.robot.joint_names)
+    told = [*glitch_remarks(segments, arm.robot.joint_names), *_no_better(begun, done)]
     trust = verdict_content([*remarks, *told])
     content |= {"trust": trust["verdict"], "remarks": trust["remarks"]}
     content["provenance"] = provenance(arm, paths)
     content["seconds"] = time.perf_counter() - start
     return GapOfServos(model_of(begun, done.after, done.known), content, begun, done)
+
+
+def _no_better(begun: Prepared, done: Outcome) -> list[Remark]:
+    """What is said of joints that the model with the effects still does not follow."""
+    worst = np.maximum(rms(done.search.end.errors), done.after.rms)
+    made = zip(begun.setup.segments, begun.setup.replay(done.after.settings), strict=True)
+    traces = [ServoTrace.of(s, q) for s, q in made]
+    bad = hardly_better(worst, traces, begun.setup.resolution, begun.moving)
+    return [on_any_data(bad, begun.arm.robot.joint_names)] if len(bad) else []

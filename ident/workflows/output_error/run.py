@@ -21,7 +21,7 @@ from ident.regression.progress import Tell, silent
 from ident.report.page import render
 from ident.report.servos.run_page import ServoTrace, servo_page
 from ident.signals.arrays import Array
-from ident.workflows.output_error.following import following, hardly_better, no_better_remark
+from ident.workflows.output_error.following import following, hardly_better, on_any_data
 from ident.workflows.output_error.logs import glitch_remarks, read_commanded
 from ident.workflows.run_json import numbers
 from ident.workflows.work import Work, provenance
@@ -135,8 +135,7 @@ def _remarks(found: Found, names: Sequence[str]) -> list[Remark]:
     worst = np.maximum(rms(found.search.errors), found.fit.rms)
     bad = hardly_better(worst, traces(found), found.model.resolution, found.moving)
     if len(bad):
-        where = "On held-out segments or along all recordings,"
-        said.append(no_better_remark(bad, names, where))
+        said.append(on_any_data(bad, names))
     if stalled := _stalled(found):
         joint, where = stalled
         said.append(
