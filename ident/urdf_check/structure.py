@@ -2,7 +2,9 @@
 
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -24,18 +26,24 @@ def structure_findings(root: Element) -> Iterator[Finding]:
             elif count > 1:
                 yield _fault("name", kind, name, f"{count} {kind}s have this name")
     links = {link.get("name", "") for link in root.iterfind("link")}
-    parents = Counter()
+    parents = Counter(_end(joint, "child") for joint in root.iterfind("joint"))
+    named = links | {_end(joint, "parent") for joint in root.iterfind("joint")}
+    roots = sorted(named - set(parents) - {""})
+    base = roots[0] if len(roots) == 1 and roots[0] not in links else None  # such as "world"
     for joint in root.iterfind("joint"):
         for end in ("parent", "child"):
             name = _end(joint, end)
-            if name not in links:
-                text = f"its {end} is {name!r}, and there is no such link"
-                yield _fault("tree", "joint", joint.get("name", ""), text)
-        parents[_end(joint, "child")] += 1
+            if name in links:
+                continue
+            text = f"its {end} is {name!r}, and there is no such link"
+            found = _fault("tree", "joint", joint.get("name", ""), text)
+            if name == base:
+                repair = partial(_add_link, root, name)
+                found = replace(found, repair=repair, repaired_to=f"an empty link {name!r}")
+            yield found
     for name, count in parents.items():
         if count > 1 and name in links:
             yield _fault("tree", "link", name, f"is the child of {count} joints")
-    roots = sorted(links - set(parents))
     if len(roots) != 1 and links:
         words = ", ".join(roots) or "none: the joints close a circle"
         text = f"a robot hangs from one link, this one from {len(roots)} ({words})"
@@ -76,6 +84,11 @@ def _behind(link: str, children: dict[str, list[Element]], seen: set[str]) -> It
     yield link
     for joint in children.get(link, []):
         yield from _behind(_end(joint, "child"), children, seen)
+
+
+def _add_link(root: Element, name: str) -> None:
+    if not any(link.get("name") == name for link in root.iterfind("link")):
+        ElementTree.SubElement(root, "link", name=name)
 
 
 def _end(joint: Element, tag: str) -> str:

@@ -60,6 +60,8 @@ class UrdfCheck:
         if self.verdict == "repaired":
             return f"{self.file}: {noun}, all repaired in {self.out}."
         mendable = count - len(self.examined.faults_left)
+        if not mendable:
+            return f"{self.file}: {noun}, which cannot be repaired without knowing what is meant."
         words = f"{self.file}: {noun}, of which {mendable} can be repaired"
         return words + (f" and were in {self.out}." if self.out else " (--out FILE writes it).")
 

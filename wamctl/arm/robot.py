@@ -141,9 +141,8 @@ def _parse(urdf: str, source: Path | str) -> pin.Model:
     try:
         return pin.buildModelFromXML(_with_turn_limits(urdf))
     except (ValueError, RuntimeError) as error:
-        raise ConfigurationError(
-            source, [f"not a readable URDF ({str(error).splitlines()[0]})"]
-        ) from error
+        text = f"not a readable URDF ({str(error).splitlines()[0].rstrip('.')})"
+        raise ConfigurationError(source, [text], _REPAIR) from error
 
 
 def refuse_xacro(urdf: str, source: Path | str) -> None:

@@ -162,6 +162,19 @@ def test_every_planted_fault_is_found(file: Path) -> None:
         assert not repairable & grave(found.left)
 
 
+def test_a_base_that_joints_name_and_no_link_is_added() -> None:
+    """As in files whose first joint fixes the arm to a `world` that nobody wrote down."""
+    root = ElementTree.fromstring(arms()[0].read_text("utf-8"))
+    base = next(iter(root.iterfind("link"))).get("name")
+    world = ElementTree.SubElement(root, "joint", name="to_world", type="fixed")
+    ElementTree.SubElement(world, "parent", link="world")
+    ElementTree.SubElement(world, "child", link=base)
+    found = examine_urdf(ElementTree.tostring(root, encoding="unicode"), "arm.urdf")
+    assert [f.name for f in found.faults] == ["to_world"]
+    assert not found.faults_left
+    load_robot(found.repaired)
+
+
 @pytest.mark.parametrize("kind", [k for k, (code, _) in PLANTED.items() if code != "tree"])
 def test_a_repaired_arm_can_be_loaded(kind: str) -> None:
     _, plant = PLANTED[kind]
