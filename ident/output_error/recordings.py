@@ -77,9 +77,9 @@ def thinned(segments: Sequence[MotionSegment]) -> tuple[MotionSegment, ...]:
     Raises:
         DataError: fewer than three, since the recordings are too short or sampled too slowly.
     """
-    cut: list[MotionSegment] = []
-    for s in segments:
-        cut += pieces([s], max(round(_seconds(s) / _PIECE_S), _PARTS))
+    cut = _cut(segments, 1)
+    if len(cut) < _PARTS:
+        cut = _cut(segments, _PARTS)
     if len(cut) < _PARTS:
         longest = max(_seconds(s) for s in segments)
         period = np.median(np.concatenate([np.diff(s.motion.t) for s in segments]))
@@ -91,6 +91,13 @@ def thinned(segments: Sequence[MotionSegment]) -> tuple[MotionSegment, ...]:
         )
     every = math.ceil(sum(_seconds(s) for s in segments) / _SEARCHED_S)
     return tuple(segments) if every == 1 else _fastest(cut, every)
+
+
+def _cut(segments: Sequence[MotionSegment], least: int) -> list[MotionSegment]:
+    """All recordings in pieces of about one length, each recording in so many at least."""
+    return [
+        piece for s in segments for piece in pieces([s], max(round(_seconds(s) / _PIECE_S), least))
+    ]
 
 
 def _fastest(cut: Sequence[MotionSegment], every: int) -> tuple[MotionSegment, ...]:

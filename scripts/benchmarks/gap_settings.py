@@ -94,7 +94,15 @@ def noticed(name: str, arms: list[tuple[str, Run]], usual: list[Answer]) -> str:
     """Which arm notices a setting first, and how; empty where none does."""
     for (label, arm), before in zip(arms, usual, strict=True):
         for factor in FACTORS:
-            after = answer(arm, changed(name, factor))
+            try:
+                after = answer(arm, changed(name, factor))
+            except (
+                ArithmeticError,
+                LookupError,
+                TypeError,
+                ValueError,
+            ) as error:  # one setting's failure is its line of the table
+                return f"{label} x{factor:g}: fails, {type(error).__name__}: {error}"
             if after.text != before.text:
                 return f"{label} x{factor:g}: {before.mark} -> {after.mark}"
     return ""

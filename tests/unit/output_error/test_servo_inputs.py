@@ -14,7 +14,7 @@ from ident.output_error.glitches import unreachable
 from ident.output_error.missing.visibility import held_by_weight
 from ident.output_error.parameters import ROW
 from ident.output_error.prepared import prepared
-from ident.output_error.recordings import segments_of
+from ident.output_error.recordings import pieces, segments_of, thinned
 from ident.report.servos.run_page import ServoTrace
 from ident.workflows.output_error.following import hardly_better
 from wamctl.arm.errors import DataError
@@ -130,3 +130,12 @@ def test_a_simulation_is_judged_beside_what_the_commands_say(offset, wrong) -> N
     rms = np.sqrt(np.mean((simulated - measured) ** 2, axis=0))
     places = hardly_better(rms, [trace], np.full(2, 1.5e-3), np.ones(2, dtype=bool))
     assert places.tolist() == wrong
+
+
+def test_several_short_motions_are_enough() -> None:
+    """Each is predicted from the others; one of them alone is cut into three."""
+    (whole,) = segments_of(MADE, MADE.joint_names, "strange")
+    short = pieces([whole], 4)
+    assert len(thinned(short[:3])) == 3
+    with pytest.raises(DataError, match="does not give 3 pieces"):
+        thinned(short[:1])
