@@ -305,12 +305,15 @@ class _Pass:
         path, found = self._log.path, self._topics.get(topic)
         cut = "" if self._complete else " (the file is cut off)"
         if found and not self._is(topic, JOINT_STATE_TYPE):
+            if found.type == JOINT_STATE_TYPE:
+                return f"{path}: {topic} is written in {found.encoding}, not in cdr."
             return (
-                f"{path}: {topic} is a {found.type} in {found.encoding},"
-                f" not a {JOINT_STATE_TYPE} in cdr."
+                f"{path}: {topic} is a {found.type}, not a {JOINT_STATE_TYPE}; write its values as"
+                " a table, and import that (`ident import`)."
             )
         if found:
             return f"{path}: {topic} holds no message{cut}."
         option = "--joint-states" if topic == self._log.joint_states else "--joint-commands"
-        hint = f" Choose one with {option} TOPIC."
+        other = any(t.type in (JOINT_STATE_TYPE, TRAJECTORY_TYPE) for t in self._topics.values())
+        hint = f" Choose one with {option} TOPIC." if other else f" None is a {JOINT_STATE_TYPE}."
         return f"{path} has no topic {topic}{cut}; its topics are {self._listed()}.{hint}"
