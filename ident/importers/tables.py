@@ -26,6 +26,7 @@ _UNREADABLE = (
 )  # fmt: skip
 _STEP = 1 << 20
 _COMPRESSED, _MAT_HEADER, _MAT_TAG = 15, 128, struct.Struct("<II")
+_OBJECT = 3  # of MATLAB_object_decode: the values of a class, in an encoding of MATLAB's own
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
@@ -209,6 +210,11 @@ def _hdf5(path: Path) -> dict[str, Any]:
     def datasets(group: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
         for name, item in group.items():
             if isinstance(item, h5py.Dataset):
+                if item.attrs.get("MATLAB_object_decode") == _OBJECT:
+                    kind = item.attrs["MATLAB_class"].decode()
+                    told = f"{prefix}{name} (an object of class {kind}, which only MATLAB reads)"
+                    yield told, np.array("")
+                    continue
                 allowed.take(item.size * item.dtype.itemsize)
                 yield prefix + name, item[()].T
             elif not name.startswith("#") and isinstance(item, h5py.Group):

@@ -134,6 +134,16 @@ def save_mat_73(path: Path, content: dict[str, Any]) -> None:
         stream.write(b"MATLAB 7.3 MAT-file".ljust(512))
 
 
+def test_an_object_of_matlab_is_told_as_one(tmp_path: Path) -> None:
+    path = tmp_path / "d.mat"
+    save_mat_73(path, {"t": T, "u1": TAU[:, 0], "u2": TAU[:, 1], "log": np.zeros(6)})
+    with h5py.File(path, "r+") as file:
+        file["log"].attrs["MATLAB_object_decode"] = 3
+        file["log"].attrs["MATLAB_class"] = np.bytes_(b"table")
+    with pytest.raises(ConfigurationError, match=r"log \(an object of class table, which only"):
+        imported(path, BASIC | {"position": {"columns": "pos"}})
+
+
 @pytest.mark.parametrize(
     ("name", "save"), [("d.npz", save_npz), ("d.mat", save_mat), ("d.mat", save_mat_73)]
 )
