@@ -39,8 +39,8 @@ def refine_nonlinear_parameters(
             if form not in best or s.penalised_gain > best[form].penalised_gain:
                 best[form] = s
         most = max(s.penalised_gain for s in best.values())
-        least = settings.refined_form_share * most
-        best = {form: s for form, s in best.items() if s.penalised_gain > least}
+        least = most - (1.0 - settings.refined_form_share) * abs(most)
+        best = {form: s for form, s in best.items() if s.penalised_gain >= least}
     return sorted(best.values(), key=lambda s: -s.penalised_gain)
 
 

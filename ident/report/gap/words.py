@@ -46,6 +46,7 @@ def verdict_sentences(report: GapReport) -> list[str]:
         more.append(f"In full: {'; '.join(effects)}.")
     if partly or content["verdict"] in ("named", "ambiguous"):
         more.append(closed_text(content["held_out"], report.of, len(content["effects"])))
+        more.append(_usual_terms(content["effects"]))
         more.append(_as_validated(content.get("errors", [])))
     more += suspected_sentences(report)
     more += [_what_is_left(report, u) for u in content.get("unexplained", [])]
@@ -71,6 +72,16 @@ def _why_unknown(content: Content) -> str:
     if unsure and not content.get("unexplained"):
         return "that these data are not enough to name"
     return "that no effect of the catalogue explains"
+
+
+def _usual_terms(effects: Sequence[Content]) -> str:
+    """That a part of the gap is closed by terms that `ident run` has as well."""
+    usual = [e["name"] in catalogue() and catalogue()[e["name"]].usual_term != "" for e in effects]
+    if not any(usual):
+        return ""
+    which = "These are terms" if all(usual) else "Offsets and motors' rotors are terms"
+    which = "This is a term" if len(usual) == 1 else which
+    return f"{which} that `ident run` adds as well where they predict better."
 
 
 def _as_validated(errors: Sequence[Content]) -> str:
