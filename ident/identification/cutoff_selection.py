@@ -2,8 +2,9 @@
 
 The usual cut-off lies ten times above the frequency below which the velocity has its energy. Where
 positions are noisy, their differences have it up to half the sampling rate, and that frequency
-tells of the noise. A filter must not judge itself, since a lower cut-off always leaves less: each
-one's fit is judged by the torque as it was before the filter.
+tells of the noise; where the torque is noisy, the cut-off of a fast motion lets too much of it in.
+A filter must not judge itself, since a lower cut-off always leaves less: each one's fit is judged
+by the torque as it was before the filter.
 """
 
 from collections.abc import Sequence
@@ -21,6 +22,7 @@ from ident.regression.squared_errors import sums
 from wamctl.arm.errors import DataError
 
 _NOISY = 0.5  # of the highest cut-off: a wanted one beyond it may be noise
+_MUCH_PERCENT = 25.0  # of unfiltered torque left at the usual cut-off: lower ones are tried, too
 _OCTAVES = 8
 _LOWEST_HZ = 1.0
 _TIE = 1.03  # times the smallest error: the highest cut-off within it keeps most of the motion
@@ -79,7 +81,8 @@ def with_best_cutoff(
         return arm, None
     wanted = max(wanted_cutoff_hz(d) for d in data)
     highest = min(highest_cutoff_hz(d) for d in data)
-    if wanted < _NOISY * highest:
+    noisy = wanted >= _NOISY * highest
+    if not noisy and (_unfiltered_error(data, arm) or 0.0) < _MUCH_PERCENT:
         return arm, None
     start = min(wanted, highest)
     errors: dict[float, float] = {}
@@ -87,24 +90,24 @@ def with_best_cutoff(
         if cutoff < _LOWEST_HZ:
             break
         tell(f"trying a cut-off of {cutoff:.3g} Hz")
-        try:
-            errors[float(cutoff)] = _unfiltered_error(
-                data, arm.with_settings(cutoff_hz=float(cutoff))
-            )
-        except (DataError, np.linalg.LinAlgError):
-            continue
+        error = _unfiltered_error(data, arm.with_settings(cutoff_hz=float(cutoff)))
+        if error is not None:
+            errors[float(cutoff)] = error
     if not errors:
         return arm, None
     least = min(errors.values())
     chosen = next(hz for hz, error in errors.items() if error <= _TIE * least)
-    as_wanted = chosen == wanted
-    choice = None if as_wanted else CutoffChoice(chosen, wanted, errors)
-    return arm.with_settings(cutoff_hz=chosen), choice
+    if chosen == wanted:
+        return arm.with_settings(cutoff_hz=chosen) if noisy else arm, None
+    return arm.with_settings(cutoff_hz=chosen), CutoffChoice(chosen, wanted, errors)
 
 
-def _unfiltered_error(data: Sequence[Dataset], arm: Arm) -> float:
-    """Relative error on unfiltered torque of a fit to filtered rows [%]."""
-    evidence = reduce_recordings(data, arm)
-    beta = ESTIMATORS["ols"](evidence).beta
+def _unfiltered_error(data: Sequence[Dataset], arm: Arm) -> float | None:
+    """Relative error on unfiltered torque of a fit to filtered rows [%]; None: no such fit."""
+    try:
+        evidence = reduce_recordings(data, arm)
+        beta = ESTIMATORS["ols"](evidence).beta
+    except (DataError, np.linalg.LinAlgError):
+        return None
     raw = np.stack([log.reduction.R_raw for log in evidence.logs])
     return sums(raw, evidence.counts.sum(axis=1), beta).errors().relative_percent
