@@ -111,7 +111,8 @@ def unexplained(case: Case, bounds: CheckSettings) -> list[Remark]:
             f"A rigid arm with friction leaves {100 * total:.3g} % of the torque unexplained on"
             " held-out data."
         )
-        advice = f"Check that the URDF, joints, units and torque belong to this arm; {_SEARCH}"
+        advice = "Check that the URDF, joints, units and torque belong to this arm"
+        advice += "." if grade is Grade.REFUSED else f"; {_SEARCH}"  # which would refuse as well
         remarks.append(Remark("large_error", (), text, grade, advice))
     left = case.fitted_by_joint > bounds.poorly_predicted
     places = np.flatnonzero(left & (shares > bounds.unexplained_joint))
