@@ -33,8 +33,8 @@ class MappedColumns:
 
 def files(source: Path, plan: Mapping) -> list[Path]:
     """The imported table, and those beside it that the mapping joins to it."""
-    parts = [plan.time, *(part for _, part in plan.series())]
-    return list(dict.fromkeys([source, *(_file(source, part) for part in parts)]))
+    series = [path for _, part in plan.series() for path, _ in _places(source, part)]
+    return list(dict.fromkeys([source, _clock(source, plan.time), *series]))
 
 
 def read_columns(source: Path, plan: Mapping, where: Path, n: int) -> MappedColumns:
@@ -54,13 +54,12 @@ def read_columns(source: Path, plan: Mapping, where: Path, n: int) -> MappedColu
     faults = plan.lengths(n)
     series: dict[str, Array] = {}
     for place, part in plan.series():
-        path = _file(source, part)
-        found = _stacked(part, tables[path], n)
+        found = _stacked(part, _places(source, part), tables, n)
         if isinstance(found, str):
-            faults.append(f"{place}.columns: {path.name} {found}")
+            faults.append(f"{place}.columns: {found}")
         else:
             series[place] = found
-    time, clock = plan.time.column, _file(source, plan.time)
+    time, clock = plan.time.column, _clock(source, plan.time)
     if time is not None and time not in tables[clock].columns:
         faults.append(f"time.column: {clock.name} {_lacks([time], tables[clock])}")
     elif time is not None:
@@ -83,37 +82,46 @@ def read_columns(source: Path, plan: Mapping, where: Path, n: int) -> MappedColu
     return _chosen_rows(source, plan, series)
 
 
-def _file(source: Path, part: SeriesSection | TimeSection) -> Path:
+def _clock(source: Path, part: TimeSection) -> Path:
     return source if part.file is None else source.parent / part.file
+
+
+def _places(source: Path, part: SeriesSection) -> list[tuple[Path, Name]]:
+    """Each column's table and name."""
+    names = (part.columns,) if isinstance(part.columns, str) else part.columns
+    files = part.file if isinstance(part.file, tuple) else [part.file] * len(names)
+    paths = [source if file is None else source.parent / file for file in files]
+    return list(zip(paths, names, strict=True))
 
 
 def _tables(source: Path, plan: Mapping) -> dict[Path, Table]:
     wanted: dict[Path, list[Name]] = {path: [] for path in files(source, plan)}
     if plan.time.column is not None:
-        wanted[_file(source, plan.time)].append(plan.time.column)
+        wanted[_clock(source, plan.time)].append(plan.time.column)
     if plan.rows.column is not None:
         wanted[source].append(plan.rows.column)
     for _, part in plan.series():
-        wanted[_file(source, part)].extend(_names(part))
+        for path, name in _places(source, part):
+            wanted[path].append(name)
     form = TextForm(plan.header, plan.delimiter, plan.skip, plan.rows.last)
     return {path: read_table(path, names, form) for path, names in wanted.items()}
 
 
-def _names(part: SeriesSection) -> tuple[Name, ...]:
-    return (part.columns,) if isinstance(part.columns, str) else part.columns
-
-
-def _stacked(part: SeriesSection, table: Table, n: int) -> Array | str:
+def _stacked(
+    part: SeriesSection, places: list[tuple[Path, Name]], tables: dict[Path, Table], n: int
+) -> Array | str:
     """The columns side by side, shape (S, n), or what their file does wrong."""
-    missing = [name for name in _names(part) if name not in table.columns]
-    if missing:
-        return _lacks(missing, table)
-    arrays = [table.columns[name] for name in _names(part)]
+    for path in dict.fromkeys(path for path, _ in places):
+        own = [name for other, name in places if other == path]
+        if missing := [name for name in own if name not in tables[path].columns]:
+            return f"{path.name} {_lacks(missing, tables[path])}"
+    arrays = [tables[path].columns[name] for path, name in places]
+    where = places[0][0].name
     if not isinstance(part.columns, str):
         shapes = dict.fromkeys(a.shape for a in arrays)
         if len(shapes) == 1 and arrays[0].ndim == 1:
             return np.column_stack(arrays)
-        return f"has there shapes {', '.join(map(str, shapes))}, not vectors of one length"
+        return f"{where} has there shapes {', '.join(map(str, shapes))}, not vectors of one length"
     array = arrays[0].reshape(-1, 1) if arrays[0].ndim == 1 else arrays[0]
     if part.entries and array.ndim == 2 and max(part.entries) <= array.shape[1]:
         return array[:, np.array(part.entries) - 1]
@@ -121,7 +129,10 @@ def _stacked(part: SeriesSection, table: Table, n: int) -> Array | str:
         return array
     if array.ndim == 2 and array.shape[0] == n:
         return array.T
-    return f"has there shape {array.shape} for {n} joints (entries chooses columns of an array)"
+    return (
+        f"{where} has there shape {array.shape} for {n} joints (entries chooses columns of an"
+        " array)"
+    )
 
 
 def _lacks(names: list[Name], table: Table) -> str:

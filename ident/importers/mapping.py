@@ -36,7 +36,11 @@ class ColumnsSection(Section):
         default=None,
         description="which columns of that array to take, one a joint, from 1; unset: all",
     )
-    file: str | None = _FILE
+    file: str | tuple[str, ...] | None = Field(
+        default=None,
+        description="another table beside the imported one, with the same rows, or one for each of"
+        " the columns; unset: that one",
+    )
     scale: Vector | None = Field(
         default=None,
         description="factor of each column onto the unit: a sign, counts, a torque constant",
@@ -44,6 +48,14 @@ class ColumnsSection(Section):
     side: Literal["joint", "motor"] = Field(
         default="joint", description="motor: the columns go through the motors' matrix"
     )
+
+    @model_validator(mode="after")
+    def _a_column_in_each_file(self) -> "ColumnsSection":
+        if isinstance(self.file, tuple):
+            columns = 1 if isinstance(self.columns, str) else len(self.columns)
+            if len(self.file) != columns:
+                raise ValueError(f"{len(self.file)} files for {columns} columns, not one for each")
+        return self
 
 
 class PositionSection(ColumnsSection):

@@ -211,7 +211,7 @@ def _hdf5(path: Path) -> dict[str, Any]:
         for name, item in group.items():
             if isinstance(item, h5py.Dataset):
                 if item.attrs.get("MATLAB_object_decode") == _OBJECT:
-                    kind = item.attrs["MATLAB_class"].decode()
+                    kind = np.asarray(item.attrs["MATLAB_class"]).astype(str)
                     told = f"{prefix}{name} (an object of class {kind}, which only MATLAB reads)"
                     yield told, np.array("")
                     continue

@@ -134,6 +134,28 @@ def save_mat_73(path: Path, content: dict[str, Any]) -> None:
         stream.write(b"MATLAB 7.3 MAT-file".ljust(512))
 
 
+def test_a_file_for_each_joint(tmp_path: Path) -> None:
+    """As recorders write that take one joint after the other."""
+    path = tmp_path / "first.csv"
+    for name, k in (("first", 0), ("second", 1)):
+        np.savetxt(
+            tmp_path / f"{name}.csv", np.column_stack([T, Q[:, k], TAU[:, k]]), delimiter=","
+        )
+    both = ["first.csv", "second.csv"]
+    content = BASIC | {
+        "header": False,
+        "time": {"column": 1},
+        "position": {"file": both, "columns": [2, 2]},
+        "effort": {"file": both, "columns": [3, 3]},
+    }
+    recording = imported(path, content)
+    np.testing.assert_allclose(recording.q, Q)
+    np.testing.assert_allclose(recording.effort, TAU)
+    content["effort"] = {"file": both, "columns": [3, 3, 3]}
+    with pytest.raises(ConfigurationError, match="2 files for 3 columns, not one for each"):
+        imported(path, content)
+
+
 def test_an_object_of_matlab_is_told_as_one(tmp_path: Path) -> None:
     path = tmp_path / "d.mat"
     save_mat_73(path, {"t": T, "u1": TAU[:, 0], "u2": TAU[:, 1], "log": np.zeros(6)})
