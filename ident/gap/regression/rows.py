@@ -80,6 +80,11 @@ class WindowedRows:
     cache: ColumnCache = field(default_factory=ColumnCache, repr=False, compare=False)
 
     @property
+    def measured_torque(self) -> Array:
+        """Windowed torque as it was measured, without a reference subtracted, shape (R, n)."""
+        return np.concatenate([self.windows.mean(s.tau) for s in self.segments])
+
+    @property
     def log(self) -> NDArray[np.int64]:
         """Number of the recording of each segment, shape (segments,)."""
         return np.array([s.log for s in self.segments])

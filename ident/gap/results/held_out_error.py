@@ -109,8 +109,9 @@ def held_out(found: SearchResult, both: BeforeAfter) -> HeldOut:
     """Errors on the held-out fold."""
     design = both.design
     kept = design.fold == HELD_OUT
-    before, after = (_errors(design, side, kept) for side in (both.before, both.after))
-    floor = None if both.floor is None else _floor(both, kept)
+    torque = found.rows.measured_torque
+    before, after = (_errors(torque, side, kept) for side in (both.before, both.after))
+    floor = None if both.floor is None else _floor(both, torque, kept)
     joints = sorted({j for e in found.verdict.effects for j in e.joints})
     joints = sorted({*joints, *(j for b in found.verdict.transients for j in b.joints)})
     if floor is not None:
@@ -158,11 +159,12 @@ def _left_out(found: SearchResult, side: CurrentFit, count: int) -> Errors:
             if len(values):
                 values[log == k] = r.values[log == k]
     left = [replace(r, values=v) for r, v in zip(residuals(design, side.fit), whole, strict=True)]
-    return _errors(design, left, used)
+    return _errors(found.rows.measured_torque, left, used)
 
 
-def _errors(design: DesignMatrix, side: Sequence[Residual], kept: NDArray[np.bool_]) -> Errors:
-    squares = torque = 0.0
+def _errors(torque: Array, side: Sequence[Residual], kept: NDArray[np.bool_]) -> Errors:
+    """Errors beside measured torque of shape (R, n), from which no reference is subtracted."""
+    squares = whole = 0.0
     rms = np.full(len(side), np.nan)
     for j, r in enumerate(side):
         if len(r.values):
@@ -170,18 +172,17 @@ def _errors(design: DesignMatrix, side: Sequence[Residual], kept: NDArray[np.boo
             values = r.values[moving]
             rms[j] = np.sqrt(np.mean(values**2)) if len(values) else np.nan
             squares += float(values @ values)
-            torque += float((design.columns[j][moving, -1] ** 2).sum())
-    return Errors(100 * float(np.sqrt(squares / max(torque, 1e-300))), rms)
+            whole += float((torque[moving, j] ** 2).sum())
+    return Errors(100 * float(np.sqrt(squares / max(whole, 1e-300))), rms)
 
 
-def _floor(both: BeforeAfter, kept: NDArray[np.bool_]) -> Errors:
+def _floor(both: BeforeAfter, torque: Array, kept: NDArray[np.bool_]) -> Errors:
     """Errors of a residual as large as the pure error of each row's region."""
-    design = both.design
     quiet = [
         replace(r, values=_noise(both, j)[r.region]) if len(r.values) else r
         for j, r in enumerate(both.after)
     ]
-    return _errors(design, quiet, kept)
+    return _errors(torque, quiet, kept)
 
 
 def _noise(both: BeforeAfter, joint: int) -> Array:
