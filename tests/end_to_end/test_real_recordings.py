@@ -100,6 +100,8 @@ def test_xmate7p_the_same_motion_again_has_no_change(real_data, tmp_path):
     command("gap", again, *known, "--out", tmp_path / "gap")
     found = json.loads((tmp_path / "gap" / "gap.json").read_text())
     assert found["effects"] == []
+    error = found["held_out"]["before"]["relative_error_percent"]
+    assert error < 10.0  # of the torque, not of what the model leaves of it
 
 
 def test_barrett_wam_two_joints(real_data, tmp_path):

@@ -56,6 +56,13 @@ def test_the_covariance_grows_by_what_the_references_errors_do(source, known, fi
     assert (payload_beside(source, known, fitted)[1] > 1.3 * least).all()
 
 
+def test_errors_beside_a_reference_are_those_of_the_measured_torque(source, known):
+    beside = replace(source, reference_model=known)
+    plain, less = (rows_of(s, Options()) for s in (source, beside))
+    np.testing.assert_array_equal(less.measured_torque, np.concatenate(plain.torque))
+    assert np.concatenate(less.torque).std() < 0.5 * less.measured_torque.std()
+
+
 def test_a_model_file_keeps_the_errors_of_the_fit(known, tmp_path):
     known.save(tmp_path / "model.yaml")
     again = load_model(tmp_path / "model.yaml")
