@@ -175,9 +175,10 @@ def _missing(data: Dataset, repeated: int, skipped: int, bounds: CheckSettings) 
         told.append(f"samples were lost {skipped} times although the stamps are evenly spaced")
     if not told:
         return []
-    share = (source.lost + source.repeated + repeated + skipped) / total
-    harm = share + _SHIFTED * skipped / total
-    grade = Grade.TRUSTWORTHY if harm < bounds.lost_share else Grade.DOUBTFUL
+    wrong = source.lost + repeated + skipped
+    share = (wrong + source.repeated) / (total + source.repeated)
+    harm = (wrong + _SHIFTED * skipped) / total  # a row too many costs nothing but doubt
+    grade = Grade.TRUSTWORTHY if max(harm, share) < bounds.lost_share else Grade.DOUBTFUL
     grade = Grade.REFUSED if harm > bounds.lost_refused else grade
     done = "were left out or interpolated" if grade < Grade.REFUSED else "leave too little to fit"
     text = f"{data.name}: {'; '.join(told)}. They {done} ({100 * share:.3g} % of the recording)."

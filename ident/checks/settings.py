@@ -91,11 +91,16 @@ class CheckSettings(Section):
     )
     glitch_ranges: float = positive(
         4.0,
-        "times the range of 99 % of a joint's torque by which a single sample lies beyond both"
-        " neighbours: real recordings reach 2.2",
+        "times the range of 96 % of a joint's torque by which a single sample lies beyond both"
+        " neighbours: real recordings reach 3.1",
+    )
+    glitch_torque_noise: float = positive(
+        10.0,
+        "times the 0.99 quantile of such distances of a torque, where it is also more than the"
+        " range of 96 % of that torque: real recordings reach 6, spikes of 5 deviations 20",
     )
     glitch_share: float = share(
-        0.01, "of the samples that are replaced at most: more are no accidents, but jumps"
+        0.01, "of a joint's samples that are replaced at most: more are no accidents, but jumps"
     )
 
     # torque

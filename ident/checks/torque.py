@@ -127,6 +127,20 @@ def unexplained(case: Case, bounds: CheckSettings) -> list[Remark]:
     return remarks
 
 
+def poorly_explained(error: float, bounds: CheckSettings) -> list[Remark]:
+    """A fitted model's error on data that were not fitted, where it is large at all joints alike.
+
+    Args:
+        error: relative, over all joints.
+        bounds: of the checks.
+    """
+    if error <= bounds.error_doubtful:
+        return []
+    text = f"The model leaves {100 * error:.3g} % of the torque unexplained on held-out data."
+    advice = f"Check that the URDF, joints, units and torque belong to this arm; {_SEARCH}"
+    return [Remark("large_error", (), text, Grade.DOUBTFUL, advice)]
+
+
 def poorly_predicted(
     shares: Array,
     rms: Array,

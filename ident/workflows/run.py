@@ -20,7 +20,7 @@ from ident.checks.remark import (
     verdict_content,
 )
 from ident.checks.settings import DEFAULT
-from ident.checks.torque import beyond_possible, poorly_predicted
+from ident.checks.torque import beyond_possible, poorly_explained, poorly_predicted
 from ident.identification.cutoff_selection import with_best_cutoff
 from ident.identification.identify import Identification, identify, model_of
 from ident.model.arm import TERM_NAMES, Arm
@@ -194,11 +194,13 @@ def _poor(found: Identification, told: Sequence[Remark]) -> list[Remark]:
     shares[known] = 0.0
     robot = found.evidence.arm.robot
     units = torque_units(robot)
-    told = poorly_predicted(shares, errors.rms_by_joint, robot.joint_names, units, DEFAULT)
+    more = poorly_predicted(shares, errors.rms_by_joint, robot.joint_names, units, DEFAULT)
+    if not any(r.code == "large_error" for r in (*told, *more)):
+        more += poorly_explained(errors.relative_percent / 100, DEFAULT)
     if found.chosen == "feasible" and "ols" in found.held_out:
         error, least = (found.held_out[n].errors.relative_percent for n in ("feasible", "ols"))
-        told = [*told, *beyond_possible(error / 100, least / 100, DEFAULT)]
-    return told
+        more += beyond_possible(error / 100, least / 100, DEFAULT)
+    return more
 
 
 def cutoff_chosen(

@@ -2,7 +2,8 @@
 
 A sample that lies beyond both of its neighbours is an extremum of the motion, or noise, or wrong.
 A joint would have to go out and back within two samples: at its fastest steps it comes no farther
-than these. Torque may change at once, so that only what lies far beyond its whole range is wrong.
+than these. Torque may change at once, so that only what lies far beyond its whole range is wrong,
+or beyond most of its range where such steps out and back are rare and else far smaller.
 Wrong samples are replaced by the cubic through their neighbours, where they are few.
 """
 
@@ -26,8 +27,8 @@ _FASTEST = 0.99
 _NOISE = 0.99
 """Quantile of the distances beyond both neighbours that stands for noise."""
 
-_RANGE = (0.005, 0.995)
-"""Quantiles between which a torque lies but for outliers."""
+_RANGE = (0.02, 0.98)
+"""Quantiles between which a torque lies but for outliers, a hundredth of its samples at most."""
 
 _STEPS = 3.0
 """Smallest moves of an encoder that a sample may be off."""
@@ -65,7 +66,7 @@ def glitch_remarks(
             counts[row] += (far > limit).sum(axis=0)
             if row == 0 and len(far):
                 farthest = np.maximum(farthest, far.max(axis=0))
-    if not 0 < counts.sum() <= bounds.glitch_share * data.samples:
+    if not 0 < counts.sum(axis=0).max() <= bounds.glitch_share * data.samples:
         return data, []
     mended = replace(data, read=partial(_mended, data, most))
     places = np.flatnonzero(counts.any(axis=0))
@@ -116,8 +117,10 @@ def _bounds(chunks: Sequence[Chunk], moving: NDArray[np.bool_], bounds: CheckSet
             _STEPS * smallest_step(steps),
         )
         torque = np.concatenate([c.tau[:, k] for c in chunks])
+        back = np.concatenate([beyond_neighbours(c.tau[:, [k]])[:, 0] for c in chunks])
         span = float(np.ptp(np.quantile(torque, _RANGE)))
-        tau[k] = bounds.glitch_ranges * span if span > ROUNDING else np.inf
+        rare = max(span, bounds.glitch_torque_noise * float(np.quantile(back, _NOISE)))
+        tau[k] = min(bounds.glitch_ranges * span, rare) if span > ROUNDING else np.inf
     return Bounds(q, tau)
 
 

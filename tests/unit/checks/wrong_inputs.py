@@ -182,6 +182,15 @@ def glitches(joint: int, count: int) -> Log:
     return log.with_(q=q)
 
 
+def spikes(deviations: float, count: int = 8) -> Log:
+    """Single torques of each joint that are so many standard deviations off."""
+    log, rng = right(), np.random.default_rng(6)
+    tau = log.tau.copy()
+    for k, size in enumerate(deviations * tau.std(axis=0)):
+        tau[rng.choice(len(tau), count, replace=False), k] += size * rng.choice((-1, 1), count)
+    return log.with_(tau=tau)
+
+
 def flipped(seed: int, count: int = 10) -> Log:
     """Flipped bits among the numbers, as a log without checksums may have them."""
     log, rng = right(), np.random.default_rng(seed)

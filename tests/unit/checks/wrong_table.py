@@ -32,6 +32,7 @@ from wrong_inputs import (
     shifted,
     shuffled,
     skipped,
+    spikes,
     stale,
     still,
     stretched,
@@ -234,6 +235,10 @@ WRONG: list[Wrong] = [
     *(
         (f"flipped bits, seed {k}", lambda k=k: flipped(k), {"glitches", "beyond_limits"})
         for k in FLIPPED
+    ),
+    *(
+        (f"torque spikes of {d} deviations", lambda d=d: spikes(d), {"glitches"})
+        for d in (5, 10, 30)
     ),
     ("a position wraps twice", lambda: glitches(1, 2), {"glitches"}),
     ("friction of joint 3 compensated twice", lambda: compensated(2), {"driving_friction"}),
