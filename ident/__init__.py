@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from ident.api.score import Score, score
     from ident.effects.bound_effects import load_model
     from ident.model.identified_model import Model
+    from ident.output_error.servo_model import load_servos
     from ident.workflows.simulate import simulate
 
     __version__: str
@@ -34,6 +35,7 @@ _HOMES = {
     "identify": "ident.api.identified",
     "score": "ident.api.score",
     "load_model": "ident.effects.bound_effects",
+    "load_servos": "ident.output_error.servo_model",
     "simulate": "ident.workflows.simulate",
 }
 
@@ -51,6 +53,7 @@ __all__ = [
     "find_gap",
     "identify",
     "load_model",
+    "load_servos",
     "score",
     "simulate",
 ]

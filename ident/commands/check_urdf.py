@@ -77,7 +77,7 @@ def _recording(checked: UrdfCheck) -> Iterator[str]:
         return
     errors = checked.recording["relative_error_percent"]
     yield (
-        f"Recording: with the URDF's links and fitted friction the torque is off by"
+        f"Recording: with the URDF's links, without friction, the torque is off by"
         f" {errors['urdf']:.1f} %, with identified links by {errors['identified']:.1f} %."
     )
     for mass in checked.weighed.contradictions:

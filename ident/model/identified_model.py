@@ -11,6 +11,7 @@ from ident.dynamics.parameters import Kind, Parameter, Terms, standard_parameter
 from ident.dynamics.regressor import Motion, all_columns, smooth_columns
 from ident.model.arm import TERM_NAMES
 from ident.model.fit_filter import Filter, smooth_motion
+from ident.model.logged import Logged
 from ident.model.readable_yaml import write_yaml
 from ident.model.records import BaseParameter, EffectRecord, errors_content, undetermined_links
 from ident.signals.arrays import Array
@@ -240,7 +241,7 @@ class Model:
         motion, shape = self._motion(None, q=q, qd=qd, qdd=qdd)
         return self._regressor(motion).reshape(*shape, len(self.delta))
 
-    def predict(self, recording: Recording) -> Array:
+    def predict(self, recording: "Recording | Logged") -> Array:
         """Torque [N m] along a recording's measured positions, shape (S, n), joints as the model's.
 
         Positions are smoothed and differentiated by the filter of the fit; named effects follow the
@@ -249,6 +250,7 @@ class Model:
         Raises:
             DataError: a recording of other joints, or too short to differentiate.
         """
+        recording = recording.log if isinstance(recording, Logged) else recording
         names = self.robot.joint_names
         missing = [n for n in names if n not in recording.joint_names]
         if missing:

@@ -51,6 +51,9 @@ Bind = Callable[[tuple[EffectRecord, ...]], ModelEffects]
 """Gives effects their equations."""
 
 
+SERVOS = "wam-ident servo model"
+"""Format of the models of another method."""
+
 _WANTED = "give the model.yaml that `ident run` or `ident gap` wrote"
 
 
@@ -69,6 +72,11 @@ def read_model(path: Path | str, bind: Bind) -> Model:
         raise ConfigurationError(path, [f"no such file; {_WANTED}"])
     content = read_yaml(Path(path))
     kind = content.get("format") if isinstance(content, dict) else None
+    if kind == SERVOS:
+        raise DataError(
+            f"{path} is a model of position servos, without torques: `ident validate` and `ident"
+            " export` take it, and ident.load_servos(path) reads it."
+        )
     if kind != FORMAT:
         raise DataError(f"{path} is not a model: {_WANTED}.")
     file = validate(_ModelFile, content, path)

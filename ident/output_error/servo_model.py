@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from ident.dynamics.compiled_chain import chain_of
+from ident.model.model_file import SERVOS
 from ident.output_error.parameters import LATER, QUANTITIES, ROW
 from ident.output_error.setup import MotionSegment, Setup
 from ident.signals.arrays import Array
@@ -17,7 +18,7 @@ from wamctl.arm.config import Section, Vector, read_yaml, validate
 from wamctl.arm.errors import DataError
 from wamctl.arm.robot import Robot, cad_parameters, load_robot
 
-FORMAT = "wam-ident servo model"
+FORMAT = SERVOS
 VERSION = 1
 STEP_S = 0.0005
 """Of fits of all recordings, and of replays; twice as much shifts the rotor by a percent."""
@@ -112,6 +113,16 @@ def is_servo_model(path: Path) -> bool:
     """Whether a `model.yaml` is of this kind."""
     content = read_yaml(path) if path.is_file() else None
     return isinstance(content, dict) and content.get("format") == FORMAT
+
+
+def load_servos(path: Path | str) -> ServoModel:
+    """The model of a `model.yaml` of `ident run --method simulation`.
+
+    Raises:
+        ConfigurationError: no such file, or faults in its content.
+        DataError: of a later version, or without one of the quantities.
+    """
+    return read_servo_model(Path(path))
 
 
 def read_servo_model(path: Path) -> ServoModel:

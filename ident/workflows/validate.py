@@ -39,6 +39,20 @@ _WORSE_THAN_NONE = 100.0
 _CLEARLY = 0.5
 """Share of that error below which it is the sign."""
 
+_OF_LINKS = (
+    "cad_disagrees",
+    "current_not_torque",
+    "driving_friction",
+    "gravity_direction",
+    "joint_order",
+    "large_error",
+    "positions",
+    "sign",
+    "units",
+    "zero_pose",
+)
+"""Codes of what only the rigid links' dynamics say of a recording."""
+
 _ANOTHER_ARM = (
     "Check that the model belongs to this arm in its present state (tool, mounting, joint zeros,"
     " unit of the torque), or identify the arm again."
@@ -72,6 +86,9 @@ def validate_logs(
     arm = arm_of(model).with_settings(**settings)
     recorded = [read_for(arm, path, reading) for path in paths]
     data, remarks = checked(with_loads(arm, model), recorded)
+    of_links = [r for r in remarks if r.code in _OF_LINKS]
+    if of_links and _predicted(model, arm, recorded):
+        data, remarks = recorded, [r for r in remarks if r not in of_links]
     if verdict_of(remarks) is Grade.REFUSED:
         refusal = RefusedError(remarks)
         content = verdict_content(remarks) | {"arm": model.arm, "model": str(model_path)}
@@ -115,6 +132,18 @@ def checked(arm: Arm, data: Sequence[Dataset]) -> tuple[list[Dataset], list[Rema
         mended += examined.data
         remarks += [r for r in examined.remarks if r.code not in OF_FITS]
     return mended, list(dict.fromkeys(remarks))
+
+
+def _predicted(model: Model, arm: Arm, recorded: Sequence[Dataset]) -> bool:
+    """Whether the model refutes what its arm's rigid links alone say against these recordings.
+
+    An effect that the model holds, such as a spring, may look like a joint that counts the other
+    way round.
+    """
+    if not model.effects.records:
+        return False
+    errors = [predict(model, arm, d).filtered[model.estimator].relative_percent for d in recorded]
+    return max(errors) < 100 * DEFAULT.error_doubtful
 
 
 def with_signs_of_fit(

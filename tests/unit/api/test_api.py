@@ -86,6 +86,10 @@ def test_a_script_needs_no_thread_limit_of_its_own(arm, arrays) -> None:
     assert [pool["num_threads"] for pool in threadpool_info()] == before
 
 
+def test_a_model_predicts_a_recording_of_python(fit, arrays) -> None:
+    assert fit.model.predict(ident.Recording(**arrays)).shape == arrays["q"].shape
+
+
 def test_a_urdf_is_enough(arrays) -> None:
     arm = ident.Arm.from_urdf(find_file("wam7.urdf"))
     fit = ident.identify(arm, [ident.Recording(**arrays)], cutoff_hz=8)

@@ -81,6 +81,16 @@ def test_python_gives_the_same(logs):
         ident.identify(arm, rec)
 
 
+def test_python_reads_and_exports_what_was_written(identified, tmp_path):
+    model = ident.load_servos(identified / "model.yaml")
+    assert ident.export_model(model, tmp_path / "arm.xml", "mjcf")
+    assert (tmp_path / "arm.xml").read_text().startswith("<")
+    with pytest.raises(DataError, match="no format of an export; there are mjcf, isaaclab"):
+        ident.export_model(model, tmp_path / "arm.urdf")
+    with pytest.raises(DataError, match=r"ident\.load_servos"):
+        ident.load_model(identified / "model.yaml")
+
+
 def test_effort_without_sign_is_left_aside(tmp_path):
     made = recording(4.0)
     load = np.abs(np.random.default_rng(0).normal(size=made.q.shape))
