@@ -254,10 +254,8 @@ class Model:
         names = self.robot.joint_names
         missing = [n for n in names if n not in recording.joint_names]
         if missing:
-            raise DataError(
-                f"The recording has no joints {', '.join(missing)}; it has"
-                f" {', '.join(recording.joint_names)}."
-            )
+            there = ", ".join(recording.joint_names)
+            raise DataError(f"The recording has no joints {', '.join(missing)}; it has {there}.")
         columns = [recording.joint_names.index(n) for n in names]
         t = (recording.stamp_ns - recording.stamp_ns[0]) * 1e-9
         even, motion = smooth_motion(t, recording.q[:, columns], self.filter)
