@@ -13,7 +13,9 @@ from ident.signals.arrays import Array
 from wamctl.arm.robot import Robot
 
 _DEGREE = np.pi / 180
-_ANOTHER_UNIT = "positions or stamps are in another unit, or their order is lost"
+_ANOTHER_UNIT = (
+    "positions or stamps are in another unit, their order is lost, or the URDF's limits are too low"
+)
 _SOMETIMES = (
     "either two arms publish on one topic, or samples were lost without a gap in the stamps, or an"
     " encoder wraps around"
@@ -98,7 +100,8 @@ def jump_remarks(
             why = _ANOTHER_UNIT if always else _SOMETIMES
             text = (
                 f"{one.name}: {joints(places, robot.joint_names)} jumped {int(wild.sum())} times"
-                f" between consecutive samples, at up to {rate.max():.3g} rad/s: {why}."
+                f" between consecutive samples, at up to {rate.max():.3g} rad/s, where the URDF's"
+                f" limit is {speed[int(rate.max(axis=0).argmax())]:.3g}: {why}."
             )
             grade = Grade.REFUSED if share > bounds.jump_share_refused else Grade.DOUBTFUL
             advice = (

@@ -33,8 +33,8 @@ class TooShortError(DataError):
     def finding(self) -> str:
         """What is too short."""
         return (
-            f"{self.log} is {self.seconds:.3g} s long, but a filter with a cut-off of"
-            f" {self.cutoff_hz:g} Hz needs {self.needed:.3g} s."
+            f"The longest unbroken stretch of {self.log} lasts {self.seconds:.3g} s, but a filter"
+            f" with a cut-off of {self.cutoff_hz:g} Hz needs {self.needed:.3g} s."
         )
 
     def __str__(self) -> str:

@@ -49,11 +49,9 @@ def print_check(found: Check) -> None:
     """What an examination found."""
     _line("arm", f"{found.arm}, {found.seconds:.1f} s of excitation")
     for use in found.uses:
-        _line(
-            use.quantity,
-            f"{use.share:.0%} of its limit: {use.value:.4g} of {use.limit:.4g} {use.unit}, "
-            f"{use.subject}",
-        )
+        bound = f"{'at least' if use.quantity == 'distance' else 'limit'} {use.limit:.4g}"
+        text = f"{use.share:.0%} of what is allowed: {use.value:.4g} {use.unit}, {bound}"
+        _line(use.quantity, f"{text}; {use.subject}")
     _line(
         "bus",
         f"{found.load.nominal:.1%} without stuff bits, {found.load.worst:.1%} with the most; "

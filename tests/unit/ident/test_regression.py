@@ -215,6 +215,7 @@ def test_recordings_reduce_alike_in_several_processes(wam, noisy, monkeypatch):
         noisy, stamp_ns=noisy.stamp_ns[:400], q=noisy.q[:400], effort=noisy.effort[:400]
     )
     with pytest.raises(
-        TooShortError, match=r"^short is 1\.6 s long, but a filter with a cut-off of 2\.5 Hz"
+        TooShortError,
+        match=r"stretch of short lasts 1\.6 s, but a filter with a cut-off of 2\.5 Hz",
     ):
         reduce_recordings([data[0], dataset(short, wam.arm.robot.joint_names, "short")], wam.arm)

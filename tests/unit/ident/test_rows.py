@@ -88,6 +88,7 @@ def test_too_slow_a_rate_and_too_short_a_log_are_refused(wam, base, clean):
     with pytest.raises(TooShortError) as caught:
         rows(wam, base, short)
     assert str(caught.value) == (
-        "log is 0.8 s long, but a filter with a cut-off of 2.5 Hz needs 4.07 s. Record for longer,"
+        "The longest unbroken stretch of log lasts 0.8 s, but a filter with a cut-off of 2.5 Hz"
+        " needs 4.07 s. Record for longer,"
         " or raise --cutoff."
     )
