@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -124,6 +124,13 @@ class RowsSection(Section):
 
 class Mapping(Section):
     """A mapping file."""
+
+    other_words: ClassVar[dict[str, str]] = {
+        "torque": "effort",
+        "tau": "effort",
+        "current": "effort",
+        "q": "position",
+    }
 
     robot: str | None = Field(
         default=None,

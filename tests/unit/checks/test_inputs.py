@@ -26,6 +26,7 @@ DO = (
 
 
 LONG = pytest.mark.thorough
+LONG_ONES = ("8 joints", "9 joints", "10 joints", "11 joints")
 
 
 def judged(log) -> tuple[str, set[str], list[dict]]:
@@ -69,10 +70,7 @@ def test_a_wrong_input_is_told(name, make, codes):
 
 @pytest.mark.parametrize(
     ("name", "make", "codes"),
-    [
-        pytest.param(*r, id=r[0], marks=LONG if r[0] in ("10 joints", "11 joints") else [])
-        for r in RIGHT
-    ],
+    [pytest.param(*r, id=r[0], marks=LONG if r[0] in LONG_ONES else []) for r in RIGHT],
 )
 def test_a_right_input_is_trusted(name, make, codes):
     verdict, found, remarks = judged(make())

@@ -20,6 +20,7 @@ SEARCHED = (
     "positions times 0.9",
     "50 N m at joint 4",
     "torque rectified",
+    "equal stamps",
 )
 """Inputs that are searched all the same, with a remark; the others below are refused."""
 
@@ -28,7 +29,7 @@ REFUSED = (
     "kgf cm", "lbf in", "ahead of gears of 50", "ampere, one gain", "torques 1 and 2 swapped",
     "torques 2 and 3 swapped", "positions 1 and 2 swapped", "joints 2 and 3 swapped",
     "joints 1 and 3 swapped", "torques in reverse order", "half a second", "fifteen samples",
-    "one second", "two seconds", "all joints together", "2.5 Hz", "1 Hz", "equal stamps",
+    "one second", "two seconds", "all joints together", "2.5 Hz", "1 Hz",
     "all stamps equal",
     "four short holes", "zero effort", "constant effort", "noise as torque",
     "torque of another recording", "negative mass of link 2",

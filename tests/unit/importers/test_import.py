@@ -156,6 +156,12 @@ def test_a_file_for_each_joint(tmp_path: Path) -> None:
         imported(path, content)
 
 
+def test_the_usual_word_for_an_effort_is_understood(tmp_path: Path) -> None:
+    content = {k: v for k, v in BASIC.items() if k != "effort"} | {"torque": BASIC["effort"]}
+    with pytest.raises(ConfigurationError, match=r"torque: unknown key; did you mean effort\?"):
+        imported(tmp_path / "table.csv", content)
+
+
 def test_an_object_of_matlab_is_told_as_one(tmp_path: Path) -> None:
     path = tmp_path / "d.mat"
     save_mat_73(path, {"t": T, "u1": TAU[:, 0], "u2": TAU[:, 1], "log": np.zeros(6)})
@@ -417,7 +423,7 @@ def test_a_text_of_another_kind_is_no_mapping(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError) as caught:
         import_recording(basic_table(tmp_path), tmp_path / "mine.urdf", tmp_path / "log.mcap")
     assert str(caught.value) == (
-        f"{tmp_path / 'mine.urdf'}: holds no keys with values, as YAML files here do."
+        f"{tmp_path / 'mine.urdf'}: is XML, such as a URDF, and no YAML file."
     )
 
 

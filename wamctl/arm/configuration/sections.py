@@ -1,6 +1,6 @@
 """The parts of an arm's YAML file but its drives, as frozen models with bounds and units."""
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -23,7 +23,13 @@ TrackingError = Annotated[float, Field(gt=0, le=1.6, allow_inf_nan=False)]  # a 
 
 
 class Section(BaseModel):
-    """A frozen part of the file; unknown keys are refused."""
+    """A frozen part of the file; unknown keys are refused.
+
+    Attributes:
+        other_words: what users write for some of its keys.
+    """
+
+    other_words: ClassVar[dict[str, str]] = {}
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

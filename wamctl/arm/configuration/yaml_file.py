@@ -103,7 +103,10 @@ def validate(kind: type[M], content: object, source: Path | str) -> M:
         ConfigurationError: every fault at once, each with its place in the file.
     """
     if not isinstance(content, dict):
-        raise ConfigurationError(source, ["holds no keys with values, as YAML files here do"])
+        what = "holds no keys with values, as YAML files here do"
+        if isinstance(content, str) and content.lstrip().startswith("<"):
+            what = "is XML, such as a URDF, and no YAML file"
+        raise ConfigurationError(source, [what])
     try:
         return kind.model_validate(content)
     except ValidationError as error:
@@ -126,7 +129,7 @@ def _sentences(kind: type[BaseModel], place: Sequence[int | str], message: str) 
         return text.split("; ")
     if place[0] == "drives" and len(place) > 1:  # pydantic puts the protocol's name in between
         place = (place[0], *place[2:])
-    meant = did_you_mean(str(place[-1]), _fields_beside(kind, place))
+    meant = _meant(kind, place)
     known = {
         "Extra inputs are not permitted": f"unknown key{meant}",
         "Unexpected keyword argument": f"unknown key{meant}",  # of a dataclass
@@ -136,13 +139,22 @@ def _sentences(kind: type[BaseModel], place: Sequence[int | str], message: str) 
     return [f"{where}: {known.get(s, s[:1].lower() + s[1:])}" for s in text.split("; ")]
 
 
-def _fields_beside(kind: type[BaseModel], place: Sequence[int | str]) -> Sequence[str]:
-    """The keys that stand where this one does; none in a list, or where there are several kinds."""
+def _meant(kind: type[BaseModel], place: Sequence[int | str]) -> str:
+    """The key that a word stands for or is like, of those that stand where it does."""
+    word, section = str(place[-1]), _section(kind, place)
+    if section is None:
+        return ""
+    other = getattr(section, "other_words", {}).get(word)
+    return f"; did you mean {other}?" if other else did_you_mean(word, section.model_fields)
+
+
+def _section(kind: type[BaseModel], place: Sequence[int | str]) -> type[BaseModel] | None:
+    """The section that a place is in; None in a list, or where there are several kinds."""
     for name in place[:-1]:
         field = kind.model_fields.get(str(name))
         parts = [] if field is None else [field.annotation, *get_args(field.annotation)]
         models = [p for p in parts if isinstance(p, type) and issubclass(p, BaseModel)]
         if len(models) != 1:
-            return ()
+            return None
         kind = models[0]
-    return tuple(kind.model_fields)
+    return kind
