@@ -98,10 +98,12 @@ def jump_remarks(
             places = np.flatnonzero(wild.any(axis=0))
             always = share > bounds.jump_share_always
             why = _ANOTHER_UNIT if always else _SOMETIMES
+            fastest = np.where(wild, rate, 0.0).max(axis=0)
+            k = int(fastest.argmax())
             text = (
                 f"{one.name}: {joints(places, robot.joint_names)} jumped {int(wild.sum())} times"
-                f" between consecutive samples, at up to {rate.max():.3g} rad/s, where the URDF's"
-                f" limit is {speed[int(rate.max(axis=0).argmax())]:.3g}: {why}."
+                f" between consecutive samples, at up to {fastest[k]:.3g} rad/s, where the URDF's"
+                f" limit is {speed[k]:.3g}: {why}."
             )
             grade = Grade.REFUSED if share > bounds.jump_share_refused else Grade.DOUBTFUL
             advice = (

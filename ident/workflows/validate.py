@@ -87,8 +87,8 @@ def validate_logs(
     recorded = [read_for(arm, path, reading) for path in paths]
     data, remarks = checked(with_loads(arm, model), recorded)
     of_links = [r for r in remarks if r.code in _OF_LINKS]
-    if of_links and _predicted(model, arm, recorded):
-        data, remarks = recorded, [r for r in remarks if r not in of_links]
+    if of_links and predicts(model, arm, data, recorded):
+        remarks = [r for r in remarks if r not in of_links]
     if verdict_of(remarks) is Grade.REFUSED:
         refusal = RefusedError(remarks)
         content = verdict_content(remarks) | {"arm": model.arm, "model": str(model_path)}
@@ -134,16 +134,25 @@ def checked(arm: Arm, data: Sequence[Dataset]) -> tuple[list[Dataset], list[Rema
     return mended, list(dict.fromkeys(remarks))
 
 
-def _predicted(model: Model, arm: Arm, recorded: Sequence[Dataset]) -> bool:
+def predicts(
+    model: Model, arm: Arm, mended: Sequence[Dataset], recorded: Sequence[Dataset]
+) -> bool:
     """Whether the model refutes what its arm's rigid links alone say against these recordings.
 
     An effect that the model holds, such as a spring, may look like a joint that counts the other
     way round.
+
+    Args:
+        model: what was fitted.
+        arm: the model's.
+        mended: the recordings as the checks leave them.
+        recorded: as they were read.
     """
     if not model.effects.records:
         return False
-    errors = [predict(model, arm, d).filtered[model.estimator].relative_percent for d in recorded]
-    return max(errors) < 100 * DEFAULT.error_doubtful
+    pairs = zip(mended, recorded, strict=True)
+    found = [with_signs_of_fit(model, arm, *pair)[0].filtered[model.estimator] for pair in pairs]
+    return max(e.relative_percent for e in found) < 100 * DEFAULT.error_doubtful
 
 
 def with_signs_of_fit(

@@ -16,6 +16,7 @@ from ident.model.records import EffectRecord
 from ident.recordings.dataset import in_memory
 from ident.workflows.model_errors import errors_on
 from ident.workflows.run import run_data
+from ident.workflows.validate import predicts
 from wamctl.arm.errors import DataError
 
 STRIBECK = EffectRecord(
@@ -172,3 +173,17 @@ def test_effects_turn_round_as_the_model_says(fitted):
 
 def test_without_curves_friction_turns_round_as_usual():
     assert np.array_equal(shapes_of((), 2), np.array([USUAL, USUAL]))
+
+
+def test_a_model_that_predicts_takes_back_what_its_links_say(fitted):
+    """Only a model that holds effects and predicts the recording may say so."""
+    _, data, run = fitted
+    model = run.model
+    arm = arm_of(model)
+    known = replace(model, effects=bound([of_joint(2, "torque_offset", offset=0.0)]))
+    assert predicts(known, arm, [data], [data])
+    assert not predicts(model, arm, [data], [data])
+    whole = data.segments[0]
+    noise = np.random.default_rng(1).normal(size=whole.tau.shape)
+    wrong = in_memory(data, data.rate_hz, [replace(whole, tau=noise)])
+    assert not predicts(known, arm, [wrong], [wrong])
