@@ -29,16 +29,18 @@ class Case:
         robot: kinematics, frames, and gravity.
         terms: how motors and joints are coupled.
         probe: the samples.
+        springs: whether each joint has a spring, which the model of `ident run` lacks.
     """
 
     robot: Robot
     terms: Terms
     probe: Probe
+    springs: bool = False
 
     @cached_property
     def columns(self) -> Columns:
         """The regression."""
-        return columns_of(self.robot, self.terms, self.probe)
+        return columns_of(self.robot, self.terms, self.probe, self.springs)
 
     @cached_property
     def error(self) -> float:

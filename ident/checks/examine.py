@@ -119,9 +119,10 @@ def _samples(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
     """What can be told from stamps, samples, and ranges."""
     found, remarks = [], []
     for one in data:
-        if in_degrees(arm.robot, one, bounds):
-            one = _in_rad(one, arm.robot.sliding)
-            remarks.append(degrees_remark(one, arm.robot))
+        if readings := in_degrees(arm.robot, one, bounds):
+            joints = readings[0] if len(readings) == 1 else _likelier(arm, one, readings)
+            one = _in_rad(one, joints & ~arm.robot.sliding)
+            remarks.append(degrees_remark(one, arm.robot, joints))
         else:
             remarks += limit_remarks(arm.robot, one, bounds)
         one, more = glitch_remarks(one, arm.robot.joint_names, bounds)
@@ -135,9 +136,19 @@ def _samples(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
     return tuple(found), remarks
 
 
-def _in_rad(data: Dataset, sliding: NDArray[np.bool_]) -> Dataset:
-    """A recording in degrees, converted."""
-    factors = np.where(sliding, 1.0, np.pi / 180)
+def _likelier(arm: Arm, data: Dataset, readings: Sequence[NDArray[np.bool_]]) -> NDArray[np.bool_]:
+    """The joints in degrees with which the arm's model explains most of the torque."""
+
+    def error(joints: NDArray[np.bool_]) -> float:
+        one = _in_rad(data, joints & ~arm.robot.sliding)
+        return Case(arm.robot, arm.terms, _probe(chunks_of([one]), one.moving[None])).error
+
+    return min(readings, key=error)
+
+
+def _in_rad(data: Dataset, joints: NDArray[np.bool_]) -> Dataset:
+    """A recording of which these joints, shape (n,), are in degrees, converted."""
+    factors = np.where(joints, np.pi / 180, 1.0)
     return replace(data, read=partial(_converted, data, factors), place=data.place * factors)
 
 
@@ -250,7 +261,7 @@ def _of_one(
     if judge:
         remarks += shifted_torque_zero(case, bounds)
         remarks += driving_friction(case, bounds)
-        remarks += unexplained(case, bounds)
+        remarks += unexplained(replace(case, springs=False), bounds)
         remarks += [] if clipped else base_remarks(case, bounds)
     return signed.factors / factor, remarks
 
@@ -276,9 +287,18 @@ def _cutoff_hz(chunks: Sequence[Chunk], moving: NDArray[np.bool_]) -> float:
     return float(np.clip(_OVER_MOTION * max(frequencies), *_CUTOFFS_HZ))
 
 
+def _with_springs(case: Case, bounds: CheckSettings) -> Case:
+    """The case with a spring at each joint, where they explain what would look like a fault."""
+    sprung = replace(case, springs=True)
+    if case.total < bounds.scan_from or not sprung.better_by(bounds.believed_ratio, case):
+        return case
+    return sprung if sprung.error < least_error(case) else case
+
+
 def _signed(case: Case, chunks: Sequence[Chunk], tells: bool, bounds: CheckSettings) -> Signed:
     """The case without wrong signs, and, if its motion tells parameters apart, swapped columns."""
     signs = np.ones(case.robot.dof)
+    case = _with_springs(case, bounds)
     late = lag(case, chunks, bounds) if tells else None
     case, reversed_, remarks = all_reversed(case, bounds)
     signs *= -1.0 if reversed_ else 1.0
@@ -294,7 +314,7 @@ def _signed(case: Case, chunks: Sequence[Chunk], tells: bool, bounds: CheckSetti
             signs *= h.torque_signs if h.torque_signs is not None else 1.0
         if any(h.grade is Grade.REFUSED for h in found):
             return Signed(case, signs, remarks)
-    case, change, more = feeding_turned(case, bounds)
+    case, change, more = feeding_turned(case, tells, bounds)
     signs, remarks = signs * change, [*remarks, *more]
     if reversed_ and (signs > 0).any():
         remarks = said_once(remarks, signs, case.robot.joint_names)

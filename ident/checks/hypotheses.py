@@ -37,6 +37,7 @@ class Hypothesis:
         without: the recordings without that fault.
         grade: of the remark.
         torque_signs: factors that mend the torque, shape (n,), where that is all there is to it.
+        columns: what would be in another joint's place.
     """
 
     code: str
@@ -46,10 +47,16 @@ class Hypothesis:
     without: Callable[[Case], Case]
     grade: Grade
     torque_signs: Array | None = None
+    columns: str = ""
 
     def remark(self, before: float, after: float) -> Remark:
         """The remark, with what the error falls from and to."""
         return self.told(f"the error then falls from {100 * before:.3g} to {100 * after:.3g} %")
+
+    def rivals(self, other: "Hypothesis") -> bool:
+        """Whether it exchanges other columns of the same joints."""
+        same = self.code == other.code == "joint_order" and self.joints == other.joints
+        return same and self.columns != other.columns
 
     def told(self, figures: str) -> Remark:
         """The remark with its evidence."""
@@ -61,14 +68,17 @@ def scanned(case: Case, bounds: CheckSettings) -> tuple[Case, list[Hypothesis], 
     """The faults that lower the error most, one after the other, and the case without them."""
     found, remarks = [], []
     for _ in range(_MOST_ROUNDS):
-        best, without = nearest(case, list(_hypotheses(case)))
+        tried = list(_hypotheses(case))
+        best, without = nearest(case, tried)
         if not without.better_by(bounds.believed_ratio, case) or not _borne_out(
             best, case, without
         ):
             break
         if _weighed(case, bounds).error < without.error:
             break  # a factor at each joint, which its size tells
-        remarks.append(best.remark(case.error, without.error))
+        rivals = [h.columns for h in tried if h.rivals(best) and alike(h.without(case), without)]
+        text = ", or else their ".join([best.text, *dict.fromkeys(rivals)])
+        remarks.append(replace(best, text=text).remark(case.error, without.error))
         found.append(best)
         case = without
     return case, found, remarks
@@ -107,6 +117,11 @@ def _preference(pair: tuple[Hypothesis, Case]) -> float:
     """The error; of two that fit alike, a torque's sign comes before a position's."""
     hypothesis, without = pair
     return without.error * (1.0 if hypothesis.torque_signs is not None else _ALIKE)
+
+
+def alike(one: Case, other: Case) -> bool:
+    """Whether two cases have about the same error."""
+    return max(one.error, other.error) < _ALIKE * min(one.error, other.error)
 
 
 def nearest(case: Case, hypotheses: Sequence[Hypothesis]) -> tuple[Hypothesis, Case]:
@@ -217,7 +232,7 @@ def _exchanges(
     for what, change in changes:
         text = f"The {what} of {whose} appear to be {how}"
         advice = "Correct the order of the joints in the recording."
-        yield Hypothesis("joint_order", places, text, advice, change, Grade.REFUSED)
+        yield Hypothesis("joint_order", places, text, advice, change, Grade.REFUSED, columns=what)
 
 
 def _zeros(case: Case, k: int) -> Iterator[Hypothesis]:

@@ -22,15 +22,24 @@ _SOMETIMES = (
 )
 _UNLIMITED = 1e6
 """Velocity limits beyond this [rad/s] are none."""
+_MOVES = 0.1
+"""Of a joint's standard deviation over a recording, below which it stands still in a part of it."""
 
 
-def in_degrees(robot: Robot, data: Dataset, bounds: CheckSettings) -> bool:
-    """Whether positions lie beyond the URDF's limits, and taken for degrees do not."""
+def in_degrees(robot: Robot, data: Dataset, bounds: CheckSettings) -> list[NDArray[np.bool_]]:
+    """Joints that may be in degrees, shape (n,) each: all, or only some where the others may not.
+
+    None where positions lie within the URDF's limits, or taken for degrees do not, either. A joint
+    within its limits that would hardly move in degrees may be in rad.
+    """
     low, high = _range(robot, data)
     as_degrees = _beyond(robot, low * _DEGREE, high * _DEGREE, bounds)
     moves = (high - low) * _DEGREE > bounds.hardly_moves_rad
-    enough = 2 * moves.sum() >= data.moving.sum()
-    return bool(_beyond(robot, low, high, bounds).any() and not as_degrees.any() and enough)
+    beyond = _beyond(robot, low, high, bounds)
+    if not beyond.any() or as_degrees.any() or 2 * moves.sum() < data.moving.sum():
+        return []
+    some = beyond | moves | ~data.moving
+    return [np.ones_like(some)] if some.all() else [np.ones_like(some), some]
 
 
 def _range(robot: Robot, data: Dataset) -> tuple[Array, Array]:
@@ -47,15 +56,21 @@ def _beyond(robot: Robot, low: Array, high: Array, bounds: CheckSettings) -> NDA
     return limited & ((low < lower - slack) | (high > upper + slack))
 
 
-def degrees_remark(data: Dataset, robot: Robot) -> Remark:
-    """What is said where positions were taken for degrees."""
+def degrees_remark(data: Dataset, robot: Robot, converted: NDArray[np.bool_]) -> Remark:
+    """What is said where positions of these joints, shape (n,), were taken for degrees."""
     low, high = _range(robot, data)
     k = int(np.argmax(np.maximum(np.abs(low), np.abs(high))))
+    every = bool(converted.all())
+    places = np.flatnonzero(converted)
+    whose = "" if every else f" of {joints(places, robot.joint_names)}"
+    rest = "" if every else "; the other joints fit the torque in rad"
     text = (
-        f"{data.name}: the positions far exceed the URDF's limits (joint {k + 1}: {low[k]:.4g} to"
-        f" {high[k]:.4g}), but keep them if they are in degrees, so they were converted to rad."
+        f"{data.name}: the positions{whose} far exceed the URDF's limits (joint {k + 1}:"
+        f" {low[k]:.4g} to {high[k]:.4g}), but keep them if they are in degrees, so they were"
+        f" converted to rad{rest}."
     )
-    return Remark("degrees", (), text, Grade.DOUBTFUL, "Record positions in rad.")
+    named = () if every else numbers(places)
+    return Remark("degrees", named, text, Grade.DOUBTFUL, "Record positions in rad.")
 
 
 def limit_remarks(robot: Robot, data: Dataset, bounds: CheckSettings) -> list[Remark]:
@@ -133,8 +148,9 @@ def rate_remarks(
     """Recordings whose samples lie too far apart for their motion."""
     found = []
     for log, one in enumerate(data):
-        errors = [_interpolation(c.q[:, one.moving]) for c in chunks if c.log == log]
-        worst = float(np.max(errors))
+        courses = [c.q[:, one.moving] for c in chunks if c.log == log]
+        least = _MOVES * np.concatenate(courses).std(axis=0)
+        worst = max(_interpolation(q, least) for q in courses)
         if worst < bounds.interpolation_doubtful:
             continue
         grade = Grade.REFUSED if worst > bounds.interpolation_refused else Grade.DOUBTFUL
@@ -148,10 +164,15 @@ def rate_remarks(
     return found
 
 
-def _interpolation(q: Array) -> float:
+def _interpolation(q: Array, least: Array | float = 1e-12) -> float:
     """Error of the odd samples, predicted by the cubic through the even ones beside them.
 
     The joint's standard deviation is one; the worst joint counts.
+
+    Args:
+        q: positions, shape (N, n).
+        least: standard deviation that a joint is taken to have at least, shape (n,): of one that
+            stands still, the noise says nothing of the rate.
     """
     if len(q) < 16:
         return 0.0
@@ -161,7 +182,7 @@ def _interpolation(q: Array) -> float:
     outer = even[:count], even[3 : count + 3]
     guess = (9 * (inner[0] + inner[1]) - (outer[0] + outer[1])) / 16
     error = np.sqrt(np.mean((odd[1 : count + 1] - guess) ** 2, axis=0))
-    return float(np.max(error / np.maximum(q.std(axis=0), 1e-12)))
+    return float(np.max(error / np.maximum(np.maximum(q.std(axis=0), least), 1e-12)))
 
 
 def little_motion(

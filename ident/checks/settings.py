@@ -113,9 +113,9 @@ class CheckSettings(Section):
         2e-3, "of the samples at which a torque stays at its largest value before it may be clipped"
     )
     clipped_beyond: float = positive(
-        3.0,
-        "usual errors by which the arm needs more than that: a motor that gives no more is"
-        " recorded rightly",
+        1.5,
+        "usual errors by which the arm needs more than that, in the mean: a motor that gives no"
+        " more is recorded rightly, and comes to 0.3",
     )
     offset_share: float = share(
         1.0, "a constant torque beside the largest of all the rest: real joints reach 0.16"
@@ -250,6 +250,11 @@ class CheckSettings(Section):
         "part of the torque beside friction that the URDF's own weight must explain before its"
         " size is believed: placeholders explain less",
     )
+    size_apart: float = positive(
+        30.0,
+        "torque and the URDF's differ by less, even where the URDF does not fit: 0.6 to 1.5 on 14"
+        " real recordings, 0.08 for currents",
+    )
     cad_doubtful: float = positive(
         0.4,
         "part of the torque beside friction that the URDF's links explain with one factor, below"
@@ -280,6 +285,9 @@ class CheckSettings(Section):
         0.01,
         "part of the torque beside friction that the URDF may leave with that load: with masses"
         " that are 15 % off a true one leaves 0.002, positions in turns 0.02",
+    )
+    load_masses: float = positive(
+        10.0, "mass of that load, in masses of the arm, from which another unit is likelier"
     )
     one_factor: float = positive(
         1.5,

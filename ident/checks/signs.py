@@ -5,14 +5,14 @@ the arm's own weight, do. Recordings of one arm share its signs unless that cost
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ident.checks.case import Case
 from ident.checks.gains import gains
-from ident.checks.hypotheses import nearest, position_sign, torque_sign
+from ident.checks.hypotheses import alike, nearest, position_sign, torque_sign
 from ident.checks.remark import Grade, Remark, joints, numbers
 from ident.checks.settings import CheckSettings
 from ident.regression.probe_fit import bounded_residual, gram, shares, solution, weights_of
@@ -172,16 +172,18 @@ def all_reversed(case: Case, bounds: CheckSettings) -> tuple[Case, bool, list[Re
     return case.with_torque(-1.0), True, [remark]
 
 
-def feeding_turned(case: Case, bounds: CheckSettings) -> tuple[Case, Array, list[Remark]]:
+def feeding_turned(
+    case: Case, tells: bool, bounds: CheckSettings
+) -> tuple[Case, Array, list[Remark]]:
     """What to do about joints whose friction is negative: each by itself, or else all together.
 
     Nothing where the fit predicts the torque no better than no model does: it then knows as little
-    of the friction.
+    of the friction. No position is called reversed where the motion does not tell parameters apart.
     """
     wrong = np.flatnonzero(feeding(case, bounds) & (case.error < 1.0))
     found, signs, remarks = case, np.ones(case.robot.dof), []
     for k in wrong.tolist():
-        found, change, remark = _turned(found, k, bounds)
+        found, change, remark = _turned(found, k, tells, bounds)
         signs = signs * change
         remarks.append(remark)
     if len(wrong) > 1 and feeding(found, bounds)[wrong].any():
@@ -205,12 +207,20 @@ def _brakes(
     return cheap and not bool(np.any(feeding(without, bounds)[places]))
 
 
-def _turned(case: Case, k: int, bounds: CheckSettings) -> tuple[Case, Array | float, Remark]:
+def _turned(
+    case: Case, k: int, tells: bool, bounds: CheckSettings
+) -> tuple[Case, Array | float, Remark]:
     """What to do about a joint whose friction is negative."""
     names = case.robot.joint_names
-    best, without = nearest(case, (torque_sign(case, k), position_sign(case, k)))
+    faults = [torque_sign(case, k), *([position_sign(case, k)] if tells else [])]
+    best, without = nearest(case, faults)
     if _brakes(case, without, k, bounds):
         change = 1.0 if best.torque_signs is None else best.torque_signs
+        rival = [f.without(case) for f in faults if f.torque_signs is None and f is not best]
+        if any(alike(r, without) and _brakes(case, r, k, bounds) for r in rival):
+            whose = joints([k], names)
+            text = f"The torque of {whose}, or else its position, has the wrong sign; the torque"
+            best = replace(best, text=f"{text} was inverted")
         return without, change, best.told(_figures(case, without))
     text = (
         f"Friction at {joints([k], names)} would drive the motion: the torque lags or leads the"

@@ -53,7 +53,8 @@ def unit_remarks(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark
         return [Remark("units", (), text, Grade.DOUBTFUL, "Record the torque in N m.")]
     if _outside(found, bounds):
         load = load_of(case, found)
-        if load.explains(bounds.load_ratio) and load.left < bounds.load_left:
+        light = load.mass_kg is None or load.mass_kg < bounds.load_masses * _mass_kg(case)
+        if light and load.explains(bounds.load_ratio) and load.left < bounds.load_left:
             text = (
                 f"The torque is {abs(found.common):.3g} times what the arm's own weight requires:"
                 f" {_lacking(load)}."
@@ -71,9 +72,31 @@ def unit_remarks(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark
             " estimated."
         )
         return [Remark("units", (), text, Grade.REFUSED, advice)]
+    if strange := _size_apart(found, bounds):
+        return strange
     apart = _apart(case, found, bounds)
     one = [] if apart else _one_factor(case, found, bounds)
     return one or [*_strange(case, found, bounds), *apart]
+
+
+def _mass_kg(case: Case) -> float:
+    """Mass of all links by the URDF [kg]."""
+    return float(sum(link.mass for link in case.robot.model.inertias))
+
+
+def _size_apart(found: Gains, bounds: CheckSettings) -> list[Remark]:
+    """Torque of another order of magnitude than the URDF's, whatever course that one takes."""
+    weight = float(found.weight.sum())
+    size = np.sqrt(found.torque / weight) if weight > 0 else 1.0
+    if 1 / bounds.size_apart < size < bounds.size_apart:
+        return []
+    text = (
+        f"Beyond friction, the torque is {size:.2g} times as large as the URDF's links require,"
+        f" which account for only {100 * max(found.common_explained, 0.0):.0f} % of its course: it"
+        " is in another unit, or the URDF's masses are placeholders."
+    )
+    advice = "Give joint torque in N m, and check the URDF's masses."
+    return [Remark("units", (), text, Grade.DOUBTFUL, advice)]
 
 
 def _one_factor(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark]:

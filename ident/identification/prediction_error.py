@@ -7,7 +7,7 @@ import numpy as np
 from ident.estimation.feasible_set import smallest_eigenvalue
 from ident.estimation.problem import Estimate, with_beta
 from ident.estimation.regression_data import RegressionData
-from ident.identification.feasibility_test import positive_fraction, verdict
+from ident.identification.feasibility_test import positive_fraction, proves_possible, verdict
 from ident.regression.squared_errors import Errors, sums
 from ident.signals.arrays import Array
 
@@ -40,13 +40,14 @@ def assess(evidence: RegressionData, estimate: Estimate) -> Assessment:
     counts = evidence.counts.sum(axis=1)
     found = verdict(base, estimate.beta, evidence.prior, evidence.sizes)
     delta = with_beta(base, _with_masses(evidence), estimate.beta)
-    witnesses = [found.smallest_eigenvalue]
+    witnesses, own = [found.smallest_eigenvalue], False
     if estimate.delta is not None:
         witnesses.append(smallest_eigenvalue(estimate.delta, base.parameters))
+        own = proves_possible(estimate.delta, base)  # on the boundary the test's margin is rounding
     return Assessment(
         filtered=sums(evidence.triangles, evidence.counts, estimate.beta).errors(),
         raw=sums(raw, counts, estimate.beta).errors(),
-        feasible=found.feasible,
+        feasible=found.feasible or own,
         smallest_eigenvalue=max(witnesses),
         negative=found.negative,
         positive_fraction=positive_fraction(arm.robot, arm.terms, base, delta, evidence.moving),

@@ -123,8 +123,11 @@ def _stacked(
             return np.column_stack(arrays)
         return f"{where} has there shapes {', '.join(map(str, shapes))}, not vectors of one length"
     array = arrays[0].reshape(-1, 1) if arrays[0].ndim == 1 else arrays[0]
-    if part.entries and array.ndim == 2 and max(part.entries) <= array.shape[1]:
-        return array[:, np.array(part.entries) - 1]
+    if part.entries and array.ndim == 2:
+        if max(part.entries) <= len(array) < array.shape[1]:
+            array = array.T  # one row for each channel, as Simulink writes them
+        if max(part.entries) <= array.shape[1]:
+            return array[:, np.array(part.entries) - 1]
     if array.ndim == 2 and array.shape[1] == n:
         return array
     if array.ndim == 2 and array.shape[0] == n:

@@ -25,6 +25,7 @@ _UNREADABLE = (
     RecursionError, zlib.error, MatReadError,
 )  # fmt: skip
 _STEP = 1 << 20
+_SHOWN = 40  # characters of a cell, in a message
 _COMPRESSED, _MAT_HEADER, _MAT_TAG = 15, 128, struct.Struct("<II")
 _OBJECT = 3  # of MATLAB_object_decode: the values of a class, in an encoding of MATLAB's own
 _HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -125,6 +126,10 @@ def _text(path: Path, wanted: Sequence[Name], form: TextForm) -> Table:
     return Table(made | dict(zip(places, rows.T, strict=True)), available)
 
 
+def _short(cell: str) -> str:
+    return repr(cell if len(cell) <= _SHOWN else f"{cell[:_SHOWN]}…")
+
+
 def _bad_cell(path: Path, places: dict[Name, int], form: TextForm) -> str | None:
     """A sentence on the first cell that is no number."""
     rows = form.rows(path)
@@ -136,7 +141,9 @@ def _bad_cell(path: Path, places: dict[Name, int], form: TextForm) -> str | None
                     " missing"
                 )
             elif not is_number(line[place]):
-                fault = f"{path}, line {number}, column {name!r}: {line[place]!r} is not a number"
+                fault = f"{path}, line {number}, column {name!r}: {_short(line[place])} is not a number"
+                if all(map(is_number, line[place].split())):
+                    fault += "; where white space separates columns, write `delimiter: ' '`"
             else:
                 continue
             if count and next(rows, None) is None:

@@ -51,20 +51,22 @@ class Columns:
         return found
 
 
-def columns_of(robot: Robot, terms: Terms, probe: Probe) -> Columns:
+def columns_of(robot: Robot, terms: Terms, probe: Probe, springs: bool = False) -> Columns:
     """The regression of a probe: the rigid body with friction and offset.
 
     Args:
         robot: kinematics, frames, and gravity.
         terms: how motors and joints are coupled.
         probe: the samples.
+        springs: whether each joint has a spring, too.
     """
     n = robot.dof
     body = Terms(False, False, False, True, terms.drive_matrix, False)
     parameters = standard_parameters(robot, body)
     links = smooth_columns(robot, body, probe.motion, parameters)
     own = np.eye(n)
-    drives = [x[:, :, None] * own for x in (probe.motion.qd, probe.sign, np.ones_like(probe.sign))]
+    signals = [probe.motion.qd, probe.sign, np.ones_like(probe.sign)]
+    drives = [x[:, :, None] * own for x in [*signals, *([probe.motion.q] if springs else [])]]
     coupled = [m - 1 for m in terms.coupled_motors] if terms.motor_friction else []
     rows = terms.drive_matrix[coupled]
     shared = [(x @ rows.T)[:, None, :] * rows.T for x in (probe.motion.qd, probe.sign) if len(rows)]

@@ -162,9 +162,9 @@ def _verdict(report: RunReport) -> Verdict:
         if n in tested and n != chosen
     ]
     possible = estimators[chosen]["feasible"]
-    kind = "A physically possible model" if possible else "No physically possible model"
+    kind = "A physically possible model" if possible else "A model that no arm can have"
     sentence = (
-        f"{kind} that predicts torque it was not fitted on with an error of {error}\u202f%"
+        f"{kind}, which predicts torque it was not fitted on with an error of {error}\u202f%"
         f" ({', '.join(others)})."
     )
     remarks = [r["sentence"] for r in content.get("remarks", [])]

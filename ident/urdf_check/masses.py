@@ -47,10 +47,15 @@ class Contradiction:
     @property
     def sentence(self) -> str:
         """In words."""
+        impossible = (
+            "; since no mass is negative, something else than this mass is wrong"
+            if self.found_kg < -2 * self.sd_kg
+            else ""
+        )
         return (
             f"joint {self.joint} ({self.name}) carries {self.urdf_kg:.3g} kg in the URDF, and"
             f" {self.found_kg:.3g} kg by the recording (standard error {self.sd_kg:.2g} kg,"
-            f" {100 * (self.found_kg / self.urdf_kg - 1):+.0f} %)"
+            f" {100 * (self.found_kg / self.urdf_kg - 1):+.0f} %){impossible}"
         )
 
     def content(self) -> dict[str, Any]:

@@ -6,7 +6,8 @@ the delay. It is believed if stretches of the recording agree on it, and if much
 without it: what a model lacks (rotors, elasticity) may look like a small delay, but moving the
 torque then mends little. A joint that turns round sticks meanwhile, and its torque changes before
 its velocity does, as if it were early; so the instants in which joints slide must show the delay
-by themselves, and all of them as well. Delays of drives and filters are no fault of a recording,
+by themselves, and all of them as well. The former's is told; how far the two lie apart is part of
+its error. Delays of drives and filters are no fault of a recording,
 and are left to `ident gap`.
 """
 
@@ -92,7 +93,10 @@ def lag(case: Case, chunks: Sequence[Chunk], bounds: CheckSettings) -> Lag | Non
     if found is None:
         return None
     of_all = whole.lag(found.joint)
-    return of_all if of_all.believed(bounds) else None
+    if not of_all.believed(bounds):
+        return None
+    apart = of_all.seconds - found.seconds
+    return replace(of_all, seconds=found.seconds, sd=float(np.hypot(found.sd, apart)))
 
 
 def _sliding(probe: Probe, bounds: CheckSettings) -> NDArray[np.bool_]:

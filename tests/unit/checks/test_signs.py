@@ -61,6 +61,6 @@ def test_joints_that_share_a_load_are_turned_together(monkeypatch):
     monkeypatch.setattr(signs, "feeding", lambda c, _: (c.factors > 0) & [False, True, True])
     monkeypatch.setattr(signs, "nearest", lambda c, tried: (tried[0], tried[0].without(c)))
     whole: Any = Coupled()
-    _, factors, remarks = signs.feeding_turned(whole, DEFAULT)
+    _, factors, remarks = signs.feeding_turned(whole, True, DEFAULT)
     assert factors.tolist() == [1, -1, -1]
     assert [r.joints for r in remarks] == [(2, 3)]

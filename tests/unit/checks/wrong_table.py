@@ -220,7 +220,7 @@ WRONG: list[Wrong] = [
     (
         "velocity as torque",
         lambda: torque(lambda g, r: np.gradient(g.q, g.t, axis=0)),
-        {"cad_disagrees"},
+        {"cad_disagrees", "units"},
     ),
     ("position as torque", lambda: torque(lambda g, r: g.q.copy()), ANY | {"units", "sign"}),
     ("torque of another recording", lambda: torque(lambda g, r: Experiment(seed=7).log().tau), ANY),

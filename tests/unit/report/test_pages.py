@@ -234,7 +234,7 @@ def test_an_impossible_model_is_not_called_good(run_report: RunReport) -> None:
     content["estimators"]["feasible"]["feasible"] = False
     verdict = run_page(replace(run_report, content=content)).verdict
     assert (verdict.status, verdict.word) == ("bad", "physically impossible")
-    assert verdict.sentence.startswith("No physically possible model that predicts")
+    assert verdict.sentence.startswith("A model that no arm can have, which predicts")
 
 
 @pytest.mark.parametrize(
