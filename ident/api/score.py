@@ -1,6 +1,7 @@
 """How well a model predicts recordings."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from ident.model.identified_model import Model
 from ident.recordings.loading import dataset_for
 from ident.recordings.log_summary import summarise_log
 from ident.signals.arrays import Array
+
+if TYPE_CHECKING:
+    from ident.output_error.servo_model import ServoModel
 
 
 @dataclass(frozen=True)
@@ -32,12 +36,32 @@ class Score:
     rms_by_joint: Array
 
 
-def score(model: Model, recording: Recording) -> Score:
+@overload
+def score(model: Model, recording: Recording) -> Score: ...
+
+
+@overload
+def score(model: "ServoModel", recording: Recording) -> list[float]: ...
+
+
+def score(model: "Model | ServoModel", recording: Recording) -> Score | list[float]:
     """The error of a model on a recording that it need not have been fitted on.
+
+    Args:
+        model: of torques, or of servos, which predicts positions.
+        recording: of the same arm.
+
+    Returns:
+        For a model of torques its `Score`; for one of servos the rms of measured less simulated
+        position, by joint [rad].
 
     Raises:
         DataError: the recording moves joints that the model knows nothing about, or is none.
     """
+    if not isinstance(model, Model):
+        from ident.api.servos import replay_error  # only now: half a second
+
+        return replay_error(model, recording)
     recording = recorded(recording)
     arm = arm_of(model)
     data = dataset_for(arm, summarise_log(recording.log, recording.name))

@@ -51,10 +51,19 @@ class IdentifiedServos(Result[ServoRun]):
 
     def score(self, recording: Recording) -> list[float]:
         """Rms of measured less simulated position along a recording, by joint [rad]."""
-        recording = recorded(recording)
-        parts = segments_of(recording.log, self.model.robot.joint_names, recording.name)
-        left = np.concatenate([s.q - self.model.replay(s) for s in parts])
-        return np.sqrt(np.mean(left**2, axis=0)).tolist()
+        return replay_error(self.model, recording)
+
+
+def replay_error(model: ServoModel, recording: Recording) -> list[float]:
+    """Rms of measured less simulated position along a recording, by joint [rad].
+
+    Raises:
+        DataError: a recording without commanded positions, or of other joints.
+    """
+    recording = recorded(recording)
+    parts = segments_of(recording.log, model.robot.joint_names, recording.name)
+    left = np.concatenate([s.q - model.replay(s) for s in parts])
+    return np.sqrt(np.mean(left**2, axis=0)).tolist()
 
 
 def identified_servos(arm: Arm, recordings: Sequence[Recording], tell: Tell) -> IdentifiedServos:

@@ -261,7 +261,7 @@ def _of_one(
     if judge:
         remarks += shifted_torque_zero(case, bounds)
         remarks += driving_friction(case, bounds)
-        remarks += unexplained(replace(case, springs=False), bounds)
+        remarks += unexplained(case, bounds)
         remarks += [] if clipped else base_remarks(case, bounds)
     return signed.factors / factor, remarks
 
@@ -290,7 +290,7 @@ def _cutoff_hz(chunks: Sequence[Chunk], moving: NDArray[np.bool_]) -> float:
 def _with_springs(case: Case, bounds: CheckSettings) -> Case:
     """The case with a spring at each joint, where they explain what would look like a fault."""
     sprung = replace(case, springs=True)
-    if case.total < bounds.scan_from or not sprung.better_by(bounds.believed_ratio, case):
+    if not sprung.better_by(bounds.believed_ratio, case):
         return case
     return sprung if sprung.error < least_error(case) else case
 

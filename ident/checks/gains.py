@@ -129,13 +129,14 @@ def of_rotors(case: Case, found: Gains) -> NDArray[np.bool_]:
 
 
 def _beside_friction(case: Case, k: int, *signals: Array, rotor: bool = False) -> list[Array]:
-    """A joint's part of some signals without what its friction and offset explain of them.
+    """A joint's part of some signals without what its friction, offset and spring explain of them.
 
     With `rotor`, without what the inertia of its own rotor explains, either.
     """
     probe, own = case.probe, case.probe.counted[:, k]
     friction = [probe.motion.qd[own, k], probe.sign[own, k], np.ones(own.sum())]
     friction += [probe.motion.qdd[own, k]] if rotor else []
+    friction += [probe.motion.q[own, k]] if case.springs else []
     others = np.column_stack(friction)
     parts = (signal[own, k] for signal in signals)
     return [y - others @ np.linalg.lstsq(others, y, rcond=None)[0] for y in parts]

@@ -1,6 +1,7 @@
 """Whether the efforts can be torques: constant ones, and ones that no motion explains."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,16 +102,20 @@ def unexplained(case: Case, bounds: CheckSettings) -> list[Remark]:
     """Torque that the arm's model does not explain on data that were not fitted.
 
     A joint is named only where the fit itself leaves most of its torque, too: a poor motion alone
-    lets the error on other data grow beyond all bounds.
+    lets the error on other data grow beyond all bounds. The model of `ident run` has no springs,
+    also where the case has.
     """
-    shares, total, names = case.by_joint, case.total, case.robot.joint_names
+    plain = replace(case, springs=False)
+    shares, total, names = plain.by_joint, plain.total, case.robot.joint_names
     remarks = []
     if total > bounds.error_doubtful:
-        grade = Grade.REFUSED if total > bounds.error_refused else Grade.DOUBTFUL
+        refused = total > bounds.error_refused and not case.springs
+        grade = Grade.REFUSED if refused else Grade.DOUBTFUL
         text = (
             f"A rigid arm with friction leaves {100 * total:.3g} % of the torque unexplained on"
-            " held-out data."
+            " held-out data"
         )
+        text += f", and one with springs {100 * case.total:.3g} %." if case.springs else "."
         advice = "Check that the URDF, joints, units and torque belong to this arm"
         advice += "." if grade is Grade.REFUSED else f"; {_SEARCH}"  # which would refuse as well
         remarks.append(Remark("large_error", (), text, grade, advice))

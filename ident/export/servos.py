@@ -27,8 +27,8 @@ _PLAY_DAMPING = 1e-4  # N m s/rad: the gears' grease
 def servo_mjcf(model: ServoModel) -> str:
     """A MuJoCo model whose joints are driven by `position` actuators.
 
-    Friction is `damping` and `frictionloss`, the rotor `armature`, a zero `ref`; play is a further
-    joint behind the driven one, free within its range.
+    Friction is `damping` and `frictionloss`, the rotor `armature`, a zero `ref`; a constant torque
+    is part of the actuator; play is a further joint behind the driven one, free within its range.
     """
     links = links_of(model.robot, model.value("damping"), model.value("coulomb"))
     words = "; ".join([f"{model.arm}, identified by simulation", *not_in_mjcf(model)])
@@ -36,18 +36,33 @@ def servo_mjcf(model: ServoModel) -> str:
     for k, body in enumerate(each_body(root, links)):
         _add_joints(body, links[k], model, k)
     actuators = SubElement(root, "actuator")
+    offsets = _beside_springs(model)
     for k, link in enumerate(links):
-        servo = SubElement(
-            actuators,
-            "position",
-            name=link.joint,
-            joint=link.joint,
-            kp=repr(float(model.value("stiffness")[k])),
-        )
+        servo = _servo(actuators, link.joint, float(model.value("stiffness")[k]), offsets[k])
         limit = float(model.value("torque_limit")[k])
         if limit < _UNLIMITED_NM:
             servo.set("forcerange", numbers([-limit, limit]))
     return written(root)
+
+
+def _servo(actuators: Element, joint: str, stiffness: float, offset: float) -> Element:
+    """A position actuator; one that has to overcome a constant torque as a general one."""
+    if offset == 0.0:
+        return SubElement(actuators, "position", name=joint, joint=joint, kp=repr(stiffness))
+    return SubElement(
+        actuators,
+        "general",
+        name=joint,
+        joint=joint,
+        gainprm=repr(stiffness),
+        biastype="affine",
+        biasprm=numbers([-offset, -stiffness, 0.0]),
+    )
+
+
+def _beside_springs(model: ServoModel) -> list[float]:
+    """Constant torques that no spring of their joint holds [N m]."""
+    return [float(x) for x in model.value("offset") * (model.value("spring") == 0.0)]
 
 
 def not_in_mjcf(model: ServoModel) -> list[str]:
@@ -59,8 +74,6 @@ def not_in_mjcf(model: ServoModel) -> list[str]:
     for name in _NO_PLACE:
         if model.value(name).any():
             said.append(f"no place for {name.replace('_', ' ')}")
-    if (model.value("offset") * (model.value("spring") == 0.0)).any():
-        said.append("no place for offset")
     if model.value("half_play").any() and model.at_link.any():
         said.append("the actuators measure before the backlash, the real encoders behind it")
     return said
@@ -96,9 +109,10 @@ def isaaclab_settings(model: ServoModel) -> str:
         f"# Physics step: {_TIMESTEP_S} s (delays count its steps). Damping, back EMF and viscous"
         " friction are one number,\n# which stands under viscous_friction.\n"
     )
-    notes = "".join(
-        f"# {sentence[0].upper()}{sentence[1:]}.\n" for sentence in not_in_mjcf(model)[1:]
-    )
+    said = not_in_mjcf(model)[1:]
+    if any(_beside_springs(model)):
+        said.append("no place for offset")
+    notes = "".join(f"# {sentence[0].upper()}{sentence[1:]}.\n" for sentence in said)
     return head + notes + yaml.safe_dump({"sim_dt": _TIMESTEP_S, "servos": settings},
                                          sort_keys=False)  # fmt: skip
 

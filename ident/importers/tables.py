@@ -141,7 +141,9 @@ def _bad_cell(path: Path, places: dict[Name, int], form: TextForm) -> str | None
                     " missing"
                 )
             elif not is_number(line[place]):
-                fault = f"{path}, line {number}, column {name!r}: {_short(line[place])} is not a number"
+                fault = (
+                    f"{path}, line {number}, column {name!r}: {_short(line[place])} is not a number"
+                )
                 if all(map(is_number, line[place].split())):
                     fault += "; where white space separates columns, write `delimiter: ' '`"
             else:

@@ -10,14 +10,13 @@ from ident.model.arm import Arm
 from ident.output_error.fit import Fit, fit
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.prepared import Prepared, prepared
-from ident.output_error.recordings import thinned
 from ident.output_error.search.confirmation import confirmed, doubt, without_parts
+from ident.output_error.search.late_start import answers_early, begun_with_delay
 from ident.output_error.search.parts import PARTS, Part
-from ident.output_error.search.selection import Selection, bare, extended
+from ident.output_error.search.selection import Selection, extended
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.servo_model import ServoModel
 from ident.output_error.setup import MotionSegment, Setup
-from ident.output_error.slopes import SLOPE_STEP_S
 from ident.output_error.uncertainty import Knowledge, knowledge
 from ident.regression.progress import Tell
 from wamctl.arm.config import ServoSection
@@ -39,6 +38,7 @@ class Found:
         search: which parts the recordings ask for.
         known: how well the settings are known.
         moving: which joints moved, shape (n,).
+        early_s: how much earlier the commands should have been stamped [s]; 0: not at all.
     """
 
     model: ServoModel
@@ -47,6 +47,7 @@ class Found:
     search: Selection
     known: Knowledge
     moving: NDArray[np.bool_]
+    early_s: float
 
 
 def identify_by_simulation(arm: Arm, segments: Sequence[MotionSegment], tell: Tell) -> Found:
@@ -62,20 +63,25 @@ def identify_by_simulation(arm: Arm, segments: Sequence[MotionSegment], tell: Te
         ConfigurationError: the arm's file names parts or quantities that do not exist.
     """
     parts = _parts(arm.servo, arm.source)
-    begun = prepared(arm, segments)
-    search = selected(begun, parts, SearchSettings(), tell)
+    settings = SearchSettings()
+    begun, base = begun_with_delay(prepared(arm, segments), settings)
+    early = answers_early(begun, base, settings)
+    search = selected(begun, base, parts, settings, tell)
     best = fit_of_all(begun, search.fit, tell)
     tell("how well it is known")
     know = knowledge(begun.setup, best, begun.prior)
     model = model_of(begun, best, know)
-    return Found(model, begun.setup, best, search, know, begun.moving)
+    return Found(model, begun.setup, best, search, know, begun.moving, early)
 
 
 def selected(
-    begun: Prepared, parts: Sequence[Part], settings: SearchSettings, tell: Tell
+    begun: Prepared,
+    base: Selection,
+    parts: Sequence[Part],
+    settings: SearchSettings,
+    tell: Tell,
 ) -> Selection:
     """The arm with the parts that its recordings ask for and cannot do without."""
-    base = bare(searched(begun.setup), begun, settings.fit_rounds)
     servo = [p for p in parts if p.servo]
     found = extended(base, begun, servo, {}, settings, tell)
     found = extended(found, begun, parts, {}, settings, tell)
@@ -120,11 +126,6 @@ def model_of(begun: Prepared, best: Fit, know: Knowledge) -> ServoModel:
     return ServoModel(
         begun.arm.name, robot, best.settings, know.sd, at_link, begun.resolution, best.rms, names
     )
-
-
-def searched(setup: Setup) -> Setup:
-    """What a search fits: pieces of long recordings, in steps that tell play from compliance."""
-    return replace(setup, segments=thinned(setup.segments), step=SLOPE_STEP_S)
 
 
 def _parts(servo: ServoSection, source: str) -> tuple[Part, ...]:

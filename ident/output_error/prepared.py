@@ -1,7 +1,7 @@
 """Where an identification by simulation begins: arm, recordings, and what is known of them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +10,10 @@ from ident.dynamics.compiled_chain import chain_of, torques
 from ident.model.arm import Arm
 from ident.output_error.first_guess import first_guess
 from ident.output_error.parameters import QUANTITIES, ROW
-from ident.output_error.recordings import settled
+from ident.output_error.recordings import settled, thinned
 from ident.output_error.servo_model import STEP_S
 from ident.output_error.setup import MotionSegment, Prior, Setup
+from ident.output_error.slopes import SLOPE_STEP_S
 from ident.signals.arrays import Array
 from wamctl.arm.errors import ConfigurationError, DataError
 from wamctl.arm.robot import cad_parameters
@@ -91,6 +92,11 @@ def prepared(arm: Arm, segments: Sequence[MotionSegment]) -> Prepared:
     may[ROW["zero"]] &= _weight(setup) > _LEAST_WEIGHT
     prior = Prior(start, np.full(start.shape, _SD), alike)
     return Prepared(arm, setup, prior, may, moving)
+
+
+def searched(setup: Setup) -> Setup:
+    """What a search fits: pieces of long recordings, in steps that tell play from compliance."""
+    return replace(setup, segments=thinned(setup.segments), step=SLOPE_STEP_S)
 
 
 def _check_unit(arm: Arm, span: Array, name: str) -> None:

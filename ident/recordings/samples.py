@@ -74,6 +74,11 @@ def chosen_torque(found: LogSummary, torque: TorqueSource | None) -> TorqueSourc
     Raises:
         DataError: the log does not hold it.
     """
+    if torque is None and not (found.commanded or found.measured):
+        raise DataError(
+            f"{found.name} holds no joint torque; identify the arm from commanded and measured"
+            " positions (--method simulation, or method='simulation' in Python)."
+        )
     torque = torque or ("commanded" if found.commanded else "measured")
     if not (found.commanded if torque == "commanded" else found.measured):
         raise DataError(f"{found.name} holds no {torque} torque; leave out --torque {torque}.")

@@ -108,7 +108,7 @@ def load_robot(
         raise ConfigurationError(source, faults)
     kept = joint_names or [n for n in known if n not in pairs and n not in pairs.values()]
     locked = [full.getJointId(n) for n in known if n not in kept]
-    model = pin.buildReducedModel(full, locked, pin.neutral(full)) if locked else full
+    model = _locked(full, locked) if locked else full
     names = tuple(n for n in model.names if n != "universe")
     odd = [n for i, n in enumerate(names, 1) if model.joints[i].nq != 1 or model.joints[i].nv != 1]
     if odd:
@@ -128,6 +128,19 @@ def load_robot(
         urdf,
         tuple(parameter_frames),
     )
+
+
+def _locked(full: pin.Model, joints: list[int]) -> pin.Model:
+    """The robot with these joints fixed, some of which may have the name of a link.
+
+    Pinocchio finds frames by name alone while it fixes a joint, so that those joints get another.
+    """
+    links = {f.name for f in full.frames if f.type == pin.FrameType.BODY}
+    named = {full.names[i]: i for i in joints if full.names[i] in links}
+    for frame in full.frames:
+        if frame.type == pin.FrameType.JOINT and frame.name in named:
+            full.names[named[frame.name]] = frame.name = f"{frame.name} (joint)"
+    return pin.buildReducedModel(full, joints, pin.neutral(full))
 
 
 def _parse(urdf: str, source: Path | str) -> pin.Model:

@@ -2,12 +2,11 @@
 
 from dataclasses import dataclass, replace
 
-from ident.output_error.identify import searched
 from ident.output_error.missing.kinds import KIND_OF, KINDS
 from ident.output_error.missing.nulls import Nulls, nulls
 from ident.output_error.prepared import Prepared
 from ident.output_error.search.parts import ENCODER_OFFSET, SERVO_PARTS, ZEROS, Part
-from ident.output_error.search.selection import Accepted, Selection, bare, extended, possible
+from ident.output_error.search.selection import Accepted, Selection, extended, possible
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.search.trial import Places
 from ident.regression.progress import Tell
@@ -39,7 +38,7 @@ class Search:
         return max(settings.least_gain, settings.null_factor * self.nulls.gain[part])
 
 
-def search(begun: Prepared, settings: SearchSettings, tell: Tell) -> Search:
+def search(begun: Prepared, base: Selection, settings: SearchSettings, tell: Tell) -> Search:
     """Effects that motions ask for that were left out.
 
     What the arm's file fixes is known. What it lists among the servo's parts, and a zero, is a part
@@ -47,6 +46,7 @@ def search(begun: Prepared, settings: SearchSettings, tell: Tell) -> Search:
 
     Args:
         begun: arm and recordings.
+        base: the arm with what every joint has.
         settings: numbers that decide.
         tell: hears what is being done.
     """
@@ -57,7 +57,6 @@ def search(begun: Prepared, settings: SearchSettings, tell: Tell) -> Search:
         servo.append(ZEROS)
         effects.remove(ENCODER_OFFSET)
     asked = {p: places for p in effects if (places := possible(p, begun)).any()}
-    base = bare(searched(begun.setup), begun, settings.fit_rounds)
     base = extended(base, begun, servo, {}, settings, tell)
     tell("simulating the arm without effects")
     args = begun.prior, asked, settings

@@ -5,11 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.checks.remark import Grade, Remark, joints, numbers
+from ident.checks.remark import Grade, Remark, joined, joints, numbers
+from ident.output_error.servo_model import ServoModel
 from ident.report.servos.run_page import ServoTrace
 from ident.signals.arrays import Array
 
 _BAD = 0.5  # of the error that following the command at once would have, or standing still
+_FAR_WORSE = 5.0  # times the error of the fit; new motions of right recordings reach 3
 _COUNTS = 3  # errors of so many steps of the encoder are none
 
 
@@ -33,6 +35,34 @@ def hardly_better(
     still = np.concatenate([t.measured for t in traces]).std(axis=0)
     limit = np.maximum(_BAD * np.minimum(following(traces), still), _COUNTS * resolution)
     return np.flatnonzero((rms > limit) & moving)
+
+
+def far_worse(log: str, rms: Array, model: ServoModel, judged: NDArray[np.intp]) -> list[Remark]:
+    """Joints that a model follows far less well than those recordings that it was fitted to.
+
+    Args:
+        log: name of the recording.
+        rms: error of the simulation along it [rad], shape (n,).
+        model: what was simulated.
+        judged: joints, from 0.
+    """
+    usual = np.maximum(model.noise, model.resolution)
+    places = judged[rms[judged] > _FAR_WORSE * usual[judged]]
+    if not len(places):
+        return []
+    names = model.robot.joint_names
+    listed = joined(
+        [
+            f"{1e3 * rms[j]:.3g} instead of {1e3 * model.noise[j]:.3g} mrad at {joints([j], names)}"
+            for j in places
+        ]
+    )
+    text = f"{log}: the model errs far more than where it was fitted ({listed})."
+    advice = (
+        "Check that commands, zeros, gains and load are those of the fitted recordings, or fit"
+        " motions of both kinds together."
+    )
+    return [Remark("large_error", numbers(places), text, Grade.DOUBTFUL, advice)]
 
 
 def no_better_remark(places: NDArray[np.intp], names: Sequence[str], where: str) -> Remark:

@@ -15,6 +15,7 @@ from ident.output_error.missing.search import search
 from ident.output_error.missing.verdict import Outcome, outcome
 from ident.output_error.prepared import Prepared, prepared
 from ident.output_error.recordings import settled
+from ident.output_error.search.late_start import begun_with_delay
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.servo_model import ServoModel
 from ident.output_error.setup import MotionSegment
@@ -106,8 +107,8 @@ def gap_of_servos(
 ) -> GapOfServos:
     """Search commands and positions that have been read; nothing is written."""
     start = time.perf_counter()
-    begun = prepared(arm, settled(segments))
-    done = outcome(begun, search(begun, settings, tell), settings, tell)
+    begun, base = begun_with_delay(prepared(arm, settled(segments)), settings)
+    done = outcome(begun, search(begun, base, settings, tell), settings, tell)
     tell("what would have been seen")
     content = gap_content(begun, done, settings)
     told = [*glitch_remarks(segments, arm.robot.joint_names), *_no_better(begun, done)]

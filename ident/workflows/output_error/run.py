@@ -21,6 +21,7 @@ from ident.regression.progress import Tell, silent
 from ident.report.page import render
 from ident.report.servos.run_page import ServoTrace, servo_page
 from ident.signals.arrays import Array
+from ident.workflows.output_error.commands import command_remarks, early_remarks, zero_remarks
 from ident.workflows.output_error.following import following, hardly_better, on_any_data
 from ident.workflows.output_error.logs import glitch_remarks, read_commanded
 from ident.workflows.run_json import numbers
@@ -132,6 +133,10 @@ def _remarks(found: Found, names: Sequence[str]) -> list[Remark]:
                 " fixed).",
             )
         )
+    said += command_remarks(traces(found), found.moving, names)
+    said += zero_remarks(found.model, found.moving)
+    if not any(r.code == "commands" for r in said):
+        said += early_remarks(found.early_s)
     worst = np.maximum(rms(found.search.errors), found.fit.rms)
     bad = hardly_better(worst, traces(found), found.model.resolution, found.moving)
     if len(bad):
@@ -159,7 +164,9 @@ def _stalled(found: Found) -> tuple[int, str] | None:
         count = max(int(np.searchsorted(s.motion.t, s.motion.t[0] + _STILL_S)), 2)
         for k in range(s.counted, len(s.q) - count + 1, count):
             still = np.ptp(s.q[k : k + count], axis=0) <= 2.0 * found.model.resolution
-            stuck = np.flatnonzero(still & (np.ptp(made[k : k + count], axis=0) > _FAR))
+            stuck = np.flatnonzero(
+                found.moving & still & (np.ptp(made[k : k + count], axis=0) > _FAR)
+            )
             if len(stuck):
                 return int(stuck[0]), f"{s.name}, {s.motion.t[k]:.1f} s after its beginning"
     return None

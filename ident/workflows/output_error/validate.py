@@ -15,7 +15,13 @@ from ident.regression.progress import Tell, silent
 from ident.report.page import render
 from ident.report.servos.run_page import ServoTrace, servo_page
 from ident.signals.arrays import Array
-from ident.workflows.output_error.following import following, hardly_better, no_better_remark
+from ident.workflows.output_error.commands import command_remarks
+from ident.workflows.output_error.following import (
+    far_worse,
+    following,
+    hardly_better,
+    no_better_remark,
+)
 from ident.workflows.output_error.logs import glitch_remarks, read_commanded_for
 from ident.workflows.work import provenance, write_results
 
@@ -49,6 +55,8 @@ def validate_simulation(
         bad = hardly_better(_rms(mine), mine, model.resolution, moving)
         if len(bad):
             told.append(no_better_remark(bad, model.robot.joint_names, f"{path.name}:"))
+        told += far_worse(path.name, _rms(mine), model, np.setdiff1d(np.flatnonzero(moving), bad))
+        told += command_remarks(mine, moving, model.robot.joint_names)
     content: dict[str, Any] = {
         **verdict_content(told),
         "method": "simulation",

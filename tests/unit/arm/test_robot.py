@@ -220,3 +220,12 @@ def test_a_gripper_alone_is_refused_by_name():
 def test_a_sliding_joint_is_known():
     robot = load_robot(TWO_LINKS.replace('"elbow" type="revolute"', '"elbow" type="prismatic"'))
     assert robot.sliding.tolist() == [False, True]
+
+
+def test_a_joint_with_the_name_of_a_link_may_be_left_out():
+    """The SO-101's gripper is a link and a joint."""
+    urdf = find_file("so101.urdf").read_text()
+    names = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll")
+    robot = load_robot(urdf, names)
+    assert robot.joint_names == names
+    assert robot.model.frames[robot.model.getFrameId("gripper")].type == pin.FrameType.BODY

@@ -40,6 +40,25 @@ def heavier(factor: float, **settings) -> Log:
     return Experiment(**settings, true_urdf=urdf_of(n, own)).log()
 
 
+def sprung(joint: int, strength: float, seed: int) -> Log:
+    """A spring at a joint, so many times as strong as its torque without one is."""
+    log = Experiment(joints=4, seconds=20.0, seed=seed).log()
+    stiffness = strength * np.sqrt(np.mean(log.tau**2, axis=0)) / log.q.std(axis=0)
+    own = np.arange(4) == joint
+    return log.with_(tau=log.tau + own * stiffness * (log.q - log.q.mean(axis=0)))
+
+
+def then_still(seconds: float) -> Log:
+    """A motion, after which the arm stands still and its encoders flicker."""
+    log, rng = Experiment(joints=4, rate_hz=500.0, seconds=15.0).log(), np.random.default_rng(0)
+    count = round(500 * seconds)
+    q = log.q[-1] + 1e-6 * rng.normal(size=(count, 4))
+    held = log.tau[-1] + np.zeros((count, 1))
+    t = log.t[-1] + np.arange(1, count + 1) / 500
+    both = {"t": t, "q": q, "tau": held}
+    return log.with_(**{k: np.concatenate([getattr(log, k), v]) for k, v in both.items()})
+
+
 def on_a_slide() -> Log:
     """A vertical slide, whose weight is one constant force, carries two joints."""
     urdf = urdf_of(3).replace('"joint_1" type="revolute"', '"joint_1" type="prismatic"')
@@ -124,6 +143,16 @@ RIGHT: list[Right] = [
     *((f"light and slow, seed {s}", lambda s=s: light_and_slow(s), set()) for s in (1, 2)),
     *((f"masses by {f:g}", lambda f=f: heavier(f, joints=4), set()) for f in (0.6, 1.5, 2.5)),
     ("an impossible base", odd_base, set()),
+    *(
+        (f"a spring at joint {k + 1}, seed {s}", lambda k=k, x=x, s=s: sprung(k, x, s), codes)
+        for k, x, s, codes in (
+            (1, -2, 1, set()),
+            (3, 2, 1, set()),
+            (3, -2, 0, set()),
+            (2, -2, 2, {"large_error"}),
+        )
+    ),
+    ("a motion, then 30 s of standstill", lambda: then_still(30.0), set()),
     ("a vertical slide", on_a_slide, set()),
     ("motors at their limit", at_its_limit, set()),
     *((f"a load of {m:g} kg", lambda m=m: loaded(m, 4), set()) for m in (1.0, 3.0)),

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from chain_arm import Experiment
 from right_inputs import RIGHT
-from wrong_inputs import flipped, late, loaded, right, turned
+from wrong_inputs import flipped, late, loaded, right, some_in_degrees, turned
 from wrong_table import WRONG
 
 from ident.checks.examine import examine
@@ -100,6 +100,12 @@ def test_mended_torque_gives_the_model_of_the_right_one():
         arm = one.arm()
         found.append(run_data(arm, [one.dataset(arm)]).model.parameter("fc"))
     np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
+
+
+def test_only_joints_in_degrees_are_converted():
+    _, _, remarks = judged(some_in_degrees(2, 5))
+    (told,) = (r for r in remarks if r["code"] == "degrees")
+    assert told["joints"] == [3, 4, 5]
 
 
 def test_positions_in_degrees_give_the_model_in_rad():

@@ -22,6 +22,12 @@ def scaled(factor, log: Log | None = None) -> Log:
     return log.with_(tau=log.tau * np.asarray(factor))
 
 
+def some_in_degrees(first: int, joints: int) -> Log:
+    """The joints from one on in degrees, the others in rad."""
+    log = right(joints=joints)
+    return log.with_(q=np.where(np.arange(joints) < first, log.q, np.rad2deg(log.q)))
+
+
 def turned(*joints: int, what: str = "tau") -> Log:
     log = right()
     signs = np.ones(len(log.names))

@@ -32,6 +32,7 @@ from wrong_inputs import (
     shifted,
     shuffled,
     skipped,
+    some_in_degrees,
     spikes,
     stale,
     still,
@@ -93,6 +94,15 @@ WRONG: list[Wrong] = [
     ("a load of 10 kg", lambda: loaded(10.0, 6), {"cad_disagrees"}),
     ("N mm", lambda: scaled(1000), {"units"}),
     ("N mm, five joints", lambda: scaled(1000, right(joints=5)), {"units"}),
+    *(
+        (
+            f"torque by {f:g}, of an arm with other masses",
+            lambda f=f: scaled(f).with_(urdf=urdf_of(3, np.array([6.0, 0.1, 0.1]))),
+            {"units"},
+        )
+        for f in (1000, 1e-3)
+    ),
+    ("degrees at joints 3 to 5 of 5", lambda: some_in_degrees(2, 5), {"degrees"}),
     ("kN m", lambda: scaled(1e-3), {"units"}),
     ("N cm", lambda: scaled(100), {"units"}),
     ("kgf m", lambda: scaled(1 / 9.81), {"units"}),

@@ -313,6 +313,30 @@ def test_every_column_that_is_missing_at_once(tmp_path: Path) -> None:
     )
 
 
+def test_a_row_for_each_channel_is_turned(tmp_path: Path) -> None:
+    """As Simulink writes them: time first, one row a channel."""
+    t = np.arange(50) / 100
+    q = np.sin(t[:, None] + [0.0, 1.0])
+    path = tmp_path / "data.npz"
+    np.savez(path, ans=np.vstack([t, q.T]))
+    content = {
+        "joints": ["q1", "q2"],
+        "time": {"rate_hz": 100},
+        "position": {"columns": "ans", "entries": [2, 3]},
+        "effort": {"columns": "ans", "entries": [3, 2]},
+    }
+    made = imported(path, content)
+    np.testing.assert_allclose(made.q, q)
+
+
+def test_white_space_where_commas_were_expected(tmp_path: Path) -> None:
+    path = tmp_path / "data.txt"
+    path.write_text("0.0 1.0 2.0\n1.0 1.0 2.0\n")
+    content = BASIC | {"header": False, "time": {"column": 1}}
+    content |= {p: {"columns": [1]} for p in ("position", "effort")} | {"joints": ["q1"]}
+    assert refused(path, content, DataError).endswith("write `delimiter: ' '`.")
+
+
 def test_a_cell_that_is_no_number(tmp_path: Path) -> None:
     path = tmp_path / "data.csv"
     path.write_text("t,q1,q2,u1,u2\n0,1,2,3,4\n\n1,1,two,3,4\n2,1,2,3,4\n")

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from servo_arm import STEP_RAD, URDF, recording
+from servo_arm import ARMATURE, STEP_RAD, URDF, recording
 
 import ident
 from ident.api.servos import IdentifiedServos
@@ -15,8 +15,9 @@ from ident.output_error.missing.visibility import held_by_weight
 from ident.output_error.parameters import ROW
 from ident.output_error.prepared import prepared
 from ident.output_error.recordings import pieces, segments_of, thinned
+from ident.output_error.servo_model import ServoModel
 from ident.report.servos.run_page import ServoTrace
-from ident.workflows.output_error.following import hardly_better
+from ident.workflows.output_error.following import far_worse, hardly_better
 from wamctl.arm.errors import DataError
 
 MADE = recording(8.0)
@@ -139,3 +140,75 @@ def test_several_short_motions_are_enough() -> None:
     assert len(thinned(short[:3])) == 3
     with pytest.raises(DataError, match="does not give 3 pieces"):
         thinned(short[:1])
+
+
+def told_of(t: np.ndarray, q: np.ndarray, command: np.ndarray) -> list[str]:
+    """Codes of what is said of a recording."""
+    return [r["code"] for r in identified(t, q, command).content["remarks"]]
+
+
+def test_commands_far_ahead_are_a_delay_and_no_heavy_rotor() -> None:
+    """Stamped 0.2 s early: the arm answers in 15 ms, and has the rotor that it has."""
+    made = recording(16.0)
+    assert made.command is not None
+    assert made.command.q is not None
+    t, shift = np.arange(len(made.q)) / 50, 10
+    found = identified(t[:-shift], made.q[:-shift], made.command.q[shift:])
+    assert found.model.value("delay") == pytest.approx(0.215, abs=0.015)
+    assert (found.model.value("armature") < 2.5 * ARMATURE).all()
+
+
+def test_commands_behind_the_motion_are_told() -> None:
+    t, shift = np.arange(len(MADE.q)) / 50, 5
+    found = identified(t[shift:], MADE.q[shift:], COMMAND[:-shift])
+    assert "answers its commands before" in " ".join(r["sentence"] for r in found.remarks)
+
+
+def test_commands_that_are_the_positions_are_told() -> None:
+    t = np.arange(len(MADE.q)) / 50
+    assert "commands" in told_of(t, MADE.q, MADE.q)
+
+
+def test_a_zero_between_commands_and_positions_is_told() -> None:
+    t = np.arange(len(MADE.q)) / 50
+    found = identified(t, [*MADE.q, 0.0, 0.5], COMMAND)
+    (told,) = (r for r in found.content["remarks"] if r["code"] == "commands")
+    assert told["joints"] == [2]
+
+
+def test_zeros_far_off_are_told() -> None:
+    t = np.arange(len(MADE.q)) / 50
+    assert "zero_pose" in told_of(t, [*MADE.q, 0.0, 1.5], [*COMMAND, 0.0, 1.5])
+
+
+def test_a_joint_that_is_held_does_not_stall() -> None:
+    t, held = np.arange(len(MADE.q)) / 50, MADE.q.copy()
+    held[:, 1], command = 0.3, COMMAND.copy()
+    command[:, 1] = 0.32
+    assert "stalled" not in told_of(t, held, command)
+
+
+def test_a_replay_far_worse_than_the_fit_is_told(arm_model: ServoModel) -> None:
+    """Of other gains or loads, perhaps; a little worse is what new motions are."""
+    judged, noise = np.arange(2), np.maximum(arm_model.noise, arm_model.resolution)
+    assert not far_worse("log", 3.0 * noise, arm_model, judged)
+    (told,) = far_worse("log", [1.0, 8.0] * noise, arm_model, judged)
+    assert told.joints == (2,)
+
+
+def test_a_model_of_servos_is_scored_by_its_positions(arm_model: ServoModel) -> None:
+    t = np.arange(len(MADE.q)) / 50
+    again = ident.Recording(t=t, q=MADE.q, joints=MADE.joint_names, q_command=COMMAND)
+    assert ident.score(arm_model, again) == pytest.approx([0.0, 0.0], abs=2 * STEP_RAD)
+
+
+def test_torque_that_is_missing_leads_to_the_method_without() -> None:
+    t = np.arange(len(MADE.q)) / 50
+    made = ident.Recording(t=t, q=MADE.q, joints=MADE.joint_names, q_command=COMMAND)
+    with pytest.raises(DataError, match="method='simulation'"):
+        ident.identify(ident.Arm.from_urdf(URDF), made)
+
+
+@pytest.fixture(scope="module")
+def arm_model() -> ServoModel:
+    return identified(np.arange(len(MADE.q)) / 50, MADE.q, COMMAND).model

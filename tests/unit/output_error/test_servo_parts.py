@@ -16,6 +16,7 @@ from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.plant import Motion
 from ident.output_error.prepared import Prepared, prepared
 from ident.output_error.recordings import segments_of, settled, thinned
+from ident.output_error.search.late_start import begun_with_delay
 from ident.output_error.search.parts import BASE, PARTS
 from ident.output_error.search.selection import Selection
 from ident.output_error.search.settings import SearchSettings
@@ -44,7 +45,9 @@ def found_parts(truth: dict[str, float], command: np.ndarray, names: tuple[str, 
     may, one = np.ones(start.shape, dtype=bool), np.array([True])
     setup = Setup(*links, (told,), 0.002, np.array([STEP_RAD]))
     begun = Prepared(arm, setup, prior, may, one)
-    return selected(begun, [p for p in PARTS if p.name in names], SearchSettings(), silent)
+    settings = SearchSettings()
+    begun, base = begun_with_delay(begun, settings)
+    return selected(begun, base, [p for p in PARTS if p.name in names], settings, silent)
 
 
 def test_planned_acceleration_is_found_though_a_rotor_passed_for_it():

@@ -1,0 +1,69 @@
+"""Where the delays of a fit begin.
+
+Late commands and a heavy rotor look alike where a fit begins: both let the joint answer later. A
+fit that begins with a short delay gives what a long one leaves to rotor and damping, and stays
+there. So longer ones are tried as long as what is left out is predicted better.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ident.output_error.judging import gain
+from ident.output_error.parameters import ROW
+from ident.output_error.prepared import Prepared, searched
+from ident.output_error.search.selection import Selection, bare
+from ident.output_error.search.settings import SearchSettings
+
+_DELAYS_S = (0.05, 0.08, 0.12, 0.2, 0.3)
+_NO_DELAY_S = 2e-3
+_EARLIER_S = (0.02, 0.05, 0.1, 0.2)
+_CLEARLY = 0.05
+"""Nats per sample and joint that earlier commands bring, where an arm answers before them."""
+
+
+def begun_with_delay(begun: Prepared, settings: SearchSettings) -> tuple[Prepared, Selection]:
+    """The arm with what every joint has, and where its fit began."""
+    setup = searched(begun.setup)
+    best = begun, bare(setup, begun, settings.fit_rounds)
+    row = ROW["delay"]
+    for delay in _DELAYS_S:
+        later = begun.may[row] & (begun.start[row] < delay)
+        if not later.any():
+            continue
+        start = begun.start.copy()
+        start[row, later] = delay
+        tried = replace(begun, prior=replace(begun.prior, center=start))
+        found = bare(setup, tried, settings.fit_rounds)
+        if gain(best[1].errors, found.errors).sum() <= 0.0:
+            break
+        best = tried, found
+    return best
+
+
+def answers_early(begun: Prepared, base: Selection, settings: SearchSettings) -> float:
+    """How much earlier the commands should have been stamped [s]; 0: no delay is below nothing.
+
+    Only asked where no joint shows a delay: commands that are stamped late are then taken to act at
+    once.
+
+    Args:
+        begun: arm and recordings.
+        base: the arm with what every joint has.
+        settings: numbers that decide.
+    """
+    asked = begun.may[ROW["delay"]]
+    if not asked.any() or (base.fit.settings[ROW["delay"], asked] > _NO_DELAY_S).any():
+        return 0.0
+    best, errors = 0.0, base.errors
+    for earlier in _EARLIER_S:
+        segments = tuple(
+            replace(s, motion=s.motion._replace(stamp=s.motion.stamp - earlier))
+            for s in begun.setup.segments
+        )
+        tried = replace(begun, setup=replace(begun.setup, segments=segments))
+        found = bare(searched(tried.setup), tried, settings.fit_rounds)
+        if np.mean(gain(errors, found.errors)[asked]) < _CLEARLY:
+            break
+        best, errors = earlier, found.errors
+    return best

@@ -1,0 +1,76 @@
+"""Whether commands and positions can be what they are taken for: asked of the fitted model."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.checks.remark import Grade, Remark, joined, joints, numbers
+from ident.output_error.parameters import ROW
+from ident.output_error.servo_model import ServoModel
+from ident.report.servos.run_page import ServoTrace
+
+_SAME = 1e-6  # rad between a command and a position that is its copy
+_SAG = 0.25  # rad that a joint may lie from its commands throughout
+_STEADY = 0.5  # of which no more may change on the way
+_ZERO = 0.35  # rad that a zero may be off; right ones are fitted to mounting errors of some degrees
+_SURE = 3.0  # standard errors
+
+
+def command_remarks(
+    traces: Sequence[ServoTrace], moving: NDArray[np.bool_], names: Sequence[str]
+) -> list[Remark]:
+    """Commands that are the positions themselves, or lie beside them throughout.
+
+    Args:
+        traces: the recordings; the simulation takes no part.
+        moving: joints that are judged, shape (n,).
+        names: of the joints.
+    """
+    ahead = np.concatenate([t.commanded - t.measured for t in traces])
+    said = []
+    copies = np.flatnonzero(moving & (np.abs(ahead).max(axis=0) < _SAME))
+    if len(copies):
+        text = f"The commands of {joints(copies, names)} are the measured positions themselves."
+        advice = "Give the column in which the commands were recorded."
+        said.append(Remark("commands", numbers(copies), text, Grade.DOUBTFUL, advice))
+    middle = np.median(ahead, axis=0)
+    spread = np.median(np.abs(ahead - middle), axis=0)
+    beside = np.flatnonzero(moving & (np.abs(middle) > _SAG) & (spread < _STEADY * np.abs(middle)))
+    if len(beside):
+        listed = joined([f"{middle[j]:.2g} rad at {joints([j], names)}" for j in beside])
+        text = (
+            f"The commands lie beside the measured positions throughout ({listed}): a servo that"
+            " gives so far, or a zero of its own, which the fit takes for the former."
+        )
+        advice = "Give commands and positions about the same zero, in the same unit and sign."
+        said.append(Remark("commands", numbers(beside), text, Grade.DOUBTFUL, advice))
+    return said
+
+
+def zero_remarks(model: ServoModel, moving: NDArray[np.bool_]) -> list[Remark]:
+    """Zeros so far off that another sign, column or URDF is likelier."""
+    zero, sd = model.settings[ROW["zero"]], model.sd[ROW["zero"]]
+    far = np.flatnonzero(moving & (np.abs(zero) > _ZERO) & (np.abs(zero) > _SURE * sd))
+    if not len(far):
+        return []
+    names = model.robot.joint_names
+    listed = joined([f"{zero[j]:.2g} ± {sd[j]:.1g} rad at {joints([j], names)}" for j in far])
+    text = f"Zero positions are found far from the URDF's ({listed})."
+    advice = (
+        "Check zero, sign and column of these joints, and the URDF's masses, for which a zero may"
+        " stand in; give zeros that are known in the arm's file (servo: fixed)."
+    )
+    return [Remark("zero_pose", numbers(far), text, Grade.DOUBTFUL, advice)]
+
+
+def early_remarks(early_s: float) -> list[Remark]:
+    """Commands that are stamped after the arm has answered them, by so much [s]."""
+    if early_s == 0.0:
+        return []
+    text = (
+        "The arm answers its commands before they are stamped: with commands that come"
+        f" {early_s:.2g} s earlier, it is simulated far better."
+    )
+    advice = "Stamp commands when they are sent, by the clock that stamps the positions."
+    return [Remark("commands", (), text, Grade.DOUBTFUL, advice)]
