@@ -105,7 +105,7 @@ def unexplained(case: Case, bounds: CheckSettings) -> list[Remark]:
     lets the error on other data grow beyond all bounds. The model of `ident run` has no springs,
     also where the case has.
     """
-    plain = replace(case, springs=False)
+    plain = replace(case, springs=False) if case.springs else case
     shares, total, names = plain.by_joint, plain.total, case.robot.joint_names
     remarks = []
     if total > bounds.error_doubtful:

@@ -68,6 +68,7 @@ def test_a_joint_that_is_fitted_well_is_not_called_unexplained(fitted, told):
         by_joint=np.array([1.14, 0.06]),
         fitted_by_joint=np.array([fitted, 0.03]),
         total=0.05,
+        springs=False,
         robot=SimpleNamespace(joint_names="ab"),
     )
     assert len(unexplained(light, DEFAULT)) == told
