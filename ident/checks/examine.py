@@ -26,7 +26,7 @@ from ident.checks.recorder_faults.delay import lag
 from ident.checks.recorder_faults.glitches import glitch_remarks
 from ident.checks.recorder_faults.positions import position_remarks
 from ident.checks.recorder_faults.torque_range import clipped_torque, shifted_torque_zero
-from ident.checks.recorder_faults.velocities import velocity_remarks
+from ident.checks.recorder_faults.velocities import stuck_remarks, velocity_remarks
 from ident.checks.remark import Grade, Remark, verdict_of
 from ident.checks.samples import log_remarks, name_remarks, reference_remarks, sample_remarks
 from ident.checks.settings import DEFAULT, CheckSettings
@@ -130,6 +130,7 @@ def _samples(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
         remarks += name_remarks(one)
         remarks += reference_remarks(one, arm.robot.joint_names, bounds)
         remarks += velocity_remarks(one, arm.robot.joint_names, bounds)
+        remarks += stuck_remarks(one, arm.robot.joint_names)
         one, more = sample_remarks(one, bounds)
         found.append(one)
         remarks += more

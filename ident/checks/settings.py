@@ -314,8 +314,8 @@ class CheckSettings(Section):
     )
     disagree_ratio: float = positive(
         2.0,
-        "a recording's error under the others' parameters, beside its own: less is of no"
-        " consequence",
+        "a recording's error under the others' parameters, beside its own and the others': less is"
+        " of no consequence",
     )
 
 

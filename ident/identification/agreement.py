@@ -36,6 +36,7 @@ class Comparison:
         others_sd: standard error of each, shape (b,).
         error: relative error of its own fit on it.
         error_of_others: relative error of the others' parameters on it.
+        error_among_others: relative error of the others' fit on themselves.
         change: what would explain the difference: friction, a load on the last link, or neither.
     """
 
@@ -45,6 +46,7 @@ class Comparison:
     others_sd: Array
     error: float
     error_of_others: float
+    error_among_others: float
     change: Change
 
     @property
@@ -86,7 +88,8 @@ def _beside(evidence: RegressionData, k: int) -> Comparison:
     scale[scale == 0.0] = 1.0  # parameters that no recording shows are open, whatever their scale
     own = _of_logs(evidence, [k])
     alone = _fit(own, scale)
-    others = _fit(_of_logs(evidence, [i for i in range(len(evidence.logs)) if i != k]), scale)
+    rest = _of_logs(evidence, [i for i in range(len(evidence.logs)) if i != k])
+    others = _fit(rest, scale)
     R = merged(own.by_joint)
     W, tau = R[:, :-1], R[:, -1]
     least = float(np.sum((tau - W @ alone.beta) ** 2))
@@ -106,6 +109,7 @@ def _beside(evidence: RegressionData, k: int) -> Comparison:
         others.sd,
         float(np.sqrt(least / torque)),
         float(np.sqrt(as_they_are / torque)),
+        _own_error(rest, others),
         _change(evidence, theirs, as_they_are, least),
     )
 
@@ -130,6 +134,12 @@ def _fit(evidence: RegressionData, scale: Array) -> _Fit:
     return _Fit(
         beta, np.where(unknown, np.inf, standard_errors(evidence)), nowhere.T / scale[:, None]
     )
+
+
+def _own_error(evidence: RegressionData, found: _Fit) -> float:
+    """Relative error of a fit on its own recordings."""
+    R = merged(evidence.by_joint)
+    return float(np.linalg.norm(R[:, -1] - R[:, :-1] @ found.beta) / np.sqrt(squared_torque(R)))
 
 
 def _solution(W: Array, tau: Array) -> Array:

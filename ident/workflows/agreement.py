@@ -54,8 +54,13 @@ def _contradicting(found: Comparison, bounds: CheckSettings) -> list[int]:
 
 
 def _ratio(found: Comparison, bounds: CheckSettings) -> float:
-    """Error under the others' parameters beside its own; zero where they agree."""
-    return found.error_of_others / found.error if _contradicting(found, bounds) else 0.0
+    """Error under the others' parameters beside the usual one; zero where they agree.
+
+    A short recording is fitted by itself nearly without an error, so that the error of the
+    others' own fit counts as well.
+    """
+    usual = max(found.error, found.error_among_others)
+    return found.error_of_others / usual if _contradicting(found, bounds) else 0.0
 
 
 def _remark(evidence: RegressionData, log: int, found: Comparison, places: list[int]) -> Remark:

@@ -1,5 +1,7 @@
 """Recorded velocities beside the positions of the same log: both must tell of one way.
 
+Positions that stay the same meanwhile are those of an encoder that is stuck.
+
 The way is compared, not the speed: noise and the low-pass of a velocity hardly change its integral.
 Which of the two is wrong the log cannot tell. Velocities in another unit of angle are let be: they
 are used for nothing else.
@@ -16,6 +18,8 @@ from ident.recordings.log_summary import GAP_PERIODS, LogSummary
 from ident.signals.arrays import Array
 
 _MOST_SAMPLES = 100_000
+_STUCK_S = 0.5  # that a position stays the same to the last bit
+_STUCK_WAY = 0.2  # of the joint's range, that its velocity goes meanwhile
 _UNITS = (180 / np.pi, 30 / np.pi)  # degrees per second, turns per minute
 
 
@@ -52,6 +56,42 @@ def velocity_remarks(data: Dataset, names: Sequence[str], bounds: CheckSettings)
         " computed: the positions were used as they are."
     )
     return [Remark("positions", numbers(wrong), text, Grade.DOUBTFUL, advice)]
+
+
+def stuck_remarks(data: Dataset, names: Sequence[str]) -> list[Remark]:
+    """Joints whose position stays the same while their velocity goes on.
+
+    Args:
+        data: the recording.
+        names: of the joints.
+    """
+    places = [data.source.joint_names.index(name) for name in names]
+    longest = np.zeros(len(names))
+    parts = list(_unbroken(data.source, places))
+    if not parts:
+        return []
+    span = np.ptp(np.concatenate([q for _, q, _ in parts]), axis=0)
+    for t, q, qd in parts:
+        way = np.cumsum(qd[1:] * np.diff(t)[:, None], axis=0)
+        for j in np.flatnonzero(data.moving):
+            for first, end in _unchanged(q[:, j]):
+                far = np.ptp(way[first:end, j]) > _STUCK_WAY * span[j]
+                if far and t[end] - t[first] > max(_STUCK_S, longest[j]):
+                    longest[j] = t[end] - t[first]
+    stuck = np.flatnonzero(longest)
+    if not len(stuck):
+        return []
+    told = joined([f"{joints([j], names)} for {longest[j]:.2g} s" for j in stuck])
+    text = f"{data.name}: the recorded position stays the same at {told}, and its velocity moves."
+    advice = "Check that encoder and its connection; cut the recording where it stops."
+    return [Remark("positions", numbers(stuck), text, Grade.DOUBTFUL, advice)]
+
+
+def _unchanged(q: Array) -> Iterator[tuple[int, int]]:
+    """First and last sample of each run of equal positions."""
+    same = np.concatenate([[False], np.diff(q) == 0.0, [False]])
+    edges = np.flatnonzero(np.diff(same.astype(int)))
+    yield from zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
 
 
 def _stretches(data: Dataset, names: Sequence[str]) -> Iterator[tuple[Array, Array]]:

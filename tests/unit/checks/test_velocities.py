@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from chain_arm import Experiment
 
-from ident.checks.recorder_faults.velocities import velocity_remarks
+from ident.checks.recorder_faults.velocities import stuck_remarks, velocity_remarks
 from ident.checks.settings import DEFAULT
 from ident.recordings.dataset import dataset
 from wamctl.arm.recording import Recording
@@ -18,6 +18,28 @@ def told(q, qd, kept=slice(None)):
     """What is said of a recording, of some of its samples."""
     bag = Recording(LOG.names, STAMPS[kept], q[kept], qd[kept], LOG.tau[kept])
     return velocity_remarks(dataset(bag, LOG.names, "log"), LOG.names, DEFAULT)
+
+
+def stuck(q, qd):
+    """The same, of positions that stay where they are."""
+    bag = Recording(LOG.names, STAMPS, q, qd, LOG.tau)
+    return stuck_remarks(dataset(bag, LOG.names, "log"), LOG.names)
+
+
+def test_an_encoder_that_stops_while_its_velocity_moves_is_told():
+    q = LOG.q.copy()
+    q[700:, 2] = q[700, 2]
+    (remark,) = stuck(q, RATE)
+    assert remark.joints == (3,)
+    assert "for 5 s" in remark.sentence
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.3])
+def test_a_joint_that_is_held_is_not_stuck(noise):
+    q, qd = LOG.q.copy(), RATE + noise * np.random.default_rng(0).normal(size=RATE.shape)
+    q[700:, 2], qd[700:, 2] = q[700, 2], qd[700:, 2] - RATE[700:, 2]
+    assert stuck(q, qd) == []
+    assert stuck(np.round(LOG.q / 0.002) * 0.002, qd) == []
 
 
 def filtered(x, share=0.3):
