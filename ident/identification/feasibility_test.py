@@ -100,7 +100,7 @@ def proves_possible(delta: Array, base: BaseMap) -> bool:
     """Whether the parameters themselves, shape (p,), are a possible arm's, friction included."""
     links = smallest_eigenvalue(delta, base.parameters) >= 0
     return bool(
-        links and all((k.A @ delta >= k.b).all() for k in sign_constraints(base.parameters))
+        links and all((k.A @ delta >= 0).all() for k in sign_constraints(base.parameters))
     )
 
 

@@ -129,7 +129,8 @@ def _parameters(content: Content, labels: Sequence[str]) -> Table:
     rows.append([*lost, *(number(x) for x in content["lost_motion_rad"])])
     caption = (
         "Settings with standard errors; empty: not fitted, none of it. A torque limit or a planned"
-        " speed or acceleration that is empty was not reached by this motion."
+        " speed or acceleration that is empty was not reached by this motion. All torques are as"
+        " right as the URDF's masses, which stay as they are."
     )
     return Table(caption, ("what", "unit", *labels), rows)
 

@@ -148,7 +148,7 @@ RIGHT: list[Right] = [
         for k, x, s, codes in (
             (1, -2, 1, set()),
             (3, 2, 1, set()),
-            (3, -2, 0, set()),
+            (3, -2, 0, {"impossible_torque"}),
             (2, -2, 2, {"large_error"}),
         )
     ),

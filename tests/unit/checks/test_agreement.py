@@ -1,9 +1,15 @@
 """Several recordings: what contradicts is told, parameter by parameter, with its meaning."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 from chain_arm import Experiment, urdf_of
 
+from ident.checks.settings import DEFAULT
+from ident.identification.agreement import Comparison
 from ident.identification.validation import arm_of, predict
+from ident.workflows import agreement
 from ident.workflows.run import run_data
 from ident.workflows.validate import large_errors, with_signs_of_fit
 
@@ -45,6 +51,21 @@ def test_a_recording_that_is_given_twice_is_told():
         " errors are too small. Give each recording once."
     )
     assert "twice" not in [r["code"] for r in run(first, second)["remarks"]]
+
+
+def test_short_recordings_that_others_predict_do_not_contradict(monkeypatch):
+    """Ten parameters fit some samples by themselves without an error; others' own error counts."""
+    apart = np.array([1.0, 0.0]), np.full(2, 0.01), np.zeros(2), np.full(2, 0.01)
+    evidence: Any = SimpleNamespace(logs=("one", "two"))
+
+    def beside(among_others):
+        found = Comparison(*apart, 0.001, 0.025, among_others, "other")
+        monkeypatch.setattr(agreement, "compared", lambda _: [found, found])
+        return agreement._ratio(found, DEFAULT) > DEFAULT.disagree_ratio
+
+    assert beside(0.002)
+    assert not beside(0.02)
+    assert agreement.contradictions(evidence) == ([], [])
 
 
 def test_warmer_drives():

@@ -24,7 +24,7 @@ from ident.estimation.feasible_set import (
 from ident.estimation.problem import ordinary, with_beta
 from ident.estimation.readable_sdp import feasible_program
 from ident.estimation.regression_data import RegressionData, reduce_recordings
-from ident.identification.feasibility_test import positive_fraction, verdict
+from ident.identification.feasibility_test import positive_fraction, proves_possible, verdict
 from ident.recordings.dataset import dataset
 from ident.regression.triangles import squared_error
 from wamctl.arm.errors import ConfigurationError, DataError
@@ -264,3 +264,14 @@ def test_a_solver_or_parameter_that_is_not_there_is_refused(evidence):
         program.solve("NOBODY")
     with pytest.raises(DataError, match="There is no parameter mass4; there are L1xx"):
         program.parameter("mass4")
+
+
+def test_parameters_of_a_possible_arm_prove_it_whatever_a_solver_says(evidence):
+    """On the boundary the margin of the test is rounding, of either sign."""
+    base, parameters = evidence.base, evidence.base.parameters
+    delta = evidence.prior.copy()
+    assert proves_possible(delta, base)
+    for kind in ("inertial", "fv"):
+        wrong = delta.copy()
+        wrong[next(i for i, p in enumerate(parameters) if p.kind == kind)] = -1.0
+        assert not proves_possible(wrong, base)

@@ -171,14 +171,14 @@ def test_commands_that_are_the_positions_are_told() -> None:
 
 def test_a_zero_between_commands_and_positions_is_told() -> None:
     t = np.arange(len(MADE.q)) / 50
-    found = identified(t, [*MADE.q, 0.0, 0.5], COMMAND)
+    found = identified(t, MADE.q + np.array([0.0, 0.5]), COMMAND)
     (told,) = (r for r in found.content["remarks"] if r["code"] == "commands")
     assert told["joints"] == [2]
 
 
 def test_zeros_far_off_are_told() -> None:
     t = np.arange(len(MADE.q)) / 50
-    assert "zero_pose" in told_of(t, [*MADE.q, 0.0, 1.5], [*COMMAND, 0.0, 1.5])
+    assert "zero_pose" in told_of(t, MADE.q + np.array([0.0, 1.5]), COMMAND + np.array([0.0, 1.5]))
 
 
 def test_a_joint_that_is_held_does_not_stall() -> None:
