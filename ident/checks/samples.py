@@ -180,7 +180,7 @@ def _missing(data: Dataset, repeated: int, skipped: int, bounds: CheckSettings) 
     harm = (wrong + _SHIFTED * skipped) / total  # a row too many costs nothing but doubt
     grade = Grade.TRUSTWORTHY if max(harm, share) < bounds.lost_share else Grade.DOUBTFUL
     grade = Grade.REFUSED if harm > bounds.lost_refused else grade
-    done = "were left out or interpolated" if grade < Grade.REFUSED else "leave too little to fit"
+    done = "were left out or interpolated" if grade < Grade.REFUSED else "are too many for a fit"
     text = f"{data.name}: {'; '.join(told)}. They {done} ({100 * share:.3g} % of the recording)."
     advice = "Check the recorder and the bus for overload, and record again if you can."
     return [Remark("missing_data", (), text, grade, advice)]

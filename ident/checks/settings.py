@@ -251,9 +251,9 @@ class CheckSettings(Section):
         " size is believed: placeholders explain less",
     )
     size_apart: float = positive(
-        30.0,
-        "torque and the URDF's differ by less, even where the URDF does not fit: 0.6 to 1.5 on 14"
-        " real recordings, 0.08 for currents",
+        6.0,
+        "torque and the URDF's differ by less, even where the URDF does not fit: by 0.6 to 2.3 on"
+        " 15 real recordings, 0.08 for currents",
     )
     cad_doubtful: float = positive(
         0.4,

@@ -27,6 +27,9 @@ _SURE = 5.0
 _FAST = 0.95
 """Quantile of the speed at which friction is looked at."""
 
+_CHANGES = 0.95
+"""Of the error, above which it hardly changes."""
+
 _ADVICE = "Correct the sign where the torque is recorded."
 
 
@@ -232,8 +235,10 @@ def _turned(
 
 def _figures(case: Case, without: Case) -> str:
     before, after = (f"{100 * c.error:.3g} %" for c in (case, without))
-    why = "its friction, or its weight, would drive the motion otherwise; the error"
-    return f"{why} was {before} and is {after} then"
+    change = f"falls from {before} to {after}"
+    if without.error > _CHANGES * case.error:
+        change = f"hardly changes: {before} before, {after} after"
+    return f"its friction, or its weight, would drive the motion otherwise; the error {change}"
 
 
 def driving_friction(case: Case, bounds: CheckSettings) -> list[Remark]:

@@ -72,9 +72,9 @@ def unit_remarks(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark
             " estimated."
         )
         return [Remark("units", (), text, Grade.REFUSED, advice)]
-    if strange := _size_apart(found, bounds):
-        return strange
     apart = _apart(case, found, bounds)
+    if not apart and (size := _size_apart(found, bounds)):
+        return size
     one = [] if apart else _one_factor(case, found, bounds)
     return one or [*_strange(case, found, bounds), *apart]
 

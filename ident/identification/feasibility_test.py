@@ -99,9 +99,7 @@ def verdict(base: BaseMap, beta: Array, prior: Array, sizes: dict[int, LinkSize]
 def proves_possible(delta: Array, base: BaseMap) -> bool:
     """Whether the parameters themselves, shape (p,), are a possible arm's, friction included."""
     links = smallest_eigenvalue(delta, base.parameters) >= 0
-    return bool(
-        links and all((k.A @ delta >= 0).all() for k in sign_constraints(base.parameters))
-    )
+    return bool(links and all((k.A @ delta >= 0).all() for k in sign_constraints(base.parameters)))
 
 
 def _with_margin(constraint: Constraint, moves: Array, start: Array) -> Constraint:

@@ -1,5 +1,6 @@
 """Where recordings of one run contradict each other, parameter by parameter, and what it means."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -9,6 +10,7 @@ from ident.checks.remark import Grade, Remark, joined
 from ident.checks.settings import DEFAULT, CheckSettings
 from ident.estimation.regression_data import RegressionData
 from ident.identification.agreement import Change, Comparison, compared
+from ident.identification.torque_delay import Delay
 
 _MEANING: dict[Change, str] = {
     "friction": "Different friction alone would explain it: the drives were colder or warmer, or"
@@ -24,23 +26,27 @@ _ADVICE: dict[Change, str] = {
     " `ident gap` search for what the model lacks.",
 }
 _MOST_NAMED = 4
+_DELAY_S = 3e-3
+_SURE = 5.0  # standard errors of a delay
 
 
 def contradictions(
-    evidence: RegressionData, bounds: CheckSettings = DEFAULT
+    evidence: RegressionData, delays: Sequence[Delay] = (), bounds: CheckSettings = DEFAULT
 ) -> tuple[list[Remark], list[dict[str, Any]]]:
     """Recordings that contradict the others: remarks, and `recordings_disagree` of `run.json`.
 
-    The one that contradicts most is told, and set aside before the rest are compared.
+    The one that contradicts most is told, and set aside before the rest are compared. Where the
+    torque of the recordings is late or early, that is told first: it passes for other parameters.
     """
     remarks, rows = [], []
+    advice = _delayed(delays)
     while len(evidence.logs) > 1:
         found = compared(evidence)
         worst = int(np.argmax([_ratio(c, bounds) for c in found]))
         if _ratio(found[worst], bounds) < bounds.disagree_ratio:
             break
         places = _contradicting(found[worst], bounds)
-        remarks.append(_remark(evidence, worst, found[worst], places))
+        remarks.append(_remark(evidence, worst, found[worst], places, advice))
         rows.append(_content(evidence, worst, found[worst], places))
         rest = tuple(log for i, log in enumerate(evidence.logs) if i != worst)
         evidence = replace(evidence, logs=rest)
@@ -63,7 +69,21 @@ def _ratio(found: Comparison, bounds: CheckSettings) -> float:
     return found.error_of_others / usual if _contradicting(found, bounds) else 0.0
 
 
-def _remark(evidence: RegressionData, log: int, found: Comparison, places: list[int]) -> Remark:
+def _delayed(delays: Sequence[Delay]) -> str:
+    """What to do first where most recordings show one sure delay."""
+    sure = [d.seconds for d in delays if abs(d.seconds) > max(_DELAY_S, _SURE * d.sd)]
+    if 2 * len(sure) <= len(delays):
+        return ""
+    value = float(np.median(sure))
+    return (
+        f"Set delay_s: {value:.2g} first, since the torque seems to be {1e3 * abs(value):.2g} ms"
+        f" {'early' if value > 0 else 'late'}, which passes for other parameters. "
+    )
+
+
+def _remark(
+    evidence: RegressionData, log: int, found: Comparison, places: list[int], first: str
+) -> Remark:
     base = evidence.base
     named = [
         f"{base.names[i]} is {found.alone[i]:.3g} ± {found.sd[i]:.2g}, not {found.others[i]:.3g} ±"
@@ -78,7 +98,7 @@ def _remark(evidence: RegressionData, log: int, found: Comparison, places: list[
         f" an error of {100 * found.error_of_others:.3g} %, its own with {100 * found.error:.3g} %."
         f" {_MEANING[found.change]}"
     )
-    return Remark("recordings_disagree", (), text, Grade.DOUBTFUL, _ADVICE[found.change])
+    return Remark("recordings_disagree", (), text, Grade.DOUBTFUL, first + _ADVICE[found.change])
 
 
 def _content(

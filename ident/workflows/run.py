@@ -171,7 +171,7 @@ def run_data(
     found = identified(data, arm, remarks, tell)
     fit_sd = found.sd
     found = found if gains is None else with_uncertain_gains(found, gains)
-    against, disagree = contradictions(found.evidence)
+    against, disagree = contradictions(found.evidence, found.delays)
     content = verdict_content((*remarks, *_poor(found, remarks), *against)) | {"method": METHOD}
     content |= run_content(found) | ({"recordings_disagree": disagree} if disagree else {})
     if gains is not None:

@@ -34,6 +34,10 @@ _STEPS = 3.0
 """Smallest moves of an encoder that a sample may be off."""
 
 
+_HARMLESS = 2e-3
+"""Of a joint's range: what a single sample may be off without a filter leaving anything of it."""
+
+
 @dataclass(frozen=True)
 class Bounds:
     """How far a sample may lie beyond both of its neighbours.
@@ -115,6 +119,7 @@ def _bounds(chunks: Sequence[Chunk], moving: NDArray[np.bool_], bounds: CheckSet
             float(np.quantile(steps, _FASTEST)),
             bounds.glitch_noise * float(np.quantile(far, _NOISE)),
             _STEPS * smallest_step(steps),
+            _HARMLESS * max(float(np.ptp(c.q[:, k])) for c in chunks),
         )
         torque = np.concatenate([c.tau[:, k] for c in chunks])
         back = np.concatenate([beyond_neighbours(c.tau[:, [k]])[:, 0] for c in chunks])

@@ -111,9 +111,15 @@ def position_remarks(case: Case, bounds: CheckSettings) -> list[Remark]:
         return []
     before, after = (_left(c, weights) for c in (case, best.without(case)))
     ratio = np.divide(after, before, out=np.ones_like(before), where=weights > 0)
-    if np.prod(ratio) > bounds.positions_ratio:
+    if np.prod(ratio) > min(bounds.positions_ratio, _left_by_springs(case, weights, before)):
         return []
     return [best.remark(case, ratio)]
+
+
+def _left_by_springs(case: Case, weights: Array, before: Array) -> float:
+    """Product over the joints of what is left of their errors with a spring at each."""
+    after = _left(replace(case, springs=True), weights)
+    return float(np.prod(np.divide(after, before, out=np.ones_like(before), where=weights > 0)))
 
 
 def _course(t: Array) -> Array:

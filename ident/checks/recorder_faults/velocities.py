@@ -78,8 +78,8 @@ def stuck_remarks(data: Dataset, names: Sequence[str]) -> list[Remark]:
                 far = np.ptp(way[first:end, j]) > _STUCK_WAY * span[j]
                 if far and t[end] - t[first] > max(_STUCK_S, longest[j]):
                     longest[j] = t[end] - t[first]
-    stuck = np.flatnonzero(longest)
-    if not len(stuck):
+    stuck = np.flatnonzero(longest).tolist()
+    if not stuck:
         return []
     told = joined([f"{joints([j], names)} for {longest[j]:.2g} s" for j in stuck])
     text = f"{data.name}: the recorded position stays the same at {told}, and its velocity moves."

@@ -29,15 +29,16 @@ def command_remarks(
     """
     ahead = np.concatenate([t.commanded - t.measured for t in traces])
     said = []
-    copies = np.flatnonzero(moving & (np.abs(ahead).max(axis=0) < _SAME))
-    if len(copies):
+    copies = np.flatnonzero(moving & (np.abs(ahead).max(axis=0) < _SAME)).tolist()
+    if copies:
         text = f"The commands of {joints(copies, names)} are the measured positions themselves."
         advice = "Give the column in which the commands were recorded."
         said.append(Remark("commands", numbers(copies), text, Grade.DOUBTFUL, advice))
     middle = np.median(ahead, axis=0)
     spread = np.median(np.abs(ahead - middle), axis=0)
-    beside = np.flatnonzero(moving & (np.abs(middle) > _SAG) & (spread < _STEADY * np.abs(middle)))
-    if len(beside):
+    off = moving & (np.abs(middle) > _SAG) & (spread < _STEADY * np.abs(middle))
+    beside = np.flatnonzero(off).tolist()
+    if beside:
         listed = joined([f"{middle[j]:.2g} rad at {joints([j], names)}" for j in beside])
         text = (
             f"The commands lie beside the measured positions throughout ({listed}): a servo that"
@@ -51,8 +52,8 @@ def command_remarks(
 def zero_remarks(model: ServoModel, moving: NDArray[np.bool_]) -> list[Remark]:
     """Zeros so far off that another sign, column or URDF is likelier."""
     zero, sd = model.settings[ROW["zero"]], model.sd[ROW["zero"]]
-    far = np.flatnonzero(moving & (np.abs(zero) > _ZERO) & (np.abs(zero) > _SURE * sd))
-    if not len(far):
+    far = np.flatnonzero(moving & (np.abs(zero) > np.maximum(_ZERO, _SURE * sd))).tolist()
+    if not far:
         return []
     names = model.robot.joint_names
     listed = joined([f"{zero[j]:.2g} ± {sd[j]:.1g} rad at {joints([j], names)}" for j in far])
