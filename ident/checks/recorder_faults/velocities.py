@@ -75,9 +75,11 @@ def stuck_remarks(data: Dataset, names: Sequence[str]) -> list[Remark]:
         way = np.cumsum(qd[1:] * np.diff(t)[:, None], axis=0)
         for j in np.flatnonzero(data.moving):
             for first, end in _unchanged(q[:, j]):
-                far = np.ptp(way[first:end, j]) > _STUCK_WAY * span[j]
-                if far and t[end] - t[first] > max(_STUCK_S, longest[j]):
-                    longest[j] = t[end] - t[first]
+                lasts = t[end] - t[first]
+                if lasts <= max(_STUCK_S, longest[j]):
+                    continue
+                if np.ptp(way[first:end, j]) > _STUCK_WAY * span[j]:
+                    longest[j] = lasts
     stuck = np.flatnonzero(longest).tolist()
     if not stuck:
         return []
