@@ -23,6 +23,10 @@ from ident.signals.arrays import Array
 _MOSTLY = 0.5
 """Of the instants: a joint whose torque is at its end more often leaves too little to go by."""
 
+_PILED = 5.0
+"""Times as often as the value beside it is recorded, what lies beyond is: a torque in coarse steps
+stays at its last one no longer than at others."""
+
 _IN_A_ROW = 3
 """Equal samples, from which a torque stays where it is."""
 
@@ -50,12 +54,16 @@ def clipped_torque(case: Case, chunks: Sequence[Chunk], bounds: CheckSettings) -
 
 
 def _ends(courses: Sequence[Array], bounds: CheckSettings) -> list[float]:
-    """Least and largest value of a joint's torque, where it stays there for some time."""
+    """Least and largest value of a joint's torque, where it stays there for long."""
     if steps_coarsely(courses):
         return []
-    ends = (min(c.min() for c in courses), max(c.max() for c in courses))
-    least = bounds.clipped_share * sum(len(c) for c in courses)
-    return [float(e) for e in ends if sum(_staying(c == e) for c in courses) > least]
+    values, counts = np.unique(np.concatenate(courses), return_counts=True)
+    if len(values) < 2:
+        return []
+    least = bounds.clipped_share * counts.sum()
+    piled = ((0, 1), (-1, -2))  # an end, and the value beside it
+    ends = [float(values[e]) for e, n in piled if counts[e] > _PILED * counts[n]]
+    return [e for e in ends if sum(_staying(c == e) for c in courses) > least]
 
 
 def _torque(case: Case, k: int, value: float) -> str:
