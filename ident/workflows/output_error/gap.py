@@ -24,6 +24,7 @@ from ident.regression.progress import Tell, silent
 from ident.report.page import render
 from ident.report.servos.gap_page import ServoGap, servo_gap_page, verdict_sentences
 from ident.report.servos.run_page import ServoTrace
+from ident.workflows.output_error.commands import command_remarks
 from ident.workflows.output_error.following import hardly_better, on_any_data
 from ident.workflows.output_error.gap_json import gap_content
 from ident.workflows.output_error.logs import glitch_remarks, read_commanded
@@ -111,7 +112,7 @@ def gap_of_servos(
     done = outcome(begun, search(begun, base, settings, tell), settings, tell)
     tell("what would have been seen")
     content = gap_content(begun, done, settings)
-    told = [*glitch_remarks(segments, arm.robot.joint_names), *_no_better(begun, done)]
+    told = [*glitch_remarks(segments, arm.robot.joint_names), *_of_commands(begun, done)]
     trust = verdict_content([*remarks, *told])
     content |= {"trust": trust["verdict"], "remarks": trust["remarks"]}
     content["provenance"] = provenance(arm, paths)
@@ -119,10 +120,12 @@ def gap_of_servos(
     return GapOfServos(model_of(begun, done.after, done.known), content, begun, done)
 
 
-def _no_better(begun: Prepared, done: Outcome) -> list[Remark]:
-    """What is said of joints that the model with the effects still does not follow."""
+def _of_commands(begun: Prepared, done: Outcome) -> list[Remark]:
+    """What is said of commands, and of joints that the model with the effects does not follow."""
     worst = np.maximum(rms(done.search.end.errors), done.after.rms)
     made = zip(begun.setup.segments, begun.setup.replay(done.after.settings), strict=True)
     traces = [ServoTrace.of(s, q) for s, q in made]
     bad = hardly_better(worst, traces, begun.setup.resolution, begun.moving)
-    return [on_any_data(bad, begun.arm.robot.joint_names)] if len(bad) else []
+    names = begun.arm.robot.joint_names
+    said = command_remarks(traces, begun.moving, names)
+    return [*said, on_any_data(bad, names)] if len(bad) else said

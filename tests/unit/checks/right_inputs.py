@@ -59,6 +59,14 @@ def then_still(seconds: float) -> Log:
     return log.with_(**{k: np.concatenate([getattr(log, k), v]) for k, v in both.items()})
 
 
+def flickering() -> Log:
+    """Now and then a sample is off by a thousandth of a joint's range, in steps far below."""
+    log, rng = Experiment(rate_hz=500.0, speed=0.3, seconds=40.0).log(), np.random.default_rng(3)
+    q = log.q + 1e-7 * rng.normal(size=log.q.shape)
+    q[rng.choice(len(q) - 2, 8) + 1, 1] += 1e-3 * np.ptp(q[:, 1])
+    return log.with_(q=q)
+
+
 def on_a_slide() -> Log:
     """A vertical slide, whose weight is one constant force, carries two joints."""
     urdf = urdf_of(3).replace('"joint_1" type="revolute"', '"joint_1" type="prismatic"')
@@ -153,6 +161,7 @@ RIGHT: list[Right] = [
         )
     ),
     ("a motion, then 30 s of standstill", lambda: then_still(30.0), set()),
+    ("an encoder that flickers", flickering, set()),
     ("a vertical slide", on_a_slide, set()),
     ("motors at their limit", at_its_limit, set()),
     *((f"a load of {m:g} kg", lambda m=m: loaded(m, 4), set()) for m in (1.0, 3.0)),

@@ -8,6 +8,7 @@ from chain_arm import Experiment, urdf_of
 
 from ident.checks.settings import DEFAULT
 from ident.identification.agreement import Comparison
+from ident.identification.torque_delay import Delay
 from ident.identification.validation import arm_of, predict
 from ident.workflows import agreement
 from ident.workflows.run import run_data
@@ -66,6 +67,13 @@ def test_short_recordings_that_others_predict_do_not_contradict(monkeypatch):
     assert beside(0.002)
     assert not beside(0.02)
     assert agreement.contradictions(evidence) == ([], [])
+
+
+def test_a_delay_is_said_before_a_contradiction():
+    late, unsure = Delay(-0.012, 1e-3), Delay(-0.012, 0.01)
+    assert agreement._delayed([late, late, unsure]).startswith("Set delay_s: -0.012 first, since")
+    assert "12 ms late" in agreement._delayed([late])
+    assert agreement._delayed([late, unsure]) == agreement._delayed([Delay(0.001, 1e-5)]) == ""
 
 
 def test_warmer_drives():

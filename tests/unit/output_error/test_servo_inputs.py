@@ -2,6 +2,7 @@
 
 import warnings
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from servo_arm import ARMATURE, STEP_RAD, URDF, recording
 
 import ident
 from ident.api.servos import IdentifiedServos
+from ident.export.servos import servo_mjcf
 from ident.output_error.first_guess import neutral
 from ident.output_error.glitches import unreachable
 from ident.output_error.missing.visibility import held_by_weight
@@ -194,6 +196,18 @@ def test_a_replay_far_worse_than_the_fit_is_told(arm_model: ServoModel) -> None:
     assert not far_worse("log", 3.0 * noise, arm_model, judged)
     (told,) = far_worse("log", [1.0, 8.0] * noise, arm_model, judged)
     assert told.joints == (2,)
+
+
+def test_a_constant_torque_is_part_of_the_exported_actuator(arm_model: ServoModel) -> None:
+    """It lets the joint give by torque over stiffness, and no spring has to hold it."""
+    settings = arm_model.settings.copy()
+    settings[ROW["offset"]], settings[ROW["spring"]] = [0.0, 0.3], 0.0
+    root = ElementTree.fromstring(servo_mjcf(replace(arm_model, settings=settings)))
+    first, second = list(root.find("actuator") or [])
+    assert (first.tag, second.tag) == ("position", "general")
+    stiffness = settings[ROW["stiffness"], 1]
+    bias = [float(x) for x in second.attrib["biasprm"].split()]
+    assert bias == pytest.approx([-0.3, -stiffness, 0.0])
 
 
 def test_a_model_of_servos_is_scored_by_its_positions(arm_model: ServoModel) -> None:
