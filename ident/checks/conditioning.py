@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.checks.case import Case
-from ident.checks.remark import Grade, Remark
+from ident.checks.remark import Grade, Remark, joints, numbers
 from ident.checks.settings import CheckSettings
 from ident.dynamics.base_parameters import base_map
 from ident.dynamics.parameters import Terms
@@ -26,7 +26,9 @@ def conditioning_remarks(
     """Recordings in which parameters of links and friction cannot be told from each other."""
     condition = scaled_condition(arm, data, case)
     if condition < bounds.condition_doubtful:
-        return _unseen(case, bounds) if tells_too_little(case, bounds) else []
+        if tells_too_little(case, bounds):
+            return _unseen(case, bounds)
+        return _on_one_line(case, bounds)
     grade = Grade.REFUSED if condition > bounds.condition_refused else Grade.DOUBTFUL
     seconds = _moved_s(chunks, case.probe.moving)
     if seconds < bounds.short_s:
@@ -70,6 +72,26 @@ def _unseen(case: Case, bounds: CheckSettings) -> list[Remark]:
     )
     grade = Grade.REFUSED if case.total > bounds.error_refused else Grade.DOUBTFUL
     return [Remark("poor_motion", (), text, grade, advice)]
+
+
+def _on_one_line(case: Case, bounds: CheckSettings) -> list[Remark]:
+    """Joints that all follow one of them: what acts at one looks like what acts at another."""
+    places = np.flatnonzero(case.probe.moving)
+    if len(places) < 2:
+        return []
+    q = case.probe.motion.q[:, places]
+    q = (q - q.mean(axis=0)) / np.maximum(q.std(axis=0), 1e-12)
+    aside = 1.0 - np.linalg.eigvalsh(q.T @ q)[-1] / max(float(np.sum(q**2)), 1e-300)
+    if aside > bounds.aside_of_line:
+        return []
+    listed = joints(places, case.robot.joint_names)
+    text = (
+        f"Of the motion of {listed}, {100 * (1.0 - aside):.3g} % lies on one line: all move as one,"
+        " so that a spring, a zero, a sign or another's torque at one"
+        " of them can hardly be told from something at another."
+    )
+    advice = "Move each joint in a rhythm of its own; `ident design` computes such a motion."
+    return [Remark("poor_motion", numbers(places), text, Grade.DOUBTFUL, advice)]
 
 
 def scaled_condition(arm: Arm, data: Sequence[Dataset], case: Case) -> float:

@@ -60,6 +60,12 @@ class CheckSettings(Section):
         " predict other motion 300",
     )
     condition_refused: float = positive(2e4, "the same, where combinations of parameters are noise")
+    aside_of_line: float = share(
+        0.02,
+        "of the variance of the joints' positions, each scaled to one, that does not lie on one"
+        " line: a leg and an arm whose joints move as one had 0.001 and 0.003, excitations have 0.3"
+        " to 0.8",
+    )
 
     # samples
     lost_share: float = share(

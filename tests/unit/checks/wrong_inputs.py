@@ -236,7 +236,19 @@ def in_turn(joints: int) -> Log:
     """One frequency for all joints, in phase: nothing is told apart."""
     log = Experiment(joints=joints).log()
     wave = 0.4 * np.sin(0.2 * np.pi * log.t)
-    q = np.tile(wave[:, None], (1, joints))
+    return moved_so(log, np.tile(wave[:, None], (1, joints)))
+
+
+def on_one_line(aside: float) -> Log:
+    """Two joints that follow a third, at many speeds, but for a part of their own motion."""
+    log = Experiment(joints=3).log()
+    q = log.q - log.q.mean(axis=0)
+    own = q / q.std(axis=0) @ np.linalg.cholesky(np.full((3, 3), 1 - aside) + aside * np.eye(3)).T
+    return moved_so(log, 0.3 + own * q.std(axis=0))
+
+
+def moved_so(log: Log, q: np.ndarray) -> Log:
+    """The arm of a recording along another motion, its torque rough by a fiftieth."""
     qd = np.gradient(q, log.t, axis=0)
     qdd = np.gradient(qd, log.t, axis=0)
     tau = inverse(log.urdf, q, qd, qdd)
