@@ -186,6 +186,12 @@ def _numbers(joints: Sequence[int]) -> str:
     return listed([str(j) for j in joints])
 
 
+def part_of_what_is_missing(closed: float | None) -> str:
+    """The share of a gap that named effects close, as a sentence begins that tells of the rest."""
+    most = closed is not None and closed > 0.5
+    return f"{'Most' if most else 'Part'} of what the model misses"
+
+
 def closed_text(held_out: Content, of: Callable[[Sequence[int]], str], count: int = 1) -> str:
     """What effects do to the error on held-out data; nothing where it is not known.
 

@@ -14,6 +14,7 @@ from ident.report.words import (
     kinds_text,
     known,
     number,
+    part_of_what_is_missing,
     percent,
     quantity_text,
     share,
@@ -37,11 +38,11 @@ def verdict_sentences(report: GapReport) -> list[str]:
         "named": f"The model misses {_counted(effects)}.",
         "ambiguous": f"The model misses something that looks like {_counted(effects)},"
         " but these data cannot tell it from other effects.",
-        "unknown": f"The model misses something {_why_unknown(content)}.",
+        "unknown": _unknown(content, effects),
         "data_fault": "These recordings cannot be trusted, so no effect is named"
         + (f": {listed(effects)}." if effects else "."),
     }[content["verdict"]]
-    more = [f"Part of it looks like {_counted(effects)}."] if partly else []
+    more = []
     if len(effects) > _MOST_IN_A_SENTENCE and content["verdict"] != "data_fault":
         more.append(f"In full: {'; '.join(effects)}.")
     if partly or content["verdict"] in ("named", "ambiguous"):
@@ -66,12 +67,18 @@ def _nothing_found(held_out: Content) -> str:
     )
 
 
-def _why_unknown(content: Content) -> str:
-    """Structure that is left, or effects that explain it and are not sure."""
+def _unknown(content: Content, effects: Sequence[str]) -> str:
+    """What is known of a gap, and why the rest of it has no name."""
     unsure = any(not s["in_model"] for s in content.get("suspected", []))
     if unsure and not content.get("unexplained"):
-        return "that these data are not enough to name"
-    return "that no effect of the catalogue explains"
+        why, rest = "that these data are not enough to name", "these data are not enough to name"
+    else:
+        why = "that no effect of the catalogue explains"
+        rest = "no effect of the catalogue explains"
+    if not effects:
+        return f"The model misses something {why}."
+    part = part_of_what_is_missing(content["held_out"]["closed_fraction"])
+    return f"{part} looks like {_counted(effects)}; {rest} the rest."
 
 
 def _usual_terms(effects: Sequence[Content]) -> str:

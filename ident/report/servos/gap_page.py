@@ -26,7 +26,7 @@ from ident.report.page import (
 from ident.report.provenance_section import provenance_section
 from ident.report.servos.run_page import ServoTrace
 from ident.report.style import AFTER, BEFORE, FLOOR, WITH, WITHOUT
-from ident.report.words import Content, kinds_text, number, share
+from ident.report.words import Content, kinds_text, number, part_of_what_is_missing, share
 from wamctl.arm.joint_labels import listed
 
 _WHERE = "Squared error of the simulation without effects, in units of the noise."
@@ -69,9 +69,10 @@ def verdict_sentences(report: ServoGap) -> list[str]:
         " recordings cannot tell it from other effects.",
         "unknown": "The servo model misses something that none of the effects asked for explains.",
     }[content["verdict"]]
-    more = []
     if content["verdict"] == "unknown" and effects:
-        more.append(f"Part of it looks like {effects}.")
+        part = part_of_what_is_missing(content["held_out"]["closed_fraction"])
+        first = f"{part} looks like {effects}; none of the effects asked for explains the rest."
+    more = []
     if effects:
         more.append(_closed(report))
     for e in content["effects"]:

@@ -427,13 +427,18 @@ def test_many_effects_are_counted_first(gap_report: GapReport, gap_content: dict
     )
 
 
-def test_an_unknown_gap_says_what_part_of_it_looks_like(
-    gap_report: GapReport, gap_content: dict[str, Any]
+@pytest.mark.parametrize(
+    ("closed", "begins"), [(0.87, "Most of"), (0.2, "Part of"), (None, "Part of")]
+)
+def test_an_unknown_gap_begins_with_what_it_looks_like(
+    closed: float | None, begins: str, gap_report: GapReport, gap_content: dict[str, Any]
 ) -> None:
-    page = gap_page(replace(gap_report, content=gap_content | {"verdict": "unknown"}))
-    assert page.verdict.sentence.endswith("that no effect of the catalogue explains.")
-    assert page.verdict.more[0].startswith("Part of it looks like ")
-    assert "falls from 3.21" in page.verdict.more[1]
+    held_out = gap_content["held_out"] | {"closed_fraction": closed}
+    content = gap_content | {"verdict": "unknown", "held_out": held_out, "suspected": []}
+    page = gap_page(replace(gap_report, content=content))
+    assert page.verdict.sentence.startswith(f"{begins} what the model misses looks like ")
+    assert page.verdict.sentence.endswith("; no effect of the catalogue explains the rest.")
+    assert "falls from 3.21" in page.verdict.more[0]
 
 
 def test_design_page_says_how_near_the_limits_are(
