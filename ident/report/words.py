@@ -160,7 +160,7 @@ def kinds_text(
     title: Callable[[str], str],
     of: Callable[[Sequence[int]], str],
 ) -> list[str]:
-    """Effects with their joints; ripples of several orders, and all contacts, told once.
+    """Effects with their joints; what is of one kind at several joints is told once.
 
     Args:
         effects: of `gap.json`.
@@ -169,13 +169,16 @@ def kinds_text(
     """
     kinds: dict[tuple[str, tuple[int, ...]], list[Sequence[int]]] = {}
     for e in effects:
-        place = () if e["name"] == CONTACT.id else tuple(e["joints"])
-        kinds.setdefault((e["name"], place), []).append(e["joints"])
-    return [
-        f"{title(name)} at {of(sorted(set(chain.from_iterable(joints))))}"
-        + (f" ({len(joints)} of this kind)" if len(joints) > 1 else "")
-        for (name, _), joints in kinds.items()
-    ]
+        alone = len(e["joints"]) == 1 or e["name"] == CONTACT.id
+        kinds.setdefault((e["name"], () if alone else tuple(e["joints"])), []).append(e["joints"])
+    told = []
+    for (name, _), places in kinds.items():
+        several = len(places) > len({tuple(p) for p in places}) or (
+            name == CONTACT.id and len(places) > 1
+        )
+        text = f"{title(name)} at {of(sorted(set(chain.from_iterable(places))))}"
+        told.append(text + (f" ({len(places)} of this kind)" if several else ""))
+    return told
 
 
 def _numbers(joints: Sequence[int]) -> str:

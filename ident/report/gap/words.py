@@ -123,7 +123,7 @@ def suspected_sentences(report: GapReport) -> list[str]:
 def _counted(effects: Sequence[str]) -> str:
     if len(effects) <= _MOST_IN_A_SENTENCE:
         return listed(effects)
-    return f"{len(effects)} effects, {effects[0]} first"
+    return f"{len(effects)} kinds of effects, {effects[0]} first"
 
 
 def _what_is_left(report: GapReport, entry: Content) -> str:

@@ -416,15 +416,28 @@ def test_compared_runs_differ_where_they_do(run_content: dict[str, Any]) -> None
 
 
 def test_many_effects_are_counted_first(gap_report: GapReport, gap_content: dict[str, Any]) -> None:
-    places = ([1, 2], [1], [2], [3])
-    effects = [gap_content["effects"][0] | {"joints": joints} for joints in places]
+    kinds = (("coupled_friction", [1, 2]), ("coupled_friction", [2, 3]), ("torque_offset", [1]),
+             ("joint_spring", [3]))  # fmt: skip
+    effects = [gap_content["effects"][0] | {"name": n, "joints": j} for n, j in kinds]
     content = gap_content | {"verdict": "named", "effects": effects}
     verdict = gap_page(replace(gap_report, content=content)).verdict
     one = "friction of a motor that drives two joints at once at joint"
-    assert verdict.sentence == f"The model misses 4 effects, {one}s 1 (base) and 2 (lift) first."
-    assert verdict.more[0].startswith(
-        f"In full: {one}s 1 (base) and 2 (lift); {one} 1 (base); {one} 2"
-    )
+    first = f"The model misses 4 kinds of effects, {one}s 1 (base) and 2 (lift) first."
+    assert verdict.sentence == first
+    assert verdict.more[0].startswith(f"In full: {one}s 1 (base) and 2 (lift); {one}s 2")
+
+
+def test_effects_of_one_kind_at_single_joints_are_told_once(
+    gap_report: GapReport, gap_content: dict[str, Any]
+) -> None:
+    effects = [gap_content["effects"][0] | {"name": "torque_offset", "joints": [j]} for j in (3, 1)]
+    content = gap_content | {"verdict": "named", "effects": effects}
+    verdict = gap_page(replace(gap_report, content=content)).verdict
+    assert verdict.sentence.count("constant extra torque") == 1
+    assert "at joints 1 (base) and 3" in verdict.sentence
+    twice = content | {"effects": [*effects, effects[0]]}
+    verdict = gap_page(replace(gap_report, content=twice)).verdict
+    assert "(3 of this kind)" in verdict.sentence
 
 
 @pytest.mark.parametrize(
