@@ -310,6 +310,8 @@ def _signed(case: Case, chunks: Sequence[Chunk], tells: bool, bounds: CheckSetti
         return Signed(case, signs, [*remarks, late.remark(case.robot.joint_names)])
     if wrong:
         case, found, more = scanned(case, bounds)
+        if late and not found:
+            return Signed(case, signs, [*remarks, late.remark(case.robot.joint_names)])
         remarks += more
         for h in found:
             signs *= h.torque_signs if h.torque_signs is not None else 1.0

@@ -106,10 +106,20 @@ def _one_factor(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark]
         return []
     if left > bounds.load_ratio * load_of(case, found).left:
         return []
+    whose, names = "all joints", case.robot.joint_names
+    sure = (found.explained > bounds.gain_explained) & (found.value != 0.0)
+    ratio = np.abs(found.value) / size
+    apart = np.abs(np.abs(found.value) - size) > 5 * found.sd
+    odd = sure & apart & ((ratio > bounds.one_factor) | (ratio < 1 / bounds.one_factor))
+    if odd.any():
+        whose = joints(np.flatnonzero(sure & ~odd), names)
+        own = zip(found.value[odd], found.sd[odd], strict=True)
+        others = joined([f"{x:.3g} ± {e:.2g}" for x, e in own])
+        whose += f" (not that of {joints(np.flatnonzero(odd), names)}: {others} times)"
     text = (
-        f"The torque of all joints is {size:.3g} times what the URDF's links require, and with this"
+        f"The torque of {whose} is {size:.3g} times what the URDF's links require, and with this"
         f" one factor they leave {100 * left:.2g} % of it beyond friction: gears, torque constants"
-        " or the unit are off by it, or all masses of the URDF."
+        f" or the unit are off by it, or {'these' if odd.any() else 'all'} masses of the URDF."
     )
     advice = "Check the gear ratios and torque constants that the torque was formed with."
     return [Remark("units", (), text, Grade.DOUBTFUL, advice)]

@@ -81,7 +81,7 @@ def weighed(found: Identification) -> Weighed:
     robot = found.evidence.arm.robot
     masses = np.array([inertia.mass for inertia in list(robot.model.inertias)[1:]])
     A, y = _whitened(found)
-    seen = np.linalg.norm(A, axis=0) > 0
+    seen = np.linalg.norm(A, axis=0) * masses.sum() > SIGNIFICANT  # were it as heavy as the arm
     chosen = _selected(A, y, masses, seen)
     unseen = [
         k

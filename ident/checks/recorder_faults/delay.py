@@ -52,6 +52,13 @@ class Lag:
     def believed(self, bounds: CheckSettings) -> bool:
         """Whether it is a fault of the recording; a ratio of one is none."""
         most = bounds.late_ratio if self.joint is None else bounds.late_alone
+        return self._lowers_to(most, bounds)
+
+    def borne_out(self, bounds: CheckSettings) -> bool:
+        """Whether instants in which joints may stick do not speak against it."""
+        return self._lowers_to(bounds.late_ratio, bounds)
+
+    def _lowers_to(self, most: float, bounds: CheckSettings) -> bool:
         sure = abs(self.seconds) > bounds.late_deviations * self.sd
         return sure and abs(self.seconds) > bounds.late_s and self.ratio < most
 
@@ -93,7 +100,7 @@ def lag(case: Case, chunks: Sequence[Chunk], bounds: CheckSettings) -> Lag | Non
     if found is None:
         return None
     of_all = whole.lag(found.joint)
-    if not of_all.believed(bounds):
+    if not of_all.borne_out(bounds):
         return None
     apart = of_all.seconds - found.seconds
     return replace(of_all, seconds=found.seconds, sd=float(np.hypot(found.sd, apart)))
@@ -127,8 +134,8 @@ class _Shifted:
         columns = replace(self.columns, W=W, tau=tau)
         return replace(self, columns=columns, taus=self.taus * rows)
 
-    def lag(self, joint: int | None = None) -> Lag:
-        """The delay that leaves least of a joint's torque, or of all joints'."""
+    def lag(self, joint: int | None = None, others_than: int | None = None) -> Lag:
+        """The delay that leaves least of a joint's torque, or of all joints', or all but one's."""
         now = self.taus[self.delays == 0.0]
         taus = self.taus
         if joint is not None:
@@ -139,21 +146,25 @@ class _Shifted:
         size = np.sum(now[0, self.inside] ** 2, axis=0)
         used = size > 0
         shares = left.sum(axis=1)[:, used] / size[used]
-        left = left[:, :, used if joint is None else [joint]]
+        judged = used & (np.arange(len(used)) != others_than)
+        left = left[:, :, judged if joint is None else [joint]]
         stretch = np.arange(left.shape[1]) * _STRETCHES // left.shape[1]
         parts = np.array([left[:, stretch == s].sum(axis=1) for s in range(_STRETCHES)])
         return _least(joint, self.delays, parts, shares)
 
 
 def _believed(shifted: _Shifted, bounds: CheckSettings) -> Lag | None:
-    """A delay of all joints, or else of the one of which most is explained by it."""
+    """A delay of all joints, or of the one that it explains most, where the others show none."""
     together = shifted.lag()
     moving = np.flatnonzero(shifted.columns.tau.any(axis=0)).tolist()
-    if together.believed(bounds) or len(moving) == 1:
-        return together if together.believed(bounds) else None
-    alone = [shifted.lag(k) for k in moving]
-    believed = [one for one in alone if one.believed(bounds)]
-    return min(believed, key=lambda one: one.ratio, default=None)
+    of_all = together if together.believed(bounds) else None
+    if len(moving) == 1:
+        return of_all
+    believed = [one for one in map(shifted.lag, moving) if one.believed(bounds)]
+    alone = min(believed, key=lambda one: one.ratio, default=None)
+    if of_all and alone and shifted.lag(others_than=alone.joint).believed(bounds):
+        return of_all
+    return alone or of_all
 
 
 def _least(joint: int | None, delays: Array, parts: Array, shares: Array) -> Lag:

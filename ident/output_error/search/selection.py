@@ -190,6 +190,7 @@ def winners(
         )
         won = None
         while ordered and not won:
+            ordered = _simpler_first(ordered, joint, settings)
             won = _accepted(ordered, joint, errors, least, begun, settings)
             # an unsure part of a servo keeps out lesser effects, but no sure part of it
             ordered = ordered[1:] if all(t.part.servo for t in ordered[:2]) else []
@@ -205,6 +206,16 @@ def winners(
         return found[:1]  # it may explain the others' gains
     alone = [a for a in found if not a.part.felt_elsewhere]
     return [a for a in alone if a.gain >= settings.together * alone[0].gain]
+
+
+def _simpler_first(ordered: Sequence[Trial], joint: int, settings: SearchSettings) -> list[Trial]:
+    """A part that is one of the first's special cases before it, unless it is surely worse."""
+    first, *others = ordered
+    for other in others:
+        special = set(other.part.quantities) < set(first.part.quantities)
+        if special and sureness(other.errors, first.errors)[joint] < settings.apart:
+            return [other, *(t for t in ordered if t is not other)]
+    return list(ordered)
 
 
 def _by_itself(trial: Trial) -> Trial:
