@@ -119,7 +119,7 @@ def _one_factor(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark]
     text = (
         f"The torque of {whose} is {size:.3g} times what the URDF's links require, and with this"
         f" one factor they leave {100 * left:.2g} % of it beyond friction: gears, torque constants"
-        f" or the unit are off by it, or {'these' if odd.any() else 'all'} masses of the URDF."
+        " or the unit are off by it, or the URDF's masses."
     )
     advice = "Check the gear ratios and torque constants that the torque was formed with."
     return [Remark("units", (), text, Grade.DOUBTFUL, advice)]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from chain_arm import Experiment
 from right_inputs import RIGHT
-from wrong_inputs import flipped, late, loaded, right, some_in_degrees, turned
+from wrong_inputs import flipped, late, loaded, right, scaled, some_in_degrees, turned
 from wrong_table import WRONG
 
 from ident.checks.examine import examine
@@ -126,6 +126,15 @@ def test_flipped_bits_leave_the_model_of_the_right_recording(seed):
         found.append(run_data(arm, [log.dataset(arm)]).model)
     for kind in ("fc", "fv"):
         np.testing.assert_allclose(found[1].parameter(kind), found[0].parameter(kind), rtol=0.05)
+
+
+def test_one_factor_is_told_of_the_joints_that_have_it():
+    _, _, remarks = judged(scaled([0.58, 0.58, 0.58, 0.58, 1.2], right(joints=5)))
+    (told,) = (r["sentence"] for r in remarks if r["code"] == "units")
+    assert told.startswith("The torque of joints 1 to 4 (not that of joint 5: 1.2")
+    _, _, remarks = judged(scaled(0.58, right(joints=5)))
+    (told,) = (r["sentence"] for r in remarks if r["code"] == "units")
+    assert told.startswith("The torque of all joints is 0.58")
 
 
 def test_a_delay_that_is_set_is_no_fault():

@@ -66,6 +66,14 @@ def reordered(order, *what: str, joints: int = 3) -> Log:
     return log.with_(**{w: getattr(log, w)[:, list(order)] for w in what})
 
 
+def rough(log: Log, *joints: int, share: float = 0.7) -> Log:
+    """Torque of some joints that holds something slow beside the arm's own."""
+    rng, own = np.random.default_rng(12), np.isin(np.arange(len(log.names)), joints)
+    hz, at = rng.uniform(0.05, 0.6, (2, 12, len(log.names)))
+    wave = np.sin(2 * np.pi * (hz * log.t[:, None, None] + 9 * at)).sum(axis=1)
+    return log.with_(tau=log.tau + own * share * log.tau.std(axis=0) * wave / wave.std(axis=0))
+
+
 def shifted(joint: int, radians: float) -> Log:
     log = right(joints=4)
     q = log.q.copy()

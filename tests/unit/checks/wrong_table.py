@@ -29,6 +29,7 @@ from wrong_inputs import (
     reordered,
     rescaled,
     right,
+    rough,
     scaled,
     shifted,
     shuffled,
@@ -155,6 +156,11 @@ WRONG: list[Wrong] = [
         lambda: scaled([5.0, 5.0, 36.0, 36.0], right(joints=4)),
         {"current_not_torque", "units"},
     ),
+    (
+        "torques of joints 2 and 3 swapped, others rough",
+        lambda: rough(reordered((0, 2, 1, 3, 4), "tau", joints=5), 0, 3, 4),
+        {"joint_order"},
+    ),
     ("torques in reverse order", lambda: reordered((2, 1, 0), "tau"), {"joint_order"}),
     (
         "zero of joint 2 off by 90 degrees",
@@ -243,6 +249,11 @@ WRONG: list[Wrong] = [
     ),
     ("torque 0.12 s late", lambda: late(12), {"late_torque"}),
     ("torque 0.06 s early", lambda: late(-6, joints=5, seconds=20.0), {"late_torque"}),
+    (
+        "torque 3 0.12 s late, others rough",
+        lambda: rough(late(12, 2, joints=4, seconds=24.0), 0, 3),
+        {"late_torque"},
+    ),
     ("torque 2 0.12 s late", lambda: late(12, 1), {"late_torque"}),
     *(
         (f"flipped bits, seed {k}", lambda k=k: flipped(k), {"glitches", "beyond_limits"})

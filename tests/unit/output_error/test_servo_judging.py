@@ -11,7 +11,7 @@ from ident.output_error.fit import Fit
 from ident.output_error.judging import blocks, explained, gain, left_out, sureness, typical
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.plant import Motion
-from ident.output_error.search.parts import ENCODER_OFFSET, OFFSET, SERVO_PARTS, Part
+from ident.output_error.search.parts import ENCODER_OFFSET, OFFSET, SERVO_PARTS, SPRING, Part
 from ident.output_error.search.screening import promising
 from ident.output_error.search.selection import Selection, winners, worth_a_fit
 from ident.output_error.search.settings import SearchSettings
@@ -186,6 +186,19 @@ def test_an_unsure_part_of_the_servo_keeps_out_effects_but_no_sure_part_of_it(
         made.append(Trial(part, np.ones(1, dtype=bool), found, after, np.array([gained])))
     begun = SimpleNamespace(same_servo=False, resolution=np.zeros(1))
     assert [a.part.name for a in winners(made, before, {}, begun, SearchSettings())] == named
+
+
+@pytest.mark.parametrize(("offset", "named"), [(0.58, "offset"), (0.3, "spring")])
+def test_a_spring_is_no_name_for_what_an_offset_explains_as_well(offset: float, named: str) -> None:
+    """It holds an offset, so that it always explains a little more."""
+    rng, start = np.random.default_rng(3), neutral(1)
+    before, made = errors(rng, 2e-4), []
+    for part, gained in ((SPRING, 0.6), (OFFSET, offset)):
+        after = before * np.exp(-2.0 * gained + 0.1 * rng.standard_normal(before.shape))
+        found = Fit(start, np.zeros(start.shape, dtype=bool), np.zeros((1, 1)), 0.0, 1)
+        made.append(Trial(part, np.ones(1, dtype=bool), found, after, np.array([gained])))
+    begun = SimpleNamespace(same_servo=False, resolution=np.zeros(1))
+    assert [a.part.name for a in winners(made, before, {}, begun, SearchSettings())] == [named]
 
 
 def test_a_part_of_the_servo_is_tried_beside_one_that_promises_more() -> None:
