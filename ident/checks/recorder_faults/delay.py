@@ -99,11 +99,11 @@ def lag(case: Case, chunks: Sequence[Chunk], bounds: CheckSettings) -> Lag | Non
     found = _believed(sliding, bounds)
     if found is None:
         return None
-    of_all = whole.lag(found.joint)
-    if not of_all.borne_out(bounds):
+    everywhere = whole.lag(found.joint)
+    if not everywhere.borne_out(bounds):
         return None
-    apart = of_all.seconds - found.seconds
-    return replace(of_all, seconds=found.seconds, sd=float(np.hypot(found.sd, apart)))
+    apart = everywhere.seconds - found.seconds
+    return replace(everywhere, seconds=found.seconds, sd=float(np.hypot(found.sd, apart)))
 
 
 def _sliding(probe: Probe, bounds: CheckSettings) -> NDArray[np.bool_]:
