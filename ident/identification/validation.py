@@ -88,7 +88,7 @@ def refuse_unseen(model: Model, data: Dataset) -> None:
         names = ", ".join(np.array(model.robot.joint_names)[unseen])
         raise DataError(
             f"{data.name} moves {names}, held in the recordings that the model was fitted on:"
-            " it says nothing about them."
+            " fit recordings that move it as well, or give one that does not."
         )
 
 

@@ -68,8 +68,9 @@ class Certainty:
     def doubt(self, asked: Naming) -> str:
         """Why it may not be named, in half a sentence; empty if it may."""
         if self.deviations < asked.z:
+            told = np.floor(10 * self.deviations) / 10  # 2.97 is less than the 3 that are asked for
             return (
-                f"its size is {self.deviations:.1f} standard deviations from zero, and"
+                f"its size is {told:.1f} standard deviations from zero, and"
                 f" {asked.z:g} are asked for"
             )
         if self.peak < self.resolution:

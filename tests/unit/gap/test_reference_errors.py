@@ -125,7 +125,7 @@ def test_a_joint_that_was_held_in_the_references_recordings_is_refused(source, k
         with_reference_model(source, held)
     assert str(refusal.value) == (
         f"{source.datasets[0].name} moves wam/wrist_yaw_joint, held in the recordings that the"
-        " model was fitted on: it says nothing about them."
+        " model was fitted on: fit recordings that move it as well, or give one that does not."
     )
 
 

@@ -295,5 +295,5 @@ def test_models_that_cannot_be_used(results, log, tmp_path, capsys):
     said = refused(capsys, tmp_path / "out", 6, "validate", log, "--model", wrong)
     assert said == (
         f"ident: {log} moves wam/elbow_pitch_joint, held in the recordings that the model was"
-        " fitted on: it says nothing about them."
+        " fitted on: fit recordings that move it as well, or give one that does not."
     )
