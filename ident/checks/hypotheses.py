@@ -89,12 +89,10 @@ def _believed(found: Hypothesis, case: Case, without: Case, bounds: CheckSetting
     another reason says nothing of it.
     """
     if found.code == "joint_order" and without.error < case.error:
-        own, ratio = list(found.joints), bounds.believed_ratio
-        held_out = without.by_joint[own] <= ratio * case.by_joint[own]
-        if (
-            held_out.all()
-            and (without.fitted_by_joint[own] <= ratio * case.fitted_by_joint[own]).all()
-        ):
+        own = list(found.joints)
+        held_out = without.by_joint[own] / case.by_joint[own]
+        fitted = without.fitted_by_joint[own] / case.fitted_by_joint[own]
+        if max(held_out.max(), fitted.max()) <= bounds.believed_ratio:
             return True
     return without.better_by(bounds.believed_ratio, case) and _borne_out(found, case, without)
 

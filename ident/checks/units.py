@@ -111,7 +111,7 @@ def _one_factor(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark]
     ratio = np.abs(found.value) / size
     apart = np.abs(np.abs(found.value) - size) > 5 * found.sd
     odd = sure & apart & ((ratio > bounds.one_factor) | (ratio < 1 / bounds.one_factor))
-    if odd.any():
+    if odd.any() and (sure & ~odd).any():
         whose = joints(np.flatnonzero(sure & ~odd), names)
         own = zip(found.value[odd], found.sd[odd], strict=True)
         others = joined([f"{x:.3g} ± {e:.2g}" for x, e in own])
