@@ -17,6 +17,7 @@ def case(error, by_joint, fitted=None):
     """A case of these errors, of torque that was not fitted, and that was."""
     fitted = error / 4 if fitted is None else fitted
     found = SimpleNamespace(error=error, by_joint=np.array(by_joint), fitted=fitted)
+    found.fitted_by_joint = np.full(len(by_joint), fitted)
     found.robot = SimpleNamespace(joint_names="abcd")
     found.better_by = partial(Case.better_by, found)
     return found
