@@ -81,6 +81,9 @@ def load_simulation(
     if effects is not None:
         physics = hidden(physics, read_hidden_file(effects), seed, effects)
     plant = _plant(file, file.simulation, robot, physics)
+    if effects is not None and plant.least_inertia <= 0.0:
+        problem = "motors beside their links have more inertia than the joints: less motor_kg_m2"
+        raise ConfigurationError(effects, [problem])
     devices = _devices(file, path, plant, truth, misnumbered or {})
     arm = SimulatedArm(
         plant,

@@ -15,17 +15,17 @@ from sim_bus.hidden_effects.effect import (
     Array,
     AtJoints,
     Elsewhere,
+    NotNegative,
     NotNegativeSizes,
     Number,
     Positive,
     PositiveSizes,
+    Share,
     Sizes,
-    at_encoders,
     on_motors,
 )
+from sim_bus.hidden_effects.transmission import Tie, with_motor_beside
 from sim_bus.plant.physics import Physics, StepState
-
-_STIFF = np.inf
 
 
 class RotorInertia(AtJoints):
@@ -127,46 +127,46 @@ class TorqueSaturation(Acts):
 
 
 class JointElasticity(AtJoints):
-    """A transmission that gives way under load; the encoder sits on the motor.
-
-    Quasi-static: the encoder shows the joint's angle and load / stiffness; the spring's own
-    vibration is left out.
-    """
+    """A transmission that gives way under load: a spring with a damper between motor and link."""
 
     effect: Literal["joint_elasticity"]
     nm_rad: PositiveSizes
+    damping: NotNegative = 0.1
+    motor_kg_m2: PositiveSizes = 0.02
+    friction_on_motor: Share = 0.5
 
     def hide(self, physics: Physics, seed: int) -> Physics:
-        """Joint side."""
-        stiffness = self.spread(self.nm_rad, physics, elsewhere=_STIFF)
-        return at_encoders(physics, lambda q, state: q + state.load / stiffness)
+        """The encoder turns with the motor, which is a part of the joint's inertia."""
+        stiffness = self.spread(self.nm_rad, physics)
+        inertia = self.spread(self.motor_kg_m2, physics)
+        for j in (joint - 1 for joint in self.joints):
+            tie = Tie(j, 0.0, stiffness[j], self.damping, inertia[j], self.friction_on_motor)
+            physics = with_motor_beside(physics, tie)
+        return physics
 
 
 class Backlash(AtJoints):
-    """A dead zone in the transmission: the motor leads by half of it, towards its torque.
+    """A dead zone between motor and link, which ends at two hard stops.
 
-    Quasi-static: it changes sides within `crossing_s`, once the load has passed `crossing_nm`.
+    The stops give by a swing of `stops_hz`, of the motor on them.
     """
 
     effect: Literal["backlash"]
     rad: NotNegativeSizes
-    crossing_nm: Positive = 0.05
-    crossing_s: Positive = 0.01
+    stops_hz: Positive = 150.0
+    damping: NotNegative = 0.5
+    motor_kg_m2: PositiveSizes = 0.02
+    friction_on_motor: Share = 0.5
 
     def hide(self, physics: Physics, seed: int) -> Physics:
-        """Joint side."""
+        """The encoder turns with the motor, which is a part of the joint's inertia."""
         half = 0.5 * self.spread(self.rad, physics)
-        side = np.zeros(physics.dof)
-        last = np.zeros(1)
-
-        def reading(q: Array, state: StepState) -> Array:
-            share = 1.0 - np.exp(-max(0.0, state.time_s - last[0]) / self.crossing_s)
-            last[0] = state.time_s
-            towards = np.clip(state.load / self.crossing_nm, -1.0, 1.0)
-            side[:] += share * np.where(np.abs(towards) < 1.0, 0.0, towards - side)
-            return q + half * side
-
-        return at_encoders(physics, reading)
+        inertia = self.spread(self.motor_kg_m2, physics)
+        for j in (joint - 1 for joint in self.joints):
+            stiffness = inertia[j] * (2.0 * np.pi * self.stops_hz) ** 2
+            tie = Tie(j, half[j], stiffness, self.damping, inertia[j], self.friction_on_motor)
+            physics = with_motor_beside(physics, tie)
+        return physics
 
 
 Effects = (

@@ -66,6 +66,13 @@ class Plant:
         """Whether a stand holds the arm, so that nothing moves."""
         return self._released_ns is None
 
+    @property
+    def least_inertia(self) -> float:
+        """Of any motion of the joints in this pose [kg m^2]; positive for an arm that can be."""
+        mass = pin.crba(self._model, self._data, self.q)
+        whole = np.triu(mass) + np.triu(mass, 1).T + self._linear[0]
+        return float(np.linalg.eigvalsh(whole)[0])
+
     def hold(self) -> None:
         """Put the arm on a stand."""
         self._released_ns = None

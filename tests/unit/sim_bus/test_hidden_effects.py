@@ -5,6 +5,7 @@ from typing import get_args
 import numpy as np
 import pytest
 
+from sim_bus.assembly import load_simulation
 from sim_bus.hidden_effects.catalogue import Known, OutsideCatalogue, hidden, read_hidden_file
 from sim_bus.plant.physics import StepState, plain_physics
 from sim_bus.plant.plant import EndStops, Plant
@@ -245,26 +246,61 @@ def test_a_tilted_base_sees_gravity_tilted_the_other_way(hide):
     np.testing.assert_allclose(physics.gravity_m_s2, expected)
 
 
-def test_offsets_and_elasticity_show_in_what_the_encoders_see(hide):
-    physics = hide(
-        {"effect": "encoder_offset", "joints": [1], "rad": 0.02},
-        {"effect": "joint_elasticity", "joints": [2], "nm_rad": 100.0},
-    )
-    q = np.array([0.5, 0.6])
-    for see in physics.encoder_models:
-        q = see(q, state(motor=(0.3, 0.2)))
-    np.testing.assert_allclose(q, [0.52, 0.6 + 4.0 * 0.5 / 100.0])
+def test_an_offset_shows_in_what_the_encoders_see(hide):
+    (see,) = hide({"effect": "encoder_offset", "joints": [1], "rad": 0.02}).encoder_models
+    np.testing.assert_allclose(see(np.array([0.5, 0.6]), state()), [0.52, 0.6])
 
 
-def test_backlash_lies_towards_the_load_and_stays_at_no_load(hide):
-    (see,) = hide({"effect": "backlash", "joints": [1], "rad": 0.02}).encoder_models
-    forwards = [see(np.zeros(2), state(motor=(1.0, -1.0), time_s=0.01 * k))[0] for k in range(20)]
-    assert forwards[-1] == pytest.approx(0.01, rel=1e-3)
-    assert see(np.zeros(2), state(time_s=0.3))[0] == pytest.approx(0.01, rel=1e-3)
-    backwards = [
-        see(np.zeros(2), state(motor=(-1.0, 1.0), time_s=0.3 + 0.01 * k))[0] for k in range(20)
-    ]
-    assert backwards[-1] == pytest.approx(-0.01, rel=1e-3)
+def settled(physics, motor):
+    """A held link under a motor's steady torque: what pushes it, and where the motor comes to."""
+    (act,), (see,) = physics.on_joints, physics.encoder_models
+    for _ in range(20_000):
+        now = state(motor=motor)
+        act(now)
+    return now, see(np.zeros(2), now)
+
+
+@pytest.mark.parametrize(("inertia", "friction"), [(0.02, 0.0), (1e-4, 0.0), (0.02, 0.5)])
+def test_a_spring_carries_the_torque_and_gives(hide, inertia, friction):
+    """Friction on the motor, half of it, may keep the spring from all of the torque."""
+    physics = hide({
+        "effect": "joint_elasticity", "joints": [2], "nm_rad": 100.0,
+        "motor_kg_m2": inertia, "friction_on_motor": friction,
+    })  # fmt: skip
+    now, seen = settled(physics, (3.0, 3.0))
+    load = (RATIOS.T @ [3.0, 3.0])[1]
+    assert seen[0] == 0.0
+    assert seen[1] == pytest.approx(load / 100.0, abs=friction * COULOMB[1] / 100.0 + 1e-6)
+    assert now.load[1] + now.torque[1] == pytest.approx(100.0 * seen[1], rel=1e-6)
+    assert now.bounds[1, 1] == pytest.approx((1.0 - friction) * COULOMB[1])
+    assert now.drag[1] == pytest.approx(-friction * VISCOUS[1])
+    assert physics.armature[1, 1] == -inertia
+
+
+def test_a_motor_in_its_play_pushes_nothing_until_the_stop(hide):
+    """Its way there is that of free fall: half the play after sqrt(2 b J / torque)."""
+    physics = hide({
+        "effect": "backlash", "joints": [1], "rad": 0.02, "motor_kg_m2": 0.05,
+        "friction_on_motor": 0.0,
+    })  # fmt: skip
+    (act,), (see,) = physics.on_joints, physics.encoder_models
+    load = (RATIOS.T @ [1.0, 0.0])[0]
+    crossing = int(np.sqrt(2 * 0.01 * 0.05 / abs(load)) / H)
+    for _ in range(crossing - 1):
+        now = state(motor=(1.0, 0.0))
+        act(now)
+        assert now.load[0] + now.torque[0] == 0.0
+    assert abs(see(np.zeros(2), now)[0]) < 0.01
+    now, seen = settled(physics, (1.0, 0.0))
+    give = load / (0.05 * (2 * np.pi * 150.0) ** 2)
+    assert seen[0] == pytest.approx(np.sign(load) * 0.01 + give, rel=1e-3)
+    assert now.load[0] + now.torque[0] == pytest.approx(load, rel=1e-3)
+
+
+def test_a_motor_heavier_than_its_joint_is_refused(tmp_path):
+    path = make(tmp_path, {"effect": "backlash", "joints": [6], "rad": 0.01, "motor_kg_m2": 0.5})
+    with pytest.raises(ConfigurationError, match="motor_kg_m2"):
+        load_simulation("wam7.yaml", 0, path)
 
 
 def test_a_spring_pulls_towards_its_rest(hide):
