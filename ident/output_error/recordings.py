@@ -40,8 +40,10 @@ def segments_of(
     recordings about a hundred positions a second are taken; commands are all kept.
 
     Raises:
-        DataError: no commanded positions, other joints, or too few samples.
+        DataError: a loop that is no servo, no commanded positions, other joints, or too few
+            samples.
     """
+    _check_is_of_servos(recording, name)
     missing = [j for j in joint_names if j not in recording.joint_names]
     if missing:
         raise JointMismatchError(name, missing, recording.joint_names)
@@ -138,6 +140,16 @@ def settled(segments: Sequence[MotionSegment]) -> tuple[MotionSegment, ...]:
     return tuple(
         replace(s, counted=max(s.counted, count)) for s, count in zip(segments, counts, strict=True)
     )
+
+
+def _check_is_of_servos(recording: Recording, name: str) -> None:
+    """Refuse a log of `wamctl`'s own loop: no position servo, and its torque is in the log."""
+    if b"\ncontroller:" in recording.attachments.get("config.yaml", b""):
+        raise DataError(
+            f"{name} was recorded by wamctl, which commands torque (computed torque and PD);"
+            " identification by simulation fits position servos. Use regression, the usual method:"
+            " the log holds the torque."
+        )
 
 
 def _commands(recording: Recording, name: str) -> tuple[NDArray[np.int64], Array]:

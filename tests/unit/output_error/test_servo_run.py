@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 import ident
 from ident.cli import app
+from ident.output_error.recordings import segments_of
 from ident.recordings.loading import Reading
 from ident.report.servos.run_page import error_sentence
 from ident.workflows.method import method_for
@@ -100,6 +101,13 @@ def test_effort_without_sign_is_left_aside(tmp_path):
     assert "no sign" in remark.sentence
     write_recording(tmp_path / "signed.mcap", replace(made, effort=load - 1.0))
     assert method_for([tmp_path / "signed.mcap"], None, Reading()) == ("regression", [])
+
+
+def test_a_loop_that_commands_torque_is_no_servo():
+    """Its simulation takes minutes, and follows the recording no better than the command does."""
+    inside = {"config.yaml": b"robot: {}\ncontroller:\n  damping_ratio: 1.0\n"}
+    with pytest.raises(DataError, match="commands torque"):
+        segments_of(replace(recording(4.0), attachments=inside), JOINTS, "log.mcap")
 
 
 def test_settings_of_the_regression_are_refused(logs, tmp_path):
