@@ -38,9 +38,9 @@ class Tie:
 class _Motor:
     """A motor's motion beside its link, step by step."""
 
-    def __init__(self, tie: Tie, coulomb: float, viscous: float) -> None:
+    def __init__(self, tie: Tie, viscous: float) -> None:
         self._tie = tie
-        self._coulomb, self._viscous = tie.share * coulomb, tie.share * viscous
+        self._viscous = tie.share * viscous
         self._damping = 2.0 * tie.damping * np.sqrt(tie.stiffness * tie.inertia)
         self._speed: float | None = None
         self.beside = 0.0
@@ -54,11 +54,12 @@ class _Motor:
         swing = np.sqrt(tie.stiffness / tie.inertia)
         parts = int(np.ceil(swing * state.step_s / _TURN))
         h, carried = state.step_s / parts, 0.0
+        least, most = tie.share * state.bounds[:, j]
         for _ in range(parts):
             push = self._push(self._speed - link)
             free = self._speed + h * (float(state.load[j]) - push) / tie.inertia
-            rubbed = max(abs(free) - h * self._coulomb / tie.inertia, 0.0)
-            self._speed = float(np.copysign(rubbed, free)) / (1.0 + h * self._viscous / tie.inertia)
+            rubbed = free - float(np.clip(free, h * least / tie.inertia, h * most / tie.inertia))
+            self._speed = rubbed / (1.0 + h * self._viscous / tie.inertia)
             self.beside += h * (self._speed - link)
             carried += push / parts
         state.torque[j] += carried - state.load[j]
@@ -78,7 +79,7 @@ class _Motor:
 def with_motor_beside(physics: Physics, tie: Tie) -> Physics:
     """The same arm, in which one motor moves beside its link."""
     truth, j = physics.truth, tie.joint
-    motor = _Motor(tie, float(truth.coulomb[j]), float(truth.viscous[j]))
+    motor = _Motor(tie, float(truth.viscous[j]))
     armature = physics.armature.copy()
     armature[j, j] -= tie.inertia
 

@@ -297,6 +297,19 @@ def test_a_motor_in_its_play_pushes_nothing_until_the_stop(hide):
     assert now.load[0] + now.torque[0] == pytest.approx(load, rel=1e-3)
 
 
+def test_a_motor_has_its_part_of_friction_that_other_effects_add(hide):
+    """Under less torque than its part of all dry friction it stays where it is."""
+    extra = {"effect": "stribeck", "joints": [2], "extra_nm": 3.0, "speed_rad_s": 0.1}
+    tie = {"effect": "joint_elasticity", "joints": [2], "nm_rad": 100.0, "friction_on_motor": 0.5}
+    physics = hide(extra, tie)
+    for _ in range(1000):
+        now = met(physics, motor=(0.2, 0.2))
+    assert now.load[1] < 0.5 * (COULOMB[1] + 3.0)
+    assert now.bounds[1, 1] == pytest.approx(0.5 * (COULOMB[1] + 3.0))
+    (see,) = physics.encoder_models
+    assert see(np.zeros(2), now)[1] == 0.0
+
+
 def test_a_motor_heavier_than_its_joint_is_refused(tmp_path):
     path = make(tmp_path, {"effect": "backlash", "joints": [6], "rad": 0.01, "motor_kg_m2": 0.5})
     with pytest.raises(ConfigurationError, match="motor_kg_m2"):
