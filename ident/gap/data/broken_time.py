@@ -3,9 +3,10 @@
 A reading that was lost, written twice or stamped late moves all joints by the same time at once. No
 torque does that: it changes velocities, and positions go on from where they were. Filtered, such a
 step is a blow at every joint. A step is broken if its mean velocity lies outside of those on its
-two sides, by the same time at all joints, and far beyond what the recording's other steps do. Such
-steps are cut out. Where samples are lost so often that no step is unusual, that is a fault of the
-data, which makes every effect doubtful.
+two sides, by the same time at all joints, and far beyond what the recording's other steps do. A
+joint that turns round there tells no time, since its velocity may have been any. Broken steps are
+cut out. Where samples are lost so often that no step is unusual, that is a fault of the data, which
+makes every effect doubtful.
 """
 
 from bisect import bisect_left
@@ -118,7 +119,7 @@ def _remarks(data: Dataset, found: Sequence[Break], count: int) -> list[Remark]:
     worst = max(apart, key=lambda b: abs(b.off_s))
     at_s = data.spans[worst.span].start_s + worst.first / data.rate_hz
     text = (
-        f"{data.name}: at {at_s:.3f} s all joints are {abs(worst.off_s) * 1e3:.3g} ms"
+        f"{data.name}: at {at_s:.3f} s all joints are {abs(worst.off_s) * 1e3:.2g} ms"
         f" {'ahead of' if worst.off_s > 0 else 'behind'} their stamps at once"
         f"{f' ({len(apart)} such steps)' if len(apart) > 1 else ''}, which no torque does: readings"
         " were lost, repeated or stamped late."
@@ -145,9 +146,9 @@ def _breaks(data: Dataset, number: int, segment: Segment, bounds: BrokenTime) ->
     middle, half = (before + after) / 2, np.abs(before - after) / 2
     beyond = np.maximum(np.abs(here - middle) - half, 0.0) * steps[:, None]
     usual = np.maximum(np.quantile(beyond, bounds.usual_share, axis=0), ROUNDING)
-    weight = middle / usual
-    speed = np.maximum((weight**2).sum(axis=1), 1e-300)
-    off = (weight * (here - middle) / usual).sum(axis=1) / speed
+    sure = np.sign(middle) * np.maximum(np.abs(middle) - half, 0.0) / usual
+    speed = np.maximum((sure * middle / usual).sum(axis=1), 1e-300)
+    off = (sure * (here - middle) / usual).sum(axis=1) / speed
     left = np.abs(here - middle * (1 + off[:, None])) - half * (1 + np.abs(off[:, None]))
     same = np.sum((np.maximum(left, 0.0) / usual) ** 2, axis=1) < bounds.apart**2 * off**2 * speed
     far = np.sqrt(np.sum((beyond / usual) ** 2, axis=1)) > bounds.far

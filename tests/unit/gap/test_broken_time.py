@@ -97,6 +97,14 @@ def test_the_arm_is_left_whole_where_it_moves_as_stamped():
     assert cut(pulled) == ([], [])
 
 
+def test_a_blow_while_all_joints_turn_round_is_a_blow():
+    found = recording()
+    found.q[: AT + 1] = np.arange(-AT, 1)[:, None] * (-0.47, -0.49) / HZ
+    found.q[AT + 1 :] = (0.34, 1.07) / np.float64(HZ)
+    found.q[AT + 1 :] += np.arange(SAMPLES - AT - 1)[:, None] * (0.17, 0.06) / HZ
+    assert cut(found) == ([], [])
+
+
 def test_missing_samples_are_bridged_as_far_as_the_fastest_motion_is_known():
     for lost, expected in ((3, []), (4, [(AT, AT + 5)])):
         kept = np.delete(WHOLE, np.arange(AT + 1, AT + 1 + lost))
