@@ -13,7 +13,8 @@ from ident.output_error.prepared import Prepared, prepared
 from ident.output_error.search.confirmation import confirmed, doubt, without_parts
 from ident.output_error.search.late_start import answers_early, begun_with_delay
 from ident.output_error.search.parts import PARTS, Part
-from ident.output_error.search.selection import Selection, extended
+from ident.output_error.search.rounds import extended
+from ident.output_error.search.selection import Selection
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.servo_model import ServoModel
 from ident.output_error.setup import MotionSegment, Setup

@@ -6,7 +6,8 @@ from ident.output_error.missing.kinds import KIND_OF, KINDS
 from ident.output_error.missing.nulls import Nulls, nulls
 from ident.output_error.prepared import Prepared
 from ident.output_error.search.parts import ENCODER_OFFSET, SERVO_PARTS, ZEROS, Part
-from ident.output_error.search.selection import Accepted, Selection, extended, possible
+from ident.output_error.search.rounds import extended
+from ident.output_error.search.selection import Accepted, Selection, possible
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.search.trial import Places
 from ident.regression.progress import Tell

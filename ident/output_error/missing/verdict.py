@@ -12,7 +12,7 @@ from ident.output_error.missing.search import Search
 from ident.output_error.parameters import ROW
 from ident.output_error.prepared import Prepared
 from ident.output_error.search.confirmation import Confirmation, confirmed, doubt, without_parts
-from ident.output_error.search.selection import Accepted
+from ident.output_error.search.selection import Accepted, clearly_off
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.uncertainty import Knowledge, knowledge
 from ident.regression.progress import Tell
@@ -143,8 +143,8 @@ def _left(found: Search, begun: Prepared, settings: SearchSettings) -> tuple[Lef
     before, after = typical(found.base.errors), typical(found.end.errors)
     gap, rest = (typical_error**2 - floor**2 for typical_error in (before, after))
     share = np.clip(rest / np.maximum(gap, rest.clip(1e-300)), 0.0, 1.0)
-    seen = np.sqrt(rest.clip(0.0)) > settings.clear_steps * begun.resolution
-    clear = (after > settings.clear * floor) & seen & begun.moving & (share > settings.unclosed)
+    off = clearly_off(found.end.errors, floor, begun, settings)
+    clear = off & begun.moving & (share > settings.unclosed)
     return tuple(
         Left(int(j), float(after[j]), float(floor[j]), float(share[j]))
         for j in np.flatnonzero(clear)

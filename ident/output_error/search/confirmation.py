@@ -85,7 +85,7 @@ def without_parts(
         free[own, a.joint] = False
         again = own + [ROW[name] for name in BASE]
         began[again, a.joint] = base.settings[again, a.joint]
-    made = refitted(found.setup, began, free, parts, begun, settings)
+    made = refitted(found, began, free, parts, begun, settings)
     kept = tuple(a for a in found.accepted if a not in parts)
     return replace(
         found, fit=made, errors=left_out(found.setup, made, begun.prior), accepted=kept, tried=()

@@ -39,25 +39,39 @@ MJCF = f"""<mujoco><option timestep="{TIMESTEP_S}" integrator="implicitfast"/>
   <actuator><position joint="shoulder"/><position joint="elbow"/></actuator></mujoco>"""
 
 
-def commands(seconds: float, seed: int) -> np.ndarray:
-    """Sums of sines at 50 Hz, shape (S, 2)."""
+def commands(seconds: float, seed: int, step: float = 0.0) -> np.ndarray:
+    """Sums of sines at 50 Hz beside a step each second [rad], shape (S, 2)."""
     rng = np.random.default_rng(seed)
     t = np.arange(int(seconds * 50)) / 50
     hz = np.array([0.13, 0.31, 0.72, 1.4])
     size = np.array([0.5, 0.25, 0.12, 0.05])
     phase = rng.uniform(0, 2 * np.pi, (2, 4))
-    return np.sin(2 * np.pi * hz * t[:, None, None] + phase) @ size
+    steps = step * rng.standard_normal((len(t) // 50 + 1, 2))
+    return np.sin(2 * np.pi * hz * t[:, None, None] + phase) @ size + steps[np.arange(len(t)) // 50]
 
 
 Hidden = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """Torque that the joints feel beside all others, from their positions and speeds."""
 
 
-def recording(seconds: float = 24.0, seed: int = 0, hidden: Hidden | None = None) -> Recording:
-    """What such an arm's log holds: commands and 12-bit positions at 50 Hz, no torque."""
+def recording(
+    seconds: float = 24.0, seed: int = 0, hidden: Hidden | None = None, *,
+    step: float = 0.0, elbow_limit: float = np.inf,
+) -> Recording:  # fmt: skip
+    """What such an arm's log holds: commands and 12-bit positions at 50 Hz, no torque.
+
+    Args:
+        seconds: its length.
+        seed: of the motion.
+        hidden: torque that the joints feel as well [N m].
+        step: size of a step of the commands each second [rad].
+        elbow_limit: of the elbow's servo [N m].
+    """
     arm = mujoco.MjModel.from_xml_string(MJCF)
+    if np.isfinite(elbow_limit):
+        arm.actuator_forcelimited[1], arm.actuator_forcerange[1] = 1, (-elbow_limit, elbow_limit)
     state = mujoco.MjData(arm)
-    wanted = commands(seconds, seed)
+    wanted = commands(seconds, seed, step)
     state.qpos[:] = wanted[0]
     q = np.empty_like(wanted)
     sent = np.repeat(wanted, PERIOD_STEPS, axis=0)

@@ -52,11 +52,28 @@ def test_model_and_page_hold_the_effect(gap_of_pulled):
     assert "constant extra torque" in (folder / "report.html").read_text()
 
 
-def test_an_arm_without_effects_misses_nothing():
+def gap_of(made):
     arm = ident.Arm.from_urdf(URDF)
-    made = recording(seed=3)
     rec = ident.Recording(t=made.stamp_ns * 1e-9, q=made.q, q_command=made.command.q, joints=JOINTS)
-    gap = ident.find_gap(arm, [rec], method="simulation", null_runs=1)
+    return ident.find_gap(arm, [rec], method="simulation", null_runs=1)
+
+
+def test_an_effect_and_the_servos_limit_at_one_joint_do_not_hide_each_other():
+    """Alone neither explains much, and both shake the shoulder, which is fitted again."""
+    pushed = recording(
+        16.0, 2, lambda q, v: np.array([0.0, -0.3 * abs(v[1])]), step=0.35, elbow_limit=2.5
+    )
+    gap = gap_of(pushed)
+    assert gap.verdict == "named"
+    (effect,) = gap.content["effects"]
+    assert (effect["name"], effect["joints"]) == ("asymmetric_viscous", [2])
+    assert effect["parameters"]["half_difference"]["value"] == pytest.approx(0.3, rel=0.1)
+    assert gap.model.value("torque_limit")[1] == pytest.approx(2.5, rel=0.05)
+    assert max(gap.content["held_out"]["after"]["rms_by_joint"]) < 2e-3
+
+
+def test_an_arm_without_effects_misses_nothing():
+    gap = gap_of(recording(seed=3))
     assert gap.verdict == "no_gap"
     assert gap.effects == ()
     assert gap.content["minimum_detectable"]["torque_offset"]["2"] < 0.1

@@ -12,10 +12,12 @@ from ident.output_error.judging import blocks, explained, gain, left_out, surene
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.plant import Motion
 from ident.output_error.search.parts import ENCODER_OFFSET, OFFSET, SERVO_PARTS, SPRING, Part
+from ident.output_error.search.rounds import worth_a_fit
 from ident.output_error.search.screening import promising
-from ident.output_error.search.selection import Selection, winners, worth_a_fit
+from ident.output_error.search.selection import Selection
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.search.trial import Trial, felt
+from ident.output_error.search.winners import winners
 from ident.output_error.setup import MEMORY_S, MotionSegment, Prior, Setup
 
 LOW = SearchSettings(least_gain=0.01)
