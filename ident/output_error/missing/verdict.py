@@ -132,7 +132,7 @@ def _kind(effects: tuple[Accepted, ...], left: tuple[Left, ...]) -> str:
 
 
 def _doubt(evidence: Evidence, settings: SearchSettings) -> str:
-    if evidence.deviations < settings.sure:
+    if evidence.deviations < settings.sure_size:
         return f"its size is only {evidence.deviations:.1f} standard deviations from nothing"
     return doubt(evidence.beside, settings)
 

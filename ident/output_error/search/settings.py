@@ -14,8 +14,8 @@ class SearchSettings:
             3 %.
         null_factor: by how much it has to exceed the largest gain of the effect-free simulations.
         per_quantity: nats per sample that each further quantity of an effect has to earn.
-        sure: standard errors over blocks of time by which it has to help, and of its size from
-            nothing.
+        sure: standard errors over blocks of time by which it has to help.
+        sure_size: standard deviations by which its size has to be from nothing.
         seen: of the encoder's own noise (a step over the root of 12), what it explains at least.
         apart: standard errors by which an effect has to beat a rival, and by which no recording
             may speak against it.
@@ -40,6 +40,7 @@ class SearchSettings:
     null_factor: float = 2.0
     per_quantity: float = 0.01
     sure: float = 4.0
+    sure_size: float = 3.0
     seen: float = 0.5
     apart: float = 2.0
     rival_share: float = 0.5
