@@ -1,5 +1,6 @@
 """A part put into the simulated arm at many joints at once, fitted, and judged by joint."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -69,8 +70,8 @@ def trials(
 
 
 def _tried(
-    setup: Setup, best: Fit, judged: Array, part: Part, places: Places, began: Array, prior: Prior,
-    rounds: int,
+    setup: Setup, best: Fit, judged: Array, part: Part, places: Places, starts: Sequence[Array],
+    prior: Prior, rounds: int,
 ) -> Trial:  # fmt: skip
     new = np.zeros_like(best.free)
     new[[ROW[name] for name in part.quantities]] = places
@@ -78,10 +79,21 @@ def _tried(
     if not part.felt_elsewhere:  # the other joints hardly feel it, and zeros take long
         loose &= places
         loose[ROW["zero"]] = False
-    found = fit(setup, began, loose, prior, rounds)
+    fits = [fit(setup, start, loose, prior, rounds) for start in starts]
+    found = _joint_by_joint(setup, fits, prior)
     errors = felt(part, places, judged, left_out(setup, found, prior))
     found = replace(found, free=best.free | new)
     return Trial(part, places, found, errors, np.where(places, gain(judged, errors), 0.0))
+
+
+def _joint_by_joint(setup: Setup, fits: Sequence[Fit], prior: Prior) -> Fit:
+    """Each joint as in that of some fits which leaves it the least."""
+    least = np.argmin([f.rms for f in fits], axis=0)
+    among = least[fits[0].free.any(axis=0)]
+    if (among == among[0]).all():
+        return fits[among[0]]
+    mixed = np.choose(least, [f.settings for f in fits])
+    return fit(setup, mixed, fits[0].free, prior, 1)
 
 
 def felt(part: Part, places: Places, before: Array, after: Array) -> Array:
@@ -102,11 +114,14 @@ def felt(part: Part, places: Places, before: Array, after: Array) -> Array:
 def scanned(
     setup: Setup, best: Fit, part: Part, places: Places, prior: Prior,
     *, alike: bool = False,
-) -> Array:  # fmt: skip
-    """Each joint where it fits best with a part at one of its sizes, shape (quantities, n).
+) -> list[Array]:  # fmt: skip
+    """Where fits with a part begin, shape (quantities, n) each.
 
     All else is as in the arm so far, or as in the first guess: settings that were fitted without
-    the part may have gone far to make up for it. What it stands in for is also tried smaller.
+    the part may have gone far to make up for it. What it stands in for is also tried smaller. The
+    first start is each joint at the size that fits best; from there a fit may stay where the arm
+    was without the part, so that the second has the next larger size. A part of the servo, and what
+    other joints feel too, moves the arm far enough from one start.
 
     Args:
         setup: arm and recordings.
@@ -120,19 +135,37 @@ def scanned(
     basic = [ROW[name] for name in BASE]
     fresh = best.settings.copy()
     fresh[basic] = np.where(best.free[basic], prior.center[basic], fresh[basic])
-    began, left = best.settings.copy(), np.full(len(places), np.inf)
-    shares = _SHARES if part.instead else (1.0,)
-    tried = []
-    for origin, size, share in product((best.settings, fresh), part.sizes, shares):
+    sizes = part.sizes or (1.0,)
+    began = [best.settings.copy() for _ in sizes]
+    left = np.full((len(sizes), len(places)), np.inf)
+    tried, of_size = [], []
+    for origin, (k, size), share in product(
+        (best.settings, fresh), enumerate(part.sizes), _SHARES if part.instead else (1.0,)
+    ):
         unit = origin[ROW[part.relative]] if part.relative else 1.0
         trial = np.where(places, origin, best.settings)
         trial[row] = np.where(places, np.clip(size * unit, q.low, q.high), trial[row])
         if part.instead:
             trial[ROW[part.instead]] *= np.where(places, share, 1.0)
         tried.append(trial)
-    for trial, residuals in zip(tried, setup.residuals_of(tried), strict=True):
+        of_size.append(k)
+    for k, trial, residuals in zip(of_size, tried, setup.residuals_of(tried), strict=True):
         error = 0.5 * np.log(np.mean(residuals**2, axis=0))
         error = np.full_like(error, error.mean()) if alike else error
-        better = places & (error < left)
-        began, left = np.where(better, trial, began), np.where(better, error, left)
-    return began
+        better = places & (error < left[k])
+        began[k] = np.where(better, trial, began[k])
+        left[k] = np.where(better, error, left[k])
+    first = np.argmin(left, axis=0)
+    starts = [np.choose(first, began)]
+    if part.sizes and not (part.servo or part.felt_elsewhere):
+        larger = np.array([_next_larger(sizes, k) for k in range(len(sizes))])[first]
+        starts.append(np.choose(larger, began))
+    return starts
+
+
+def _next_larger(sizes: Sequence[float], k: int) -> int:
+    """The next larger one of the same sign; of the largest, the next smaller one."""
+    alike = [i for i in range(len(sizes)) if sizes[i] * sizes[k] > 0]
+    beyond = [i for i in alike if abs(sizes[i]) > abs(sizes[k])]
+    others = beyond or [i for i in alike if i != k] or [k]
+    return min(others, key=lambda i: abs(abs(sizes[i]) - abs(sizes[k])))

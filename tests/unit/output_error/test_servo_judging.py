@@ -16,7 +16,7 @@ from ident.output_error.search.rounds import worth_a_fit
 from ident.output_error.search.screening import promising
 from ident.output_error.search.selection import Selection
 from ident.output_error.search.settings import SearchSettings
-from ident.output_error.search.trial import Trial, felt
+from ident.output_error.search.trial import Trial, felt, scanned
 from ident.output_error.search.winners import winners
 from ident.output_error.setup import MEMORY_S, MotionSegment, Prior, Setup
 
@@ -201,6 +201,23 @@ def test_a_spring_is_no_name_for_what_an_offset_explains_as_well(offset: float, 
         made.append(Trial(part, np.ones(1, dtype=bool), found, after, np.array([gained])))
     begun = SimpleNamespace(same_servo=False, resolution=np.zeros(1))
     assert [a.part.name for a in winners(made, before, {}, begun, SearchSettings())] == [named]
+
+
+@pytest.mark.parametrize(
+    ("servo", "told", "sizes"),
+    [(False, 0.11, [0.1, 0.3]), (False, 0.7, [0.8, 0.3]), (True, 0.11, [0.1])],
+)
+def test_a_fit_begins_at_the_best_size_and_at_the_next_larger_one(
+    servo: bool, told: float, sizes: list[float]
+) -> None:
+    """From the best one it may stay where the arm was without the part."""
+    t = np.arange(600) / 50
+    slopes = np.column_stack([np.zeros(600), np.sin(3.0 * t)])
+    setup, best = unfitted(slopes, slopes @ [0.0, told])
+    part = Part("own", ("load_friction",), (0.1, 0.3, 0.8), servo=servo)
+    prior = Prior(neutral(1), np.full((len(QUANTITIES), 1), 3.0), np.full(len(QUANTITIES), np.inf))
+    starts = scanned(setup, best, part, np.array([True]), prior)
+    np.testing.assert_allclose([s[ROW["load_friction"], 0] for s in starts], sizes)
 
 
 def test_a_part_of_the_servo_is_tried_beside_one_that_promises_more() -> None:
