@@ -10,7 +10,7 @@ from rich.markup import escape
 
 from ident.commands.options import Force
 from ident.commands.outputs import file_written
-from ident.importers.recording import import_recording
+from ident.importers.recording import LEFT_OUT, import_recording
 from wamctl.arm.command_line import is_quiet, next_step, shipped_names
 
 
@@ -49,5 +49,7 @@ def import_table(
         return
     size = f"{len(recording.q)} samples of {len(recording.joint_names)} joints"
     typer.echo(f"{out}: {size} over {seconds:.3f} s")
+    if LEFT_OUT in recording.metadata:
+        typer.echo(f"Left out: {recording.metadata[LEFT_OUT]}.")
     knows_arm = "robot.urdf" in recording.attachments
     next_step("ident run", out, *([] if knows_arm else ["--robot ARM.urdf"]))

@@ -17,6 +17,9 @@ _LATEST_S = 2**31
 _BACK_NS = 0.5e9
 """Stamps may come in another order than their rows; a longer way back is another recording."""
 
+_MOST_LEFT_OUT = 0.1
+"""Of the rows, that may hold cells that are not finite."""
+
 
 @dataclass(frozen=True)
 class MappedColumns:
@@ -25,10 +28,14 @@ class MappedColumns:
     Attributes:
         stamp_ns: instants [ns], shape (S,).
         series: per quantity of the mapping its columns, shape (S, n).
+        rows: the table's number of each, from 1, shape (S,).
+        left_out: rows that were left out, since a cell of theirs is not finite.
     """
 
     stamp_ns: NDArray[np.int64]
     series: dict[str, Array]
+    rows: NDArray[np.intp]
+    left_out: tuple[int, ...] = ()
 
 
 def files(source: Path, plan: Mapping) -> list[Path]:
@@ -149,29 +156,42 @@ def _lacks(names: list[Name], table: Table) -> str:
 
 
 def _chosen_rows(source: Path, plan: Mapping, series: dict[str, Array]) -> MappedColumns:
-    rows = slice(plan.rows.first - 1, plan.rows.last)
-    chosen = {place: values[rows] for place, values in series.items()}
-    if "rows" in chosen:
-        kept = chosen.pop("rows").ravel() == plan.rows.equal
-        if not kept.any():
-            raise DataError(f"{source} has no row with {plan.rows.column!r} = {plan.rows.equal:g}.")
-        chosen = {place: values[kept] for place, values in chosen.items()}
-    samples = len(chosen["position"])
-    if samples == 0:
-        have = len(series["position"])
+    have = len(series["position"])
+    numbers = np.arange(1, have + 1)[plan.rows.first - 1 : plan.rows.last]
+    if not len(numbers):
         raise DataError(f"{source} has {have} rows; rows.first is {plan.rows.first}.")
-    for place, values in chosen.items():
-        bad = np.argwhere(~np.isfinite(values))
-        if len(bad):
-            row, column = bad[0] + (plan.rows.first, 1)
-            raise DataError(
-                f"{source}: {place} is not finite in {len(bad)} cells, the first in row {row},"
-                f" joint {column}; choose other rows in the mapping."
-            )
+    if "rows" in series:
+        numbers = numbers[series["rows"].ravel()[numbers - 1] == plan.rows.equal]
+        if not len(numbers):
+            raise DataError(f"{source} has no row with {plan.rows.column!r} = {plan.rows.equal:g}.")
+    chosen = {place: v[numbers - 1] for place, v in series.items() if place != "rows"}
+    finite = _finite(source, chosen, numbers)
     if "time" in chosen:
-        return MappedColumns(_stamps(source, plan, chosen.pop("time").ravel()), chosen)
-    steps = np.arange(samples) * (1e9 / (plan.time.rate_hz or 1.0))
-    return MappedColumns(np.rint(steps).astype(np.int64), chosen)
+        stamps = _stamps(source, plan, chosen.pop("time").ravel()[finite])
+    else:
+        steps = np.flatnonzero(finite) * (1e9 / (plan.time.rate_hz or 1.0))
+        stamps = np.rint(steps).astype(np.int64)
+    kept = {place: values[finite] for place, values in chosen.items()}
+    return MappedColumns(stamps, kept, numbers[finite], tuple(numbers[~finite].tolist()))
+
+
+def _finite(source: Path, chosen: dict[str, Array], rows: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Rows of finite cells, shape (S,).
+
+    Raises:
+        DataError: so many others that columns or rows are the wrong ones.
+    """
+    finite = np.ones(len(rows), dtype=bool)
+    for values in chosen.values():
+        finite &= np.isfinite(values).reshape(len(rows), -1).all(axis=1)
+    if (~finite).sum() <= _MOST_LEFT_OUT * len(rows):
+        return finite
+    place, values = next((p, v) for p, v in chosen.items() if not np.isfinite(v).all())
+    bad = np.argwhere(~np.isfinite(values.reshape(len(rows), -1)))
+    raise DataError(
+        f"{source}: {place} is not finite in {len(bad)} cells, the first in row {rows[bad[0, 0]]},"
+        f" joint {bad[0, 1] + 1}; choose other rows in the mapping."
+    )
 
 
 def _stamps(source: Path, plan: Mapping, column: Array) -> NDArray[np.int64]:

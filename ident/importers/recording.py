@@ -1,9 +1,11 @@
 """A foreign table as a recording: columns, units, motors to joints, offsets."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ident.importers.columns import files, read_columns
 from ident.importers.mapping import (
@@ -21,6 +23,9 @@ from wamctl.arm.recorder import write_recording
 from wamctl.arm.recording import Command, Recording
 from wamctl.arm.robot import load_robot
 from wamctl.arm.ros2.magnitudes import POSITION, TORQUE, excess
+
+LEFT_OUT = "rows left out"
+"""Key of a log's metadata that tells which rows of its table it lacks."""
 
 _UNITS = {
     "rad": 1.0,
@@ -60,7 +65,7 @@ def import_recording(source: Path, mapping: Path | str, out: Path) -> Recording:
     Raises:
         ConfigurationError: all faults of the mapping, or of mapping and table together, at once.
         DataError: a table that cannot be read, or that holds something else than finite numbers
-            of a joint's size.
+            of a joint's size. A few rows with cells that are not finite are left out.
     """
     recording = mapped_recording(source, mapping)
     write_recording(out, recording)
@@ -82,8 +87,12 @@ def mapped_recording(source: Path, mapping: Path | str) -> Recording:
             ("command", plan.command),
         )
     )
-    _bounded(source, plan, arm, {"position": q, "command_position": wanted})
-    _bounded(source, plan, arm, {"effort": effort, "command": command})
+    for parts in (
+        {"position": q, "command_position": wanted},
+        {"effort": effort, "command": command},
+    ):
+        _bounded(source, columns.rows, arm, parts)
+    files_read = {path.name: f"sha256 {fingerprint(path)}" for path in files(source, plan)}
     return Recording(
         arm.joints,
         columns.stamp_ns,
@@ -93,12 +102,23 @@ def mapped_recording(source: Path, mapping: Path | str) -> Recording:
         None
         if command is None and wanted is None
         else Command(columns.stamp_ns, wanted, None, command),
-        metadata={path.name: f"sha256 {fingerprint(path)}" for path in files(source, plan)},
+        metadata=files_read | _left_out(columns.left_out),
         attachments=arm.attachments | {"mapping.yaml": where.read_bytes()},
     )
 
 
-def _bounded(source: Path, plan: Mapping, arm: _Arm, parts: dict[str, Array | None]) -> None:
+def _left_out(rows: Sequence[int]) -> dict[str, str]:
+    """What the log's metadata say of rows that it lacks."""
+    if not rows:
+        return {}
+    count = f"{len(rows)} rows have" if len(rows) > 1 else "a row has"
+    which = f"the first is row {rows[0]}" if len(rows) > 1 else f"row {rows[0]}"
+    return {LEFT_OUT: f"{count} cells that are not finite: {which}"}
+
+
+def _bounded(
+    source: Path, rows: NDArray[np.intp], arm: _Arm, parts: dict[str, Array | None]
+) -> None:
     """Refuse what no joint can have.
 
     Raises:
@@ -107,7 +127,7 @@ def _bounded(source: Path, plan: Mapping, arm: _Arm, parts: dict[str, Array | No
     for place, values in parts.items():
         most = POSITION if "position" in place else TORQUE
         if values is not None:
-            wrong = excess(values, most, arm.joints, lambda s: f"in row {s + plan.rows.first}")
+            wrong = excess(values, most, arm.joints, lambda s: f"in row {rows[s]}")
             if wrong:
                 raise DataError(f"{source}: {place} {wrong}")
 

@@ -359,6 +359,25 @@ def test_a_cell_that_is_no_number(tmp_path: Path) -> None:
     assert refused(path, BASIC, DataError).startswith(f"{path}: effort of a is -2e+09 in row 2")
 
 
+@pytest.mark.parametrize("clock", ["column", "rate"])
+def test_a_few_rows_that_are_not_finite_are_left_out_and_told(tmp_path: Path, clock: str) -> None:
+    path, where, out = tmp_path / "data.csv", tmp_path / "map.yaml", tmp_path / "data.mcap"
+    cells = [f"{0.01 * k:.2f},{k},2,3,4" for k in range(40)]
+    cells[7], cells[30] = "0.07,7,2,nan,4", "0.30,30,inf,3,4"
+    path.write_text("t,q1,q2,u1,u2\n" + "\n".join(cells) + "\n")
+    plan = BASIC if clock == "column" else BASIC | {"time": {"rate_hz": 100}}
+    where.write_text(yaml.safe_dump(plan))
+    app = typer.Typer()
+    app.command()(import_table)
+    done = CliRunner().invoke(app, [str(path), "--map", str(where), "--out", str(out)])
+    assert done.exit_code == 0, done.output
+    assert "Left out: 2 rows have cells that are not finite: the first is row 8." in done.stdout
+    made = read_recording(out)
+    kept = np.delete(np.arange(40), [7, 30])
+    np.testing.assert_array_equal(made.q[:, 0], kept)
+    np.testing.assert_allclose(made.stamp_ns * 1e-9, 0.01 * kept, atol=1e-9)
+
+
 def test_a_last_row_that_was_cut_off_can_be_left_out(tmp_path: Path) -> None:
     path = tmp_path / "data.csv"
     path.write_text("t,q1,q2,u1,u2\n0,1,2,3,4\n1,1,2,3,4\n2,1,\n")
