@@ -22,6 +22,9 @@ DRIVING_FRICTION = "driving_friction"
 """Code of the remark that no physically possible arm explains the torque."""
 
 _STRETCHES = 12
+_COULOMB = 1
+"""Place of Coulomb friction among a joint's columns of friction; viscous friction is the first."""
+
 _CLEAR_GAIN = 0.7
 _SURE = 5.0
 _FAST = 0.95
@@ -55,14 +58,22 @@ class FrictionPower:
     Attributes:
         value: of each joint, shape (n,); friction that brakes is positive.
         sd: its standard error, by leaving out stretches, shape (n,).
+        coulomb, coulomb_sd: of its part that does not grow with speed, shape (n,).
     """
 
     value: Array
     sd: Array
+    coulomb: Array
+    coulomb_sd: Array
 
     def negative(self, least: float, deviations: float) -> NDArray[np.bool_]:
-        """Joints whose friction feeds the motion, shape (n,)."""
-        return (self.value < -least) & (self.value < -deviations * self.sd)
+        """Joints whose friction feeds the motion, shape (n,).
+
+        None whose Coulomb friction brakes it: a torque that is reversed reverses that as well,
+        while a drive that makes up for viscous friction leaves it.
+        """
+        brakes = (self.coulomb > least) & (self.coulomb > deviations * self.coulomb_sd)
+        return (self.value < -least) & (self.value < -deviations * self.sd) & ~brakes
 
     def positive(self, least: float, deviations: float) -> NDArray[np.bool_]:
         """Joints whose friction brakes it, shape (n,)."""
@@ -82,14 +93,15 @@ def friction_power(case: Case) -> FrictionPower:
     def power(beta: Array) -> Array:
         joint = np.arange(len(w))[:, None]
         own = c.W[:, joint, c.friction]
-        torque = np.einsum("sjk,jk->sj", own, beta[c.friction])
-        mean = np.mean(torque * probe.motion.qd, axis=0)
-        return np.divide(mean, size, out=np.zeros_like(mean), where=size > 0)
+        parts = np.einsum("sjk,jk,sj->kj", own, beta[c.friction], probe.motion.qd) / len(own)
+        parts = np.divide(parts, size, out=np.zeros_like(parts), where=size > 0)
+        return np.array([parts.sum(axis=0), parts[_COULOMB]])
 
     without = np.array([power(solution(A - a, y - b)) for a, b in grams])
     count = len(grams)
     spread = (count - 1) / count * np.sum((without - without.mean(axis=0)) ** 2, axis=0)
-    return FrictionPower(power(solution(A, y)), np.sqrt(spread))
+    (value, coulomb), (sd, coulomb_sd) = power(solution(A, y)), np.sqrt(spread)
+    return FrictionPower(value, sd, coulomb, coulomb_sd)
 
 
 def of_one_arm(together: Case, signed: Sequence[Signed], bounds: CheckSettings) -> list[Signed]:

@@ -39,6 +39,9 @@ _WORSE_THAN_NONE = 100.0
 _CLEARLY = 0.5
 """Share of that error below which it is the sign."""
 
+_EXPLAINED = 70.0
+"""Error [%] from which a model explains too little of a recording to tell its signs."""
+
 _OF_LINKS = (
     "cad_disagrees",
     "current_not_torque",
@@ -178,7 +181,8 @@ def with_signs_of_fit(
         return found, []
     other = predict(model, arm, upright.with_torque_times(-np.ones(len(errors))))
     inverted = other.filtered[model.estimator].relative_percent_by_joint < _CLEARLY * errors
-    if not inverted.any():
+    turned = predict(model, arm, upright.with_torque_times(np.where(inverted, -1.0, 1.0)))
+    if not inverted.any() or turned.filtered[model.estimator].relative_percent > _EXPLAINED:
         return found, []
     places = np.flatnonzero(inverted)
     text = (
@@ -188,7 +192,7 @@ def with_signs_of_fit(
     )
     advice = "Correct the sign where the torque is recorded."
     remark = Remark("sign", numbers(places), text, Grade.DOUBTFUL, advice)
-    return predict(model, arm, upright.with_torque_times(np.where(inverted, -1.0, 1.0))), [remark]
+    return turned, [remark]
 
 
 def large_errors(

@@ -107,13 +107,18 @@ def position_remarks(case: Case, bounds: CheckSettings) -> list[Remark]:
         return []
     if best.kind == "zero":
         best = _refined(case, weights, best)
-    if not best.large(bounds):
+    if not best.large(bounds) or (best.kind == "drift" and _beyond_motion(best, case)):
         return []
     before, after = (_left(c, weights) for c in (case, best.without(case)))
     ratio = np.divide(after, before, out=np.ones_like(before), where=weights > 0)
     if np.prod(ratio) > min(bounds.positions_ratio, _left_by_springs(case, weights, before)):
         return []
     return [best.remark(case, ratio)]
+
+
+def _beyond_motion(fault: _Fault, case: Case) -> bool:
+    """Whether a joint would have moved less by itself than its encoder drifted."""
+    return abs(fault.size) > float(np.ptp(case.probe.motion.q[:, list(fault.joints)], axis=0).min())
 
 
 def _left_by_springs(case: Case, weights: Array, before: Array) -> float:

@@ -20,6 +20,7 @@ from ident.signals.arrays import Array
 _MOST_SAMPLES = 100_000
 _STUCK_S = 0.5  # that a position stays the same to the last bit
 _STUCK_WAY = 0.2  # of the joint's range, that its velocity goes meanwhile
+_STUCK_SPEED = 0.3  # of the joint's rms speed, that it has meanwhile: less is noise at rest
 _UNITS = (180 / np.pi, 30 / np.pi)  # degrees per second, turns per minute
 
 
@@ -71,6 +72,7 @@ def stuck_remarks(data: Dataset, names: Sequence[str]) -> list[Remark]:
     if not parts:
         return []
     span = np.ptp(np.concatenate([q for _, q, _ in parts]), axis=0)
+    usual = _rms(np.concatenate([qd for _, _, qd in parts]))
     for t, q, qd in parts:
         way = np.cumsum(qd[1:] * np.diff(t)[:, None], axis=0)
         for j in np.flatnonzero(data.moving):
@@ -78,7 +80,8 @@ def stuck_remarks(data: Dataset, names: Sequence[str]) -> list[Remark]:
                 lasts = t[end] - t[first]
                 if lasts <= max(_STUCK_S, longest[j]):
                     continue
-                if np.ptp(way[first:end, j]) > _STUCK_WAY * span[j]:
+                fast = _rms(qd[first:end, j]) > _STUCK_SPEED * usual[j]
+                if fast and np.ptp(way[first:end, j]) > _STUCK_WAY * span[j]:
                     longest[j] = lasts
     stuck = np.flatnonzero(longest).tolist()
     if not stuck:
@@ -87,6 +90,10 @@ def stuck_remarks(data: Dataset, names: Sequence[str]) -> list[Remark]:
     text = f"{data.name}: the recorded position stays the same at {told}, and its velocity moves."
     advice = "Check that encoder and its connection; cut the recording where it stops."
     return [Remark("positions", numbers(stuck), text, Grade.DOUBTFUL, advice)]
+
+
+def _rms(x: Array) -> Array:
+    return np.sqrt(np.mean(x**2, axis=0))
 
 
 def _unchanged(q: Array) -> Iterator[tuple[int, int]]:

@@ -134,6 +134,17 @@ def test_a_light_joint_that_the_model_does_not_predict_is_told():
     assert "200 % at joint 4" in remark.sentence
 
 
+def test_a_model_that_explains_nothing_tells_no_signs():
+    first, second = halves()
+    model = run_data(first.arm(), [first.dataset(first.arm())]).model
+    arm = arm_of(model)
+    tau = np.where([False, True, False, False], -second.tau, 3.0 * second.tau[::-1])
+    log = second.with_(tau=tau).dataset(arm, "other.mcap")
+    found, told = with_signs_of_fit(model, arm, log, log)
+    assert told == []
+    assert found.filtered["feasible"].relative_percent > 100.0
+
+
 def test_the_model_says_which_way_a_torque_counts():
     """One joint reversed in the recording, another by the checks: only the first is told."""
     first, second = halves()

@@ -44,6 +44,19 @@ def test_a_recording_that_was_truly_turned_round_is_turned_back_alone():
     assert [r.joints for r in remarks] == [(2,)]
 
 
+def test_a_drive_that_makes_up_for_viscous_friction_is_not_reversed():
+    """Its Coulomb friction brakes; a reversed torque would reverse that, too."""
+    log = right(friction=0.2)
+    speed = np.gradient(log.q, log.t, axis=0)[:, 1]
+    helped, size = log.tau.copy(), np.abs(log.tau[:, 1]).std() / speed.std()
+    helped[:, 1] -= 2.0 * size * speed
+    factors, remarks = signs_of(log.with_(tau=helped))
+    assert factors == [[1, 1, 1]]
+    assert remarks == []
+    factors, _ = signs_of(log.with_(tau=log.tau * [1, -1, 1]))
+    assert factors == [[1, -1, 1]]
+
+
 class Coupled:
     """An arm whose joints 2 and 3 share a load, so that turning one of them alone costs error."""
 

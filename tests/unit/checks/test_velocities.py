@@ -42,6 +42,17 @@ def test_a_joint_that_is_held_is_not_stuck(noise):
     assert stuck(np.round(LOG.q / 0.002) * 0.002, qd) == []
 
 
+def test_noise_of_a_resting_joint_is_no_motion():
+    """Over a long rest, what a velocity's counts are off adds up to a way."""
+    q, qd = LOG.q.copy(), RATE.copy()
+    q[700:, 2] = q[700, 2]
+    speed = np.sqrt(np.mean(RATE[:, 2] ** 2))
+    for share, places in ((0.2, []), (0.5, [(3,)])):
+        qd[700:, 2] = share * speed
+        assert [r.joints for r in stuck(q, qd)] == places
+        assert share * speed * 5.0 > 0.2 * np.ptp(q[:, 2])
+
+
 def filtered(x, share=0.3):
     """A velocity as a driver tells it: through a low-pass of the first order."""
     y = x.copy()
