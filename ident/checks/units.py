@@ -118,8 +118,8 @@ def _one_factor(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark]
         whose += f" (not that of {joints(np.flatnonzero(odd), names)}: {others} times)"
     text = (
         f"The torque of {whose} is {size:.3g} times what the URDF's links require, and with this"
-        f" one factor they leave {100 * left:.2g} % of it beyond friction: gears, torque constants"
-        " or the unit are off by it, or the URDF's masses."
+        f" one factor they leave {100 * np.sqrt(left):.2g} % of it (rms) beyond friction: gears,"
+        " torque constants or the unit are off by it, or the URDF's masses."
     )
     advice = "Check the gear ratios and torque constants that the torque was formed with."
     return [Remark("units", (), text, Grade.DOUBTFUL, advice)]
@@ -152,7 +152,7 @@ def _lacking(load: Load) -> str:
     mass = "" if load.mass_kg is None else f" of about {load.mass_kg:.2g} kg"
     return (
         f"the URDF lacks a load{mass} at the last link (with it, its links"
-        f" leave {100 * load.left:.2g} % of the torque beyond friction)"
+        f" leave {100 * np.sqrt(load.left):.2g} % of the torque (rms) beyond friction)"
     )
 
 
