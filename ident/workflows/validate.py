@@ -181,8 +181,10 @@ def with_signs_of_fit(
         return found, []
     other = predict(model, arm, upright.with_torque_times(-np.ones(len(errors))))
     inverted = other.filtered[model.estimator].relative_percent_by_joint < _CLEARLY * errors
+    if not inverted.any():
+        return found, []
     turned = predict(model, arm, upright.with_torque_times(np.where(inverted, -1.0, 1.0)))
-    if not inverted.any() or turned.filtered[model.estimator].relative_percent > _EXPLAINED:
+    if turned.filtered[model.estimator].relative_percent > _EXPLAINED:
         return found, []
     places = np.flatnonzero(inverted)
     text = (
