@@ -14,7 +14,7 @@ from ident.output_error.search.confirmation import confirmed, doubt, without_par
 from ident.output_error.search.late_start import answers_early, begun_with_delay
 from ident.output_error.search.parts import PARTS, Part
 from ident.output_error.search.rounds import extended
-from ident.output_error.search.selection import Selection
+from ident.output_error.search.selection import Accepted, Selection
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.servo_model import ServoModel
 from ident.output_error.setup import MotionSegment, Setup
@@ -68,11 +68,27 @@ def identify_by_simulation(arm: Arm, segments: Sequence[MotionSegment], tell: Te
     begun, base = begun_with_delay(prepared(arm, segments), settings)
     early = answers_early(begun, base, settings)
     search = selected(begun, base, parts, settings, tell)
+    best, known = _of_all(begun, search, tell)
+    if vague := [a for a in search.accepted if is_vague(a, known, settings)]:
+        search = without_parts(search, base.fit, vague, begun, settings)
+        best, known = _of_all(begun, search, tell)
+    model = model_of(begun, best, known)
+    return Found(model, begun.setup, best, search, known, begun.moving, early)
+
+
+def is_vague(accepted: Accepted, known: Knowledge, settings: SearchSettings) -> bool:
+    """Whether an effect's size may be nothing, so that it need not be there in another motion."""
+    if accepted.part.servo or accepted.of_all:
+        return False
+    row = ROW[accepted.part.quantities[0]]
+    return bool(known.deviations[row, accepted.joint] < settings.sure_size)
+
+
+def _of_all(begun: Prepared, search: Selection, tell: Tell) -> tuple[Fit, Knowledge]:
+    """The arm fitted to all recordings, and how well it is known."""
     best = fit_of_all(begun, search.fit, tell)
     tell("how well it is known")
-    know = knowledge(begun.setup, best, begun.prior)
-    model = model_of(begun, best, know)
-    return Found(model, begun.setup, best, search, know, begun.moving, early)
+    return best, knowledge(begun.setup, best, begun.prior)
 
 
 def selected(

@@ -8,17 +8,19 @@ import pytest
 
 from ident.output_error.first_guess import neutral
 from ident.output_error.fit import Fit
+from ident.output_error.identify import is_vague
 from ident.output_error.judging import blocks, explained, gain, left_out, sureness, typical
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.plant import Motion
 from ident.output_error.search.parts import ENCODER_OFFSET, OFFSET, SERVO_PARTS, SPRING, Part
 from ident.output_error.search.rounds import worth_a_fit
 from ident.output_error.search.screening import promising
-from ident.output_error.search.selection import Selection
+from ident.output_error.search.selection import Accepted, Selection
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.search.trial import Trial, felt, scanned
 from ident.output_error.search.winners import winners
 from ident.output_error.setup import MEMORY_S, MotionSegment, Prior, Setup
+from ident.output_error.uncertainty import Knowledge
 
 LOW = SearchSettings(least_gain=0.01)
 LEAST = SearchSettings(least_gain=0.02)
@@ -287,3 +289,22 @@ def test_what_other_joints_gain_by_a_zero_counts_at_its_own() -> None:
     own, whole = (gain(before, felt(p, place, before, after)) for p in (OFFSET, ENCODER_OFFSET))
     np.testing.assert_allclose(own[1], 0.5 * np.log(2.0))
     np.testing.assert_allclose(whole[1], 0.5 * np.log(8.0))
+
+
+@pytest.mark.parametrize(
+    ("part", "of_all", "deviations", "vague"),
+    [
+        (OFFSET, False, 1.2, True),
+        (OFFSET, False, 4.0, False),
+        (LIMIT, False, 1.2, False),
+        (GEARS, True, 1.2, False),
+    ],
+)
+def test_an_effect_whose_size_may_be_nothing_does_not_stay_in_the_model(
+    part: Part, of_all: bool, deviations: float, vague: bool
+) -> None:
+    """A limit is told apart by what it does, and what all joints have is asked of them all."""
+    known = Knowledge(np.zeros((len(ROW), 2)), np.zeros(2), np.full((len(ROW), 2), 9.0))
+    known.deviations[ROW[part.quantities[0]], 1] = deviations
+    accepted = Accepted(part, 1, 0.2, 0.02, 0.001, None, (), of_all)
+    assert is_vague(accepted, known, SearchSettings()) is vague
