@@ -1,111 +1,22 @@
 """Samples that are missing, repeated, or cut off, and what is done about them."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from ident.checks.recorder_faults.lost_samples import repeated_and_skipped, repeats
 from ident.checks.remark import Grade, Remark, joined
 from ident.checks.settings import CheckSettings
 from ident.model.attachments import attached_trajectory
-from ident.recordings.dataset import Dataset, Parts, Segment
-from ident.recordings.samples import ROUNDING, filled, smallest_step
+from ident.recordings.dataset import Dataset, Parts
+from ident.recordings.samples import filled
 from ident.regression.probe import LEAST_SAMPLES
-from ident.signals.arrays import Array
 from wamctl.arm.recording import LogFile
 
-_BESIDE = 2
-"""Steps on both sides of one from which its expected move follows."""
-
 _SHIFTED = 9  # samples beside a lost one that the stamps do not show: their instants are wrong
-
-
-@dataclass(frozen=True)
-class Repeats:
-    """Which samples are no readings of their own.
-
-    Attributes:
-        position: samples whose positions repeat the ones before them, shape (S,).
-        torque: those of them whose torque repeats as well, shape (S,).
-        skipped: number of times that a sample is missing although the stamps are even: what follows
-            comes a step early. A clock that only jitters makes up for each jump beside it.
-    """
-
-    position: NDArray[np.bool_]
-    torque: NDArray[np.bool_]
-    skipped: int
-
-
-def repeats(q: Array, tau: Array, bounds: CheckSettings) -> Repeats:
-    """Samples on which all joints stand still, or jump by two samples' way, amid fast motion.
-
-    Args:
-        q: position of the joints that move [rad], shape (S, m).
-        tau: their torque [N m], shape (S, m).
-        bounds: of the checks.
-    """
-    none = np.zeros(len(q), dtype=bool)
-    if len(q) < 3 * _BESIDE:
-        return Repeats(none, none, 0)
-    step = np.diff(q, axis=0)
-    expected = 0.25 * (step[:-4] + step[1:-3] + step[3:-1] + step[4:])
-    here = step[_BESIDE:-_BESIDE]
-    usual = 1.5 * np.median(np.abs(here - expected), axis=0)
-    typical = np.sqrt(np.mean(step**2, axis=0)) / 20.0  # of each joint: more is no error
-    smallest = [smallest_step(s) for s in np.abs(step).T]
-    least = np.maximum(smallest, np.minimum(usual, typical))
-    fast = np.abs(expected) > bounds.fast_steps * np.maximum(least, ROUNDING)
-    ratio = here / np.where(fast, expected, np.inf)
-    some = fast.sum(axis=1) >= min(2, fast.shape[1])
-    held = some & (~fast | (np.abs(ratio) < bounds.held_move)).all(axis=1)
-    jumped = some & (~fast | (ratio > bounds.jumped_move)).all(axis=1)
-    position = none.copy()
-    position[_BESIDE + 1 : _BESIDE + 1 + len(held)] = held
-    same = np.concatenate([[False], (np.diff(tau, axis=0) == 0).all(axis=1)])
-    caught_up = np.concatenate([[False], held[:-1]])
-    places = np.flatnonzero(jumped & ~caught_up) + _BESIDE
-    lost = _way_gained(step, places, bounds.jitter_steps) >= bounds.way_gained
-    return Repeats(position, position & same, len(places) if lost else 0)
-
-
-def _way_gained(steps: Array, places: NDArray[np.intp], beside: int) -> float:
-    """Way that jumps add to the motion around them, in usual steps: mean over all [1].
-
-    Args:
-        steps: from sample to sample [rad], shape (S, m).
-        places: of the jumps among them.
-        beside: so many steps before and after one are around it.
-    """
-    inside = places[(places >= beside) & (places <= len(steps) - beside)]
-    around = steps[inside[:, None] + np.arange(-beside, beside)]
-    usual = np.median(around, axis=1)
-    way = around.sum(axis=1) - 2 * beside * usual
-    weight = float(np.abs(usual).sum())
-    return float((np.sign(usual) * way).sum()) / max(weight, ROUNDING)
-
-
-def repeated_and_skipped(
-    parts: Iterable[Segment], data: Dataset, bounds: CheckSettings
-) -> tuple[int, int]:
-    """How many readings repeat the one before, and samples are missing though stamps are even.
-
-    Zero where they are so few that they may be chance, and none are missing unseen where the stamps
-    are uneven: steps are longer there because the periods are.
-
-    Args:
-        parts: of the recording.
-        data: the recording.
-        bounds: of the checks.
-    """
-    found = [repeats(p.q[:, data.moving], p.tau[:, data.moving], bounds) for p in parts]
-    few = max(3.0, 0.04 * bounds.lost_share * data.samples)
-    counts = (sum(int(r.position.sum()) for r in found), sum(r.skipped for r in found))
-    repeated, skipped = (count if count > few else 0 for count in counts)
-    uneven = data.source.lost > bounds.lost_share * data.samples
-    return repeated, 0 if uneven else skipped
 
 
 def log_remarks(data: Sequence[Dataset]) -> list[Remark]:

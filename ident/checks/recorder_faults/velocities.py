@@ -68,7 +68,7 @@ def stuck_remarks(data: Dataset, names: Sequence[str]) -> list[Remark]:
     """
     places = [data.source.joint_names.index(name) for name in names]
     longest = np.zeros(len(names))
-    parts = list(_unbroken(data.source, places))
+    parts = list(unbroken(data.source, places))
     if not parts:
         return []
     span = np.ptp(np.concatenate([q for _, q, _ in parts]), axis=0)
@@ -107,7 +107,7 @@ def _stretches(data: Dataset, names: Sequence[str]) -> Iterator[tuple[Array, Arr
     """Position, and integral of the velocity, of each stretch without a hole, less their trend."""
     source = data.source
     places = [source.joint_names.index(name) for name in names]
-    for t, q, qd in _unbroken(source, places):
+    for t, q, qd in unbroken(source, places):
         step = np.diff(t)[:, None]
         way = np.cumsum(0.5 * (qd[1:] + qd[:-1]) * step, axis=0)
         line = np.column_stack([np.ones(len(way)), t[1:]])
@@ -115,7 +115,7 @@ def _stretches(data: Dataset, names: Sequence[str]) -> Iterator[tuple[Array, Arr
         yield q, way
 
 
-def _unbroken(source: LogSummary, places: Sequence[int]) -> Iterator[tuple[Array, Array, Array]]:
+def unbroken(source: LogSummary, places: Sequence[int]) -> Iterator[tuple[Array, Array, Array]]:
     """Time [s], position and velocity of the first stretches without a hole."""
     kept, count = [], 0
     for piece in source.pieces():

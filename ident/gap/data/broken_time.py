@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.checks.recorder_faults.lost_samples import repeated_and_skipped
 from ident.checks.remark import Grade, Remark
-from ident.checks.samples import repeated_and_skipped
 from ident.checks.settings import DEFAULT
 from ident.effects.smoothed_segment import EDGE_S, HIGHEST_SHARE, MOTION_HZ, SHORTEST_S
 from ident.gap.settings import BrokenTime

@@ -11,8 +11,8 @@ from wrong_inputs import flipped, late, loaded, right, scaled, some_in_degrees, 
 from wrong_table import WRONG
 
 from ident.checks.examine import examine
+from ident.checks.recorder_faults.lost_samples import repeated_and_skipped
 from ident.checks.remark import Grade, RefusedError, Remark, verdict_content
-from ident.checks.samples import repeated_and_skipped
 from ident.checks.settings import DEFAULT
 from ident.checks.torque import beyond_possible
 from ident.workflows.run import run_data
@@ -183,10 +183,10 @@ def test_samples_are_not_lost_unseen_where_the_stamps_are_uneven():
     """Steps are longer where periods are; only even stamps hide that a sample is missing."""
     t = np.cumsum(np.random.default_rng(0).choice([0.02, 0.03, 0.03, 0.03, 0.08], size=2000))
     wave = np.sin(t[:, None] * [0.7, 1.1])
-    part, moving = SimpleNamespace(q=wave, tau=wave), np.array([True, True])
+    part = SimpleNamespace(start_s=0.0, q=wave, tau=wave)
     for lost, told in ((0, True), (400, False)):
-        source = SimpleNamespace(lost=lost)
-        data = SimpleNamespace(samples=len(t), source=source, moving=moving)
+        source = SimpleNamespace(lost=lost, joint_names=(), pieces=list)
+        data = SimpleNamespace(samples=len(t), rate_hz=33.0, source=source, moving=[True, True])
         _, skipped = repeated_and_skipped([part], data, DEFAULT)
         assert bool(skipped) == told
 
