@@ -150,6 +150,8 @@ def _bad_cell(path: Path, places: dict[Name, int], form: TextForm) -> str | None
                 continue
             if count and next(rows, None) is None:
                 fault += f"; a last row that was cut off is left out by rows.last: {count}"
+            elif count:
+                fault += "; a line that was torn can be deleted: what it leaves is told as missing"
             return f"{fault}."
     return None
 

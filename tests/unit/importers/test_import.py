@@ -341,7 +341,8 @@ def test_a_cell_that_is_no_number(tmp_path: Path) -> None:
     path = tmp_path / "data.csv"
     path.write_text("t,q1,q2,u1,u2\n0,1,2,3,4\n\n1,1,two,3,4\n2,1,2,3,4\n")
     assert refused(path, BASIC, DataError) == (
-        f"{path}, line 4, column 'q2': 'two' is not a number."
+        f"{path}, line 4, column 'q2': 'two' is not a number; a line that was torn can be deleted:"
+        " what it leaves is told as missing."
     )
     path.write_text("t,q1,q2,u1,u2\n0,1,2,3,4\n1,1,2\n")
     assert refused(path, BASIC, DataError) == (
