@@ -74,7 +74,7 @@ def entropic_path(problem: Problem, weights: Sequence[float] = WEIGHTS) -> list[
         note = f"weight of the prior {weight:.0e}"
         estimates.append(Estimate(problem.base.K @ delta, delta, (), "Solved", seconds, note))
     if not estimates:
-        raise DataError("The entropic fit does not converge; leave feasible_entropic out.")
+        raise DataError("The entropic fit does not converge.")
     return estimates
 
 

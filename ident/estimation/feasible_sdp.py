@@ -45,7 +45,7 @@ def feasible(problem: Problem, prior_weight: float = TIE_BREAK) -> Estimate:
         estimate = _solved(problem, float(weight))
         if estimate.delta is not None and holds(problem.constraints, estimate.delta):
             return estimate
-    raise DataError("The feasible fit ends outside of what is possible; use feasible_entropic.")
+    raise DataError("The feasible fit ends outside of what is possible.")
 
 
 def holds(constraints: list[Constraint], delta: Array) -> bool:

@@ -1,6 +1,7 @@
 """The estimators: each takes the evidence and gives an estimate."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -51,10 +52,16 @@ def instrumental_variables(evidence: RegressionData) -> Estimate:
 
 
 def feasible_least_squares(evidence: RegressionData) -> Estimate:
-    """Feasible least squares (44), by the solver that the settings name."""
+    """Feasible least squares (44), by the solver that the settings name.
+
+    Where ours finds no possible parameters, those of the entropic fit are told, which needs none.
+    """
     solver = evidence.arm.settings.solver
     if solver == "direct":
-        return feasible(evidence.problem())
+        try:
+            return feasible(evidence.problem())
+        except DataError as error:
+            return _entropic_instead(evidence, error)
     try:
         from ident.estimation.readable_sdp import feasible_program  # cvxpy is an extra, and slow
     except ModuleNotFoundError as error:
@@ -68,6 +75,15 @@ def feasible_least_squares(evidence: RegressionData) -> Estimate:
             f"{solver} ends outside of what is physically possible; --solver direct does not."
         )
     return estimate
+
+
+def _entropic_instead(evidence: RegressionData, failure: DataError) -> Estimate:
+    try:
+        found = feasible_entropic(evidence)
+    except DataError:
+        raise failure from None
+    reason = str(failure).rstrip(".")
+    return replace(found, note=f"{reason}: the links are those of an entropic fit.")
 
 
 def feasible_wls(evidence: RegressionData) -> Estimate:

@@ -24,7 +24,9 @@ LEAST_SAMPLES = 16
 _CHUNK = 1 << 16
 """Samples that are filtered together."""
 
-_MOST_CHUNKS = 4
+_MOST_SAMPLES = 4 * _CHUNK
+"""Of all recordings together, about."""
+
 _OVERSAMPLING = 20
 """Samples per period of the cut-off that are kept for the sign of the velocity."""
 
@@ -132,9 +134,19 @@ def chunks_of(data: Sequence[Dataset]) -> list[Chunk]:
     found = []
     for log, one in enumerate(data):
         chunks = [c for c in _chunks(log, one) if len(c.q) >= LEAST_SAMPLES]
-        stride = max(1, -(-len(chunks) * len(data) // _MOST_CHUNKS))
-        found += chunks[::stride]
+        found += _spread(chunks, _MOST_SAMPLES // len(data))
     return found
+
+
+def _spread(chunks: Sequence[Chunk], most: int) -> Sequence[Chunk]:
+    """All chunks, or evenly spread ones that hold so many samples, or the longest one's."""
+    lengths = np.array([len(c.q) for c in chunks])
+    if lengths.sum() <= most:
+        return chunks
+    ends = np.cumsum(lengths)
+    marks = max(most, lengths.max()) / (lengths.max() * ends[-1])  # for each sample
+    passed = np.floor(ends * marks + 0.5) > np.floor((ends - lengths) * marks + 0.5)
+    return [chunk for chunk, kept in zip(chunks, passed, strict=True) if kept]
 
 
 def _chunks(log: int, data: Dataset) -> list[Chunk]:

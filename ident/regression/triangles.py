@@ -7,7 +7,6 @@ residuals, and their condition. Triangles of parts merge into the triangle of th
 import numpy as np
 
 from ident.signals.arrays import Array
-from wamctl.arm.errors import DataError
 
 
 def triangle(rows: Array) -> Array:
@@ -51,12 +50,12 @@ def least_squares(R: Array) -> Array:
     """OLS (16), shape (b,): the triangle solved with its columns in their own scale.
 
     Raises:
-        DataError: a base parameter that these rows leave free.
+        LinAlgError: a base parameter that these rows leave free.
     """
     R1, rho1 = R[:-1, :-1], R[:-1, -1]
     scale = np.linalg.norm(R1, axis=0)
     if (scale == 0).any():
-        raise DataError("Some base parameters have no effect in these rows; they cannot be fitted.")
+        raise np.linalg.LinAlgError("Some base parameters have no effect in these rows.")
     return np.linalg.solve(R1 / scale, rho1) / scale
 
 

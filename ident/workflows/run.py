@@ -171,6 +171,8 @@ def run_data(
     found = identified(data, arm, remarks, tell)
     fit_sd = found.sd
     found = found if gains is None else with_uncertain_gains(found, gains)
+    note = found.estimates[found.chosen].note if found.chosen == "feasible" else ""
+    remarks = (*remarks, *([no_fit(note, Grade.DOUBTFUL)] if note else []))
     against, disagree = contradictions(found.evidence, found.delays)
     content = verdict_content((*remarks, *_poor(found, remarks), *against)) | {"method": METHOD}
     content |= run_content(found) | ({"recordings_disagree": disagree} if disagree else {})
