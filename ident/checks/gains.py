@@ -13,6 +13,9 @@ _STRETCHES = 12
 _LINK = 11
 """Columns of a link in the regression: ten of the rigid body, and the rotor's."""
 
+_MOMENT = slice(6, 9)
+"""First moment among the rigid body's."""
+
 _DEPENDENT = 1e-3
 """Singular values beside the largest that are none."""
 
@@ -72,16 +75,17 @@ class Load:
         mass_kg: of the load; None where the motion tells its moments alone.
         left: part of the torque beside friction that the URDF leaves with it, the joints' mean.
         left_by_factors: the same of the URDF with a factor at each joint instead.
+        possible: whether its mass is positive, and its moments are those of a place near the arm.
     """
 
     mass_kg: float | None
     left: float
     left_by_factors: float
+    possible: bool
 
     def explains(self, ratio: float) -> bool:
         """Whether it is possible, and leaves so much less than factors do."""
-        possible = self.mass_kg is None or self.mass_kg > 0
-        return possible and self.left < ratio * self.left_by_factors
+        return self.possible and self.left < ratio * self.left_by_factors
 
 
 def load_of(case: Case, found: Gains) -> Load:
@@ -101,8 +105,11 @@ def load_of(case: Case, found: Gains) -> Load:
     load, _, rank, _ = np.linalg.lstsq(W / scale, goal, rcond=_DEPENDENT)
     without = np.linalg.matrix_rank(W[:, :-1] / scale[:-1], rtol=_DEPENDENT)
     left = np.sum((goal - W @ (load / scale)) ** 2) / len(factors)
-    mass = float(load[-1] / scale[-1]) if without < rank else None
-    return Load(mass, float(left), float(np.mean(factors)))
+    load = load / scale
+    mass = float(load[-1]) if without < rank else None
+    near = sum(np.linalg.norm(p.translation) for p in case.robot.model.jointPlacements)
+    possible = mass is None or np.linalg.norm(load[_MOMENT]) < mass * near
+    return Load(mass, float(left), float(np.mean(factors)), bool(possible))
 
 
 def last_link(case: Case) -> Array:

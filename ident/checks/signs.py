@@ -139,10 +139,11 @@ def _as_in_others(own: Signed, signs: Array) -> Signed:
         told.append(Remark("sign", numbers(wrong), text, Grade.DOUBTFUL, _ADVICE))
     if len(kept):
         text = (
-            f"The torque of {joints(kept, names)} has the sign that it has in the other recordings"
-            " of this arm, although its friction would drive the motion."
+            f"By this recording alone the torque of {joints(kept, names)} has the wrong sign: its"
+            " friction would drive the motion. By the other recordings of this arm it has the right"
+            " one, so it was left as it is."
         )
-        advice = "Check the stamps and the sign of this torque."
+        advice = "Check whether this recording's stamps and columns are those of the others."
         told.append(Remark("sign", numbers(kept), text, Grade.DOUBTFUL, advice))
     return Signed(own.case.with_torque(signs / own.factors), signs, [*rest, *told])
 

@@ -173,12 +173,12 @@ def _apart(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark]:
     load, names = load_of(case, found), case.robot.joint_names
     currents = (
         "these are currents or motor torques with a different factor at each joint (with such"
-        f" factors, the URDF's links leave {100 * load.left_by_factors:.2g} % of the torque beyond"
-        " friction)"
+        f" factors, the URDF's links leave {100 * np.sqrt(load.left_by_factors):.2g} % of the"
+        " torque (rms) beyond friction)"
     )
     estimate = "If they are currents, let `--set torque_unit=A` estimate the gains."
     readings, advice = [currents], estimate
-    if load.mass_kg is None or load.mass_kg > 0:
+    if load.explains(1 / bounds.load_ratio):
         first = load.explains(1.0)
         readings.insert(0 if first else 1, _lacking(load))
         advice = f"{_GIVE_LOAD} {estimate}" if first else f"{estimate} {_GIVE_LOAD}"

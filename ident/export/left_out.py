@@ -48,7 +48,7 @@ class LeftOut:
     rms: float
 
     def __str__(self) -> str:
-        return f"{self.what} ({self.rms:.2g} N m)"
+        return f"{self.what} ({self.rms:.2g} N m rms)"
 
 
 def exported_arm(model: Model) -> ExportedArm:

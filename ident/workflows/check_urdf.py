@@ -56,7 +56,10 @@ class UrdfCheck:
                 f" {'is' if wrong == 1 else 'are'} contradicted."
             )
         if not count:
-            return f"{self.file}: such an arm can exist; no fault was found."
+            doubts = len(self.examined.findings)
+            which = "doubt" if doubts == 1 else f"{doubts} doubts"
+            more = f", but see the {which} above" if doubts else ""
+            return f"{self.file}: such an arm can exist; no fault was found{more}."
         if self.verdict == "repaired":
             return f"{self.file}: {noun}, all repaired in {self.out}."
         mendable = count - len(self.examined.faults_left)

@@ -196,7 +196,7 @@ def test_a_simulated_step_in_mujoco_follows_the_model() -> None:
 def test_what_has_no_place_is_said() -> None:
     model = replace(crane(), effects=bound((STRIBECK, RIPPLE)), moving=np.array([True, False]))
     said = left_out_of_urdf(model)
-    assert [re.sub(r"\([\d.e+]+ N m\)", "(x N m)", words) for words in said] == [
+    assert [re.sub(r"\([\d.e+]+ N m rms\)", "(x N m)", words) for words in said] == [
         "left out, since URDF has no place for it: rotor inertia (x N m), torque offset (x N m),"
         " effect stribeck of slew (x N m), effect torque_ripple of slew (x N m)",
         "gravity is not along -z: set it to 1.0 -2.0 -9.0 m/s^2",

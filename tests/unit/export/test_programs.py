@@ -98,7 +98,7 @@ def test_effects_are_in_both_programs_or_said_to_be_left_out(item, tmp_path: Pat
     model = replace(plain(), effects=bound((item,)))
     sentences = left_out_of_c(model)
     assert bool(sentences) == (item.name in WITHOUT | PARTLY)
-    assert all(f"effect {item.name} of " in s and " N m)" in s for s in sentences)
+    assert all(f"effect {item.name} of " in s and " N m rms)" in s for s in sentences)
     q, qd, qdd = (x[::100] for x in (motion().q, motion().qd, motion().qdd))
     expected = model.inverse_dynamics(q, qd, qdd)
     if item.name in WITHOUT:
