@@ -169,8 +169,11 @@ def _apart(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark]:
         return []
     listed = joined([f"{found.value[k]:.3g} ± {found.sd[k]:.2g}" for k in places])
     rest = np.flatnonzero(sure & ~odd)
-    others = " to ".join(dict.fromkeys(f"{f(size[rest]):.2g}" for f in (np.min, np.max)))
     load, names = load_of(case, found), case.robot.joint_names
+    others = ""
+    if len(rest):
+        span = " to ".join(dict.fromkeys(f"{f(size[rest]):.2g}" for f in (np.min, np.max)))
+        others = f", and that of {joints(rest, names)} {span} times"
     currents = (
         "these are currents or motor torques with a different factor at each joint (with such"
         f" factors, the URDF's links leave {100 * np.sqrt(load.left_by_factors):.2g} % of the"
@@ -183,7 +186,7 @@ def _apart(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark]:
         readings.insert(0 if first else 1, _lacking(load))
         advice = f"{_GIVE_LOAD} {estimate}" if first else f"{estimate} {_GIVE_LOAD}"
     text = (
-        f"The effort of {joints(places, names)} is {listed} times what the URDF's links require,"
-        f" and that of {joints(rest, names)} {others} times: {', or '.join(readings)}."
+        f"The effort of {joints(places, names)} is {listed} times what the URDF's links"
+        f" require{others}: {', or '.join(readings)}."
     )
     return [Remark("current_not_torque", numbers(places), text, Grade.DOUBTFUL, advice)]

@@ -13,14 +13,15 @@ from ident.identification.agreement import Change, Comparison, compared
 from ident.identification.torque_delay import Delay
 
 _MEANING: dict[Change, str] = {
-    "friction": "Different friction alone would explain it: the drives were colder or warmer, or"
-    " lubricated differently.",
+    "friction": "Different friction alone would explain it: the drives were colder or warmer,"
+    " lubricated differently, or moved at speeds between which friction is no straight line.",
     "load": "A different load on the last link alone would explain it: a tool or payload was"
     " changed.",
     "other": "Neither friction nor a load on the last link alone would explain it.",
 }
 _ADVICE: dict[Change, str] = {
-    "friction": "Warm the arm up in the same way each time, or identify the recordings separately.",
+    "friction": "Warm the arm up in the same way and move at the same speeds each time, or identify the"
+    " recordings separately.",
     "load": "Identify the recordings separately.",
     "other": "Check whether the mounting, joint zeros or torque sensors were changed, and let"
     " `ident gap` search for what the model lacks.",

@@ -179,6 +179,18 @@ def test_torque_too_large_at_some_joints_names_the_likelier_reason_first():
     assert currents.advice.startswith("If they are currents")
 
 
+def test_currents_whose_factors_all_differ_are_told_as_such():
+    """An even number of them, of which the middle one is none, and no possible load explains."""
+    log = right(joints=4)
+    arm = log.arm()
+    tau = log.tau * [6.0, 0.4, 0.6, 9.0]
+    found = [r for r in examine(arm, [log.with_(tau=tau).dataset(arm)], CLOSE).remarks]
+    (remark,) = [r for r in found if r.code == "current_not_torque"]
+    assert remark.joints == (1, 2, 3, 4)
+    assert "times what the URDF's links require: these are currents" in remark.finding
+    assert "lacks a load" not in remark.finding
+
+
 def test_samples_are_not_lost_unseen_where_the_stamps_are_uneven():
     """Steps are longer where periods are; only even stamps hide that a sample is missing."""
     t = np.cumsum(np.random.default_rng(0).choice([0.02, 0.03, 0.03, 0.03, 0.08], size=2000))
