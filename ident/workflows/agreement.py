@@ -20,8 +20,8 @@ _MEANING: dict[Change, str] = {
     "other": "Neither friction nor a load on the last link alone would explain it.",
 }
 _ADVICE: dict[Change, str] = {
-    "friction": "Warm the arm up in the same way and move at the same speeds each time, or identify the"
-    " recordings separately.",
+    "friction": "Warm the arm up in the same way and move at the same speeds each time, or identify"
+    " the recordings separately.",
     "load": "Identify the recordings separately.",
     "other": "Check whether the mounting, joint zeros or torque sensors were changed, and let"
     " `ident gap` search for what the model lacks.",
