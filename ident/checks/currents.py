@@ -94,10 +94,9 @@ def _given(value: Array, n: int) -> DriveGains:
 
 
 def _squares(data: Sequence[Dataset]) -> Array:
-    """Square of each joint's effort about its mean, shape (n,)."""
-    return np.sum(
-        [np.var(np.concatenate([part.tau for _, part in d.read()]), axis=0) for d in data], axis=0
-    )
+    """Square of each joint's effort about its mean, shape (n,); zero for those that are held."""
+    efforts = (np.concatenate([part.tau for _, part in d.read()]) * d.moving for d in data)
+    return np.sum([np.var(effort, axis=0) for effort in efforts], axis=0)
 
 
 def current_remarks(

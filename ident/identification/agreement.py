@@ -101,7 +101,7 @@ def _beside(evidence: RegressionData, k: int) -> Comparison:
         return float(np.sum((left - X @ _solution(X, left)) ** 2)) if X.size else float(left @ left)
 
     as_they_are = theirs(np.zeros((len(scale), 0)))
-    torque = float(squared_torque(R))
+    torque = float(squared_torque(R)) or float(squared_torque(merged(rest.by_joint))) or 1.0
     return Comparison(
         alone.told,
         alone.sd,

@@ -209,3 +209,22 @@ def test_samples_are_not_lost_unseen_where_the_stamps_are_uneven():
 def test_torque_that_no_possible_arm_explains_is_told(error, least, told):
     remarks = beyond_possible(error, least, DEFAULT)
     assert [r.code for r in remarks] == ["impossible_torque"] * told
+
+
+def test_a_joint_that_is_held_is_no_measure_of_the_others_currents():
+    """Its noise may be the largest current of all, and no motion tells its gain."""
+    log, rng = right(joints=4), np.random.default_rng(0)
+    held = np.array([False, True, True, False])
+    tau = log.tau + rng.normal(0, 10.0, log.tau.shape) + held * rng.normal(0, 30.0, log.tau.shape)
+    arm = log.arm().with_settings(torque_unit="A")
+    data = log.with_(q=np.where(held, log.q[0], log.q), tau=tau).dataset(arm)
+    assert "current_not_torque" in [r.code for r in examine(arm, [data]).remarks]
+
+
+def test_a_recording_without_torque_beside_a_right_one_ends_in_a_sentence():
+    log = right(joints=1)
+    arm = log.arm()
+    pair = [log.dataset(arm), log.with_(tau=0.0 * log.tau).dataset(arm, "without")]
+    content = run_data(arm, pair).content
+    assert content["verdict"] == "doubtful"
+    assert "without" in " ".join(r["sentence"] for r in content["remarks"])
