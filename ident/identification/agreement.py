@@ -139,7 +139,8 @@ def _fit(evidence: RegressionData, scale: Array) -> _Fit:
 def _own_error(evidence: RegressionData, found: _Fit) -> float:
     """Relative error of a fit on its own recordings."""
     R = merged(evidence.by_joint)
-    return float(np.linalg.norm(R[:, -1] - R[:, :-1] @ found.beta) / np.sqrt(squared_torque(R)))
+    left = float(np.linalg.norm(R[:, -1] - R[:, :-1] @ found.beta))
+    return left / np.sqrt(float(squared_torque(R)) or 1.0)
 
 
 def _solution(W: Array, tau: Array) -> Array:

@@ -47,7 +47,7 @@ class Sums:
         mean = np.divide(self.residual, self.rows, out=none.copy(), where=self.rows > 0)
         return Errors(
             float(self.residual.sum() / self.rows.sum()),
-            float(100 * np.sqrt(self.residual.sum() / self.torque.sum())),
+            float(100 * np.sqrt(self.residual.sum() / (self.torque.sum() or np.nan))),
             100 * np.sqrt(share),
             np.sqrt(mean),
         )
