@@ -97,6 +97,8 @@ def load_of(case: Case, found: Gains) -> Load:
     for k in np.flatnonzero(found.weight):
         x, y, own = _beside_friction(case, int(k), model, probe.tau, last)
         size = np.linalg.norm(y)
+        if size == 0.0:
+            continue  # no torque was recorded
         rows.append(own / size)
         goals.append((y - x) / size)
         factors.append(np.sum((y - found.value[k] * x) ** 2) / size**2)

@@ -211,6 +211,13 @@ def test_torque_that_no_possible_arm_explains_is_told(error, least, told):
     assert [r.code for r in remarks] == ["impossible_torque"] * told
 
 
+def test_a_joint_without_torque_in_one_recording_is_asked_for_no_load():
+    log = right(joints=4)
+    arm = log.arm()
+    data = [log.with_(tau=log.tau * [0.4, 4.0, 30.0, 0.0]).dataset(arm), log.dataset(arm, "right")]
+    assert "current_not_torque" in [r.code for r in examine(arm, data, CLOSE).remarks]
+
+
 def test_a_joint_that_is_held_is_no_measure_of_the_others_currents():
     """Its noise may be the largest current of all, and no motion tells its gain."""
     log, rng = right(joints=4), np.random.default_rng(0)
