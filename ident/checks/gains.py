@@ -106,8 +106,8 @@ def load_of(case: Case, found: Gains) -> Load:
     scale = np.maximum(np.linalg.norm(W, axis=0), 1e-300)
     load, _, rank, _ = np.linalg.lstsq(W / scale, goal, rcond=_DEPENDENT)
     without = np.linalg.matrix_rank(W[:, :-1] / scale[:-1], rtol=_DEPENDENT)
-    left = np.sum((goal - W @ (load / scale)) ** 2) / len(factors)
     load = load / scale
+    left = np.sum((goal - W @ load) ** 2) / len(factors)
     mass = float(load[-1]) if without < rank else None
     near = sum(np.linalg.norm(p.translation) for p in case.robot.model.jointPlacements)
     possible = mass is None or np.linalg.norm(load[_MOMENT]) < mass * near

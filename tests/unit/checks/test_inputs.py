@@ -191,6 +191,18 @@ def test_currents_whose_factors_all_differ_are_told_as_such():
     assert "lacks a load" not in remark.finding
 
 
+def test_a_load_of_grams_with_the_moments_of_a_heavy_one_is_none():
+    """Even where all that is possible may be told, however little it explains."""
+    bounds = CLOSE.model_copy(update={"load_ratio": 1e-6})
+    log = right(joints=4)
+    factors = log.with_(tau=log.tau * [3.66, 0.71, 2.35, 0.61])
+    for one, told in ((loaded(3.0, 4), True), (factors, False)):
+        arm = one.arm()
+        remarks = examine(arm, [one.dataset(arm)], bounds).remarks
+        (finding,) = [r.finding for r in remarks if r.code == "current_not_torque"]
+        assert ("lacks a load" in finding) == told
+
+
 def test_samples_are_not_lost_unseen_where_the_stamps_are_uneven():
     """Steps are longer where periods are; only even stamps hide that a sample is missing."""
     t = np.cumsum(np.random.default_rng(0).choice([0.02, 0.03, 0.03, 0.03, 0.08], size=2000))
