@@ -10,7 +10,7 @@ from ident.export.links import Link, links_of
 from ident.export.mjcf import add_joint, each_body, new_mjcf, written
 from ident.export.replay import Replay, loaded_mujoco
 from ident.export.urdf import comment, numbers
-from ident.output_error.plant import motor_command
+from ident.output_error.servo import motor_command
 from ident.output_error.servo_model import ServoModel
 from ident.output_error.setup import MotionSegment
 

@@ -62,6 +62,8 @@ QUANTITIES = (
     Quantity("presliding", "rad", 0.0, 0.05, 0.0, 5e-4, "path after which dry friction slips"),
     Quantity("rise_speed", "rad/s", 0.0, 0.2, 0.0, 0.002, "where half of it has risen further"),
     Quantity("gear_lag", "s", 0.0, 0.2, 0.0, 5e-3, "damper beside the twist: N m s per N m"),
+    Quantity("link_friction", "1", 0.0, 1.0, 0.0, 0.1, "its part behind gears that give"),
+    Quantity("speed_gain", "N m s/rad", 0.0, 1e4, 0.0, 0.1, "torque of the servo per speed"),
 )
 """In the order of the rows of a settings array, shape (quantities, n)."""
 
@@ -73,6 +75,8 @@ LATER = {
     "presliding": 0.0,
     "rise_speed": 0.0,
     "gear_lag": 0.0,
+    "link_friction": 0.0,
+    "speed_gain": 0.0,
     "stribeck_exponent": 2.0,
 }
 """Quantities that files of the first version may lack, and what they were then."""

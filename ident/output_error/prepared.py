@@ -80,7 +80,7 @@ def prepared(arm: Arm, segments: Sequence[MotionSegment]) -> Prepared:
         np.full(n, arm.servo.encoder == "link"),
         settled(segments),
         STEP_S,
-        _resolution(segments),
+        resolution_of(segments),
     )
     fixed = _given(arm.servo.fixed, n, arm.source)
     known = np.where(np.isnan(fixed), _given(arm.servo.first, n, arm.source), fixed)
@@ -145,7 +145,7 @@ def _weight(setup: Setup) -> Array:
     return largest
 
 
-def _resolution(segments: Sequence[MotionSegment]) -> Array:
+def resolution_of(segments: Sequence[MotionSegment]) -> Array:
     """Smallest step between the positions that were told [rad], shape (n,)."""
     q = np.concatenate([s.q for s in segments])
     steps = np.zeros(q.shape[1])

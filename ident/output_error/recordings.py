@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.output_error.glitches import unreachable
-from ident.output_error.plant import Motion
+from ident.output_error.servo import Motion
 from ident.output_error.setup import MotionSegment
 from ident.recordings.errors import JointMismatchError
 from ident.recordings.log_summary import GAP_PERIODS

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import Chain
 from ident.output_error.coordinates import coordinates
-from ident.output_error.plant import Motion, simulate
+from ident.output_error.plant import simulate
+from ident.output_error.servo import Motion
 from ident.signals.arrays import Array
 
 MEMORY_S = 0.4

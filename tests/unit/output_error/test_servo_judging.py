@@ -11,7 +11,6 @@ from ident.output_error.fit import Fit
 from ident.output_error.identify import is_vague
 from ident.output_error.judging import blocks, explained, gain, left_out, sureness, typical
 from ident.output_error.parameters import QUANTITIES, ROW
-from ident.output_error.plant import Motion
 from ident.output_error.search.parts import ENCODER_OFFSET, OFFSET, SERVO_PARTS, SPRING, Part
 from ident.output_error.search.rounds import worth_a_fit
 from ident.output_error.search.screening import promising
@@ -19,6 +18,7 @@ from ident.output_error.search.selection import Accepted, Selection
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.search.trial import Trial, felt, scanned
 from ident.output_error.search.winners import winners
+from ident.output_error.servo import Motion
 from ident.output_error.setup import MEMORY_S, MotionSegment, Prior, Setup
 from ident.output_error.uncertainty import Knowledge
 

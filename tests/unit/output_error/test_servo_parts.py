@@ -11,15 +11,15 @@ from ident.model.arm import arm_from_urdf
 from ident.output_error.first_guess import neutral
 from ident.output_error.fit import Fit
 from ident.output_error.identify import fit_of_all, selected
-from ident.output_error.judging import rms
+from ident.output_error.judging import typical
 from ident.output_error.parameters import QUANTITIES, ROW
-from ident.output_error.plant import Motion
 from ident.output_error.prepared import Prepared, prepared
 from ident.output_error.recordings import segments_of, settled, thinned
 from ident.output_error.search.late_start import begun_with_delay
 from ident.output_error.search.parts import BASE, PARTS
 from ident.output_error.search.selection import Selection
 from ident.output_error.search.settings import SearchSettings
+from ident.output_error.servo import Motion
 from ident.output_error.setup import MotionSegment, Prior, Setup
 from ident.regression.progress import silent
 from wamctl.arm.robot import cad_parameters
@@ -57,8 +57,8 @@ def test_planned_acceleration_is_found_though_a_rotor_passed_for_it():
     command = 0.15 * np.sin(2 * np.pi * np.cumsum(hz) * 0.02)[:, None]
     found = found_parts(TRUTH, command, ("profile",))
     assert [a.part.name for a in found.accepted] == ["profile"]
-    assert found.fit.settings[ROW["profile_acceleration"], 0] == pytest.approx(40.0, rel=0.03)
-    assert rms(found.errors)[0] < STEP_RAD
+    assert found.fit.settings[ROW["profile_acceleration"], 0] == pytest.approx(40.0, rel=1e-3)
+    assert typical(found.errors)[0] < STEP_RAD  # beyond the plan, the sweep's end is chaotic
 
 
 def test_a_part_does_not_stand_in_for_another():

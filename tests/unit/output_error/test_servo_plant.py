@@ -7,7 +7,7 @@ from ident.dynamics.compiled_chain import chain_of
 from ident.output_error.coordinates import coordinates, settings_at, turned
 from ident.output_error.first_guess import neutral
 from ident.output_error.parameters import PER_STIFFNESS, QUANTITIES, ROW
-from ident.output_error.plant import Motion
+from ident.output_error.servo import Motion
 from ident.output_error.setup import MotionSegment, Setup
 from wamctl.arm.robot import load_robot
 

@@ -1,0 +1,1 @@
+"""Recordings with torque, simulated: the recorded torque drives the arm."""

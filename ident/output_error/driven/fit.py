@@ -1,0 +1,176 @@
+"""An arm that recorded torque drives, fitted to where it was: output error, by Gauss-Newton."""
+
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ident.output_error.driven.columns import DrivenArm, Place, columns
+from ident.output_error.parameters import QUANTITIES
+from ident.output_error.setup import MEMORY_S, Setup
+from ident.output_error.uncertainty import alike, jackknifed
+from ident.signals.arrays import Array
+
+_DAMPED = 1e-4
+_TRIES = 8
+_LONGEST = 1.5  # step of a logarithm
+_ENOUGH = 1e-3  # nats per sample and joint
+_LOOSE = 1e-9  # of a parameter's own information: what the motion does not tell stays
+_BLOCK_S = 2.0
+_PRIOR_SD = 3.0  # of a logarithm
+_FLOOR = 1e-6  # rad
+
+
+@dataclass(frozen=True)
+class DrivenFit:
+    """A fit's end.
+
+    Attributes:
+        beta: base parameters, shape (b,).
+        settings: friction and gears, rows as `QUANTITIES` has them, shape (quantities, n).
+        links: standard parameters of the links, shape (10 n,).
+        further: settings that were fitted beside the base parameters.
+        residuals: measured less simulated positions [rad], shape (S, n).
+        columns: change of the simulated positions per parameter, shape (b + len(further), S, n);
+            further ones count by their logarithm.
+        rounds: steps that were taken.
+    """
+
+    beta: Array
+    settings: Array
+    links: Array
+    further: tuple[Place, ...]
+    residuals: Array
+    columns: Array
+    rounds: int
+
+    @property
+    def rms(self) -> Array:
+        """Of the residuals by joint [rad], shape (n,)."""
+        return np.sqrt(np.mean(self.residuals**2, axis=0))
+
+
+class _Normal:
+    """Columns and residuals in units of the residuals' rms, columns of unit length."""
+
+    def __init__(self, setup: Setup, found: DrivenFit) -> None:
+        usual = np.maximum(found.rms, floor_of(setup))
+        made = found.columns / usual
+        self.size = np.sqrt(np.maximum(np.einsum("asj,asj->a", made, made), 1e-300))
+        self.columns = made / self.size[:, None, None]
+        self.left = found.residuals / usual
+        self.hessian = np.einsum("asj,bsj->ab", self.columns, self.columns, optimize=True)
+        self.hessian += _LOOSE * np.eye(len(made))
+
+    def slope(self, span: slice = slice(None)) -> Array:
+        return np.einsum("asj,sj->a", self.columns[:, span], self.left[span], optimize=True)
+
+
+def fitted(
+    arm: DrivenArm,
+    beta: Array,
+    settings: Array,
+    further: Sequence[Place] = (),
+    rounds: int = 8,
+    progress: Callable[[float], None] | None = None,
+) -> DrivenFit:
+    """The base parameters, and further settings, that follow the recordings best.
+
+    Args:
+        arm: arm and recordings.
+        beta: where to begin, shape (b,).
+        settings: friction and gears, shape (quantities, n); what beta holds is taken from there.
+        further: settings to fit beside it, all of them positive.
+        rounds: times that columns are formed, at most.
+        progress: hears the share that is done.
+    """
+    floor, informed = floor_of(arm.setup), arm.setup.seconds / MEMORY_S
+    places, moved = tuple(np.array(further, dtype=int).reshape(-1, 2).T), np.zeros(len(further))
+    found, start = _simulated(arm, beta, settings, tuple(further)), settings
+    damping, cost = _DAMPED, _cost(found.residuals, floor)
+    for k in range(rounds):
+        found = replace(found, columns=_columns(arm, found))
+        normal, before = _Normal(arm.setup, found), cost
+        belief = np.zeros(len(normal.size))
+        belief[len(beta) :] = len(found.residuals) / informed / _PRIOR_SD**2
+        belief /= normal.size**2
+        away = np.concatenate([np.zeros(len(beta)), moved * normal.size[len(beta) :]])
+        for _ in range(_TRIES):
+            lifted = normal.hessian + np.diag(damping + belief)
+            step = np.linalg.solve(lifted, normal.slope() - belief * away) / normal.size
+            turn = np.clip(moved + np.clip(step[len(beta) :], -_LONGEST, _LONGEST), -12, 12)
+            new = found.settings.copy()
+            new[places] = start[places] * np.exp(turn)
+            trial = _simulated(arm, found.beta + step[: len(beta)], new, found.further)
+            now = _cost(trial.residuals, floor)
+            if np.isfinite(now) and now < cost:
+                found = replace(trial, columns=found.columns, rounds=k + 1)
+                cost, moved, damping = now, turn, damping / 5.0
+                break
+            damping = max(5.0 * damping, _DAMPED)
+        if progress is not None:
+            progress((k + 1) / rounds)
+        if before - cost < _ENOUGH * len(floor):
+            break
+    return replace(found, columns=_columns(arm, found))
+
+
+def floor_of(setup: Setup) -> Array:
+    """Positions that are told in steps come no nearer than these allow [rad], shape (n,)."""
+    return np.maximum(setup.resolution / np.sqrt(12.0), _FLOOR)
+
+
+def covariance(arm: DrivenArm, found: DrivenFit) -> Array:
+    """Of the fitted parameters, by chance and by the model's form, shape (p, p)."""
+    normal = _Normal(arm.setup, found)
+    blocks = max(int(arm.setup.seconds / _BLOCK_S), 8)
+    spread = jackknifed(normal.columns, normal.left, normal.hessian, blocks)
+    inverse = np.linalg.inv(normal.hessian)
+    for j, speed in enumerate(_speeds(arm.setup).T):
+        spread += inverse @ alike(normal.columns[:, :, j] * normal.left[:, j], speed) @ inverse
+    return spread / np.outer(normal.size, normal.size)
+
+
+def left_out(arm: DrivenArm, found: DrivenFit, edges: Sequence[int]) -> tuple[Array, Array]:
+    """Each block of samples predicted from all others, in first order.
+
+    Args:
+        arm: arm and recordings.
+        found: their fit.
+        edges: first sample of each block, and the number of samples.
+
+    Returns:
+        residuals [rad], shape (S, n), and each block's base parameters, shape (B, b).
+    """
+    normal, made, betas = _Normal(arm.setup, found), found.residuals.copy(), []
+    for a, b in itertools.pairwise(edges):
+        own = normal.columns[:, a:b].reshape(len(normal.size), -1)
+        step = np.linalg.solve(normal.hessian - own @ own.T, normal.slope(slice(a, b)))
+        step /= normal.size
+        made[a:b] += np.einsum("asj,a->sj", found.columns[:, a:b], step, optimize=True)
+        betas.append(found.beta - step[: len(found.beta)])
+    return made, np.array(betas)
+
+
+def _simulated(
+    arm: DrivenArm, beta: Array, settings: Array, further: tuple[Place, ...]
+) -> DrivenFit:
+    low, high = (np.array([[getattr(q, side)] for q in QUANTITIES]) for side in ("low", "high"))
+    made, links = np.clip(arm.settings_with(beta, settings), low, high), arm.links_of(beta)
+    left = replace(arm.setup, delta=links).residuals(made)
+    return DrivenFit(beta, made, links, further, left, np.zeros(0), 0)
+
+
+def _columns(arm: DrivenArm, found: DrivenFit) -> Array:
+    return columns(arm, found.links, found.settings, found.further)
+
+
+def _cost(residuals: Array, floor: Array) -> float:
+    return float(np.sum(np.log(np.maximum(np.mean(residuals**2, axis=0), floor**2))))
+
+
+def _speeds(setup: Setup) -> Array:
+    """Of the recorded joints at the counted samples [rad/s], shape (S, n)."""
+    made = [np.gradient(s.q, s.motion.t, axis=0)[s.counted :] for s in setup.segments]
+    return np.concatenate(made)
