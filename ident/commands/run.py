@@ -73,6 +73,8 @@ def run(
     from ident.regression.progress import shown
     from ident.report.run_page import asks_for_gap
     from ident.workflows.method import method_for
+    from ident.workflows.output_error.driven import are_driven, driven_run
+    from ident.workflows.output_error.run import run_simulation
     from ident.workflows.run import run_logs
 
     reading, names = given.reading(), ("run.json", "model.yaml", "report.html")
@@ -81,11 +83,13 @@ def run(
         if method is Method.AUTO:
             chosen, remarks = method_for(logs, robot, reading)
         if chosen == Method.SIMULATION:
-            from ident.workflows.output_error.run import run_simulation
-
             unfit = [name for name, x in (("--effects", fit.effects), ("--load", fit.load)) if x]
-            refuse_with_simulation([*unfit, *(f"--set {name}" for name in changes)])
-            text = run_simulation(logs, robot, out, reading, tell, remarks)
+            if method is Method.SIMULATION and are_driven(logs, robot, reading):
+                refuse_with_simulation(unfit)
+                text = run_logs(logs, robot, out, reading, tell, further=driven_run, **changes)
+            else:
+                refuse_with_simulation([*unfit, *(f"--set {name}" for name in changes)])
+                text = run_simulation(logs, robot, out, reading, tell, remarks)
         else:
             text = run_logs(logs, robot, out, reading, tell, fit.effects, fit.load, **changes)
     content = json.loads(text)
@@ -109,10 +113,12 @@ def run(
 
 def _errors_said(content: dict[str, Any]) -> list[str]:
     """How far the model is from the recordings."""
-    if content["method"] == Method.SIMULATION:
-        from ident.report.servos.run_page import error_sentence
-
-        return [error_sentence(content)]
     from ident.report.run_page import error_sentences
+    from ident.report.servos.driven_section import driven_sentence
+    from ident.report.servos.run_page import error_sentence
 
+    if "agreement" in content:
+        return [*error_sentences(content), driven_sentence(content)]
+    if content["method"] == Method.SIMULATION:
+        return [error_sentence(content)]
     return error_sentences(content)

@@ -12,7 +12,7 @@ from ident.regression.reduction import BLOCKS, block_of
 from ident.regression.squared_errors import Errors, Sums, added, sums
 from ident.signals.arrays import Array
 
-_MASKS = [held_out(fold) for fold in range(FOLDS)]
+FOLD_MASKS = [held_out(fold) for fold in range(FOLDS)]
 
 
 @dataclass(frozen=True)
@@ -33,15 +33,16 @@ class HeldOut:
 
 def check_held_out(evidence: RegressionData, names: Sequence[str]) -> dict[str, HeldOut]:
     """Every stretch of every recording is left out once, with every third pair of others."""
-    training = [evidence.only(~mask) for mask in _MASKS]
+    training = [evidence.only(~mask) for mask in FOLD_MASKS]
     return {
-        name: _test(evidence, [ESTIMATORS[name](part).beta for part in training]) for name in names
+        name: predicted_by(evidence, [ESTIMATORS[name](part).beta for part in training])
+        for name in names
     }
 
 
 def held_out_sums(evidence: RegressionData, name: str) -> list[Sums]:
     """Of each stretch that has rows, what an estimator leaves that has not seen it."""
-    return _sums(evidence, [ESTIMATORS[name](evidence.only(~mask)).beta for mask in _MASKS])
+    return _sums(evidence, [ESTIMATORS[name](evidence.only(~mask)).beta for mask in FOLD_MASKS])
 
 
 def left_out_sums(evidence: RegressionData, name: str) -> list[Sums]:
@@ -71,13 +72,14 @@ def left_out_sums(evidence: RegressionData, name: str) -> list[Sums]:
 def _sums(evidence: RegressionData, betas: Sequence[Array]) -> list[Sums]:
     return [
         sums(evidence.triangles[:, b], evidence.counts[:, b], beta)
-        for mask, beta in zip(_MASKS, betas, strict=True)
+        for mask, beta in zip(FOLD_MASKS, betas, strict=True)
         for b in np.flatnonzero(mask)
         if evidence.counts[:, b].any()
     ]
 
 
-def _test(evidence: RegressionData, betas: Sequence[Array]) -> HeldOut:
+def predicted_by(evidence: RegressionData, betas: Sequence[Array]) -> HeldOut:
+    """What base parameters say of the stretches that each of them has not seen, fold by fold."""
     stretches = _sums(evidence, betas)
     return HeldOut(added(stretches).errors(), spread(stretches), _predictions(evidence, betas))
 
@@ -105,7 +107,7 @@ def jackknife(figure: Callable[..., float], *parts: Sequence[Sums]) -> tuple[flo
 
 def _predictions(evidence: RegressionData, betas: Sequence[Array]) -> tuple[Array, ...]:
     fold_of = np.zeros(BLOCKS, dtype=np.int64)
-    for fold, mask in enumerate(_MASKS):
+    for fold, mask in enumerate(FOLD_MASKS):
         fold_of[mask] = fold
     predicted = []
     for log in evidence.logs:

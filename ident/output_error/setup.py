@@ -30,6 +30,7 @@ class MotionSegment:
         name: of the recording.
         counted: the first sample that errors count; before it the simulation finds its way.
         wrong: samples of the recording that were left out, as no motion reaches them, by joint.
+        start_s: time of the first sample since the recording's first [s], where that is asked.
     """
 
     motion: Motion
@@ -37,6 +38,7 @@ class MotionSegment:
     name: str = ""
     counted: int = 0
     wrong: tuple[int, ...] = ()
+    start_s: float = 0.0
 
 
 @dataclass(frozen=True)

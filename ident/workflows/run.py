@@ -1,7 +1,7 @@
 """The work of `ident run`, from files to files."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -72,6 +72,7 @@ def run_logs(
     tell: Tell = silent,
     effects: Path | None = None,
     load: str | None = None,
+    further: Callable[["Run", Tell], "Run"] | None = None,
     **settings: Any,
 ) -> str:
     """Identify and write; gives the content of `run.json`.
@@ -85,6 +86,7 @@ def run_logs(
         effects: a `model.yaml` whose effects are taken off the torque first, and kept; its terms
             are taken where the arm's settings name none.
         load: a log of the arm with a known load, and the load: LOG=KG,X,Y,Z.
+        further: what is made of the identification by regression; None: it is what is asked for.
         settings: fields of the identification section that differ from the arm's.
 
     Raises:
@@ -102,6 +104,7 @@ def run_logs(
     try:
         loaded = None if load is None else _loaded(arm, load, reading)
         done = run_data(arm, data, tell, known, paths, loaded)
+        done = done if further is None else further(done, tell)
     except RefusedError as refusal:
         write_refusal(out, "run", refusal, refused_run(arm, data, refusal), arm.name)
         raise

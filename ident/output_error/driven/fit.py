@@ -1,10 +1,10 @@
 """An arm that recorded torque drives, fitted to where it was: output error, by Gauss-Newton."""
 
-import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ident.output_error.driven.columns import DrivenArm, Place, columns
 from ident.output_error.parameters import QUANTITIES
@@ -63,8 +63,7 @@ class _Normal:
         self.hessian = np.einsum("asj,bsj->ab", self.columns, self.columns, optimize=True)
         self.hessian += _LOOSE * np.eye(len(made))
 
-    def slope(self, span: slice = slice(None)) -> Array:
-        return np.einsum("asj,sj->a", self.columns[:, span], self.left[span], optimize=True)
+        self.slope = np.einsum("asj,sj->a", self.columns, self.left, optimize=True)
 
 
 def fitted(
@@ -98,7 +97,7 @@ def fitted(
         away = np.concatenate([np.zeros(len(beta)), moved * normal.size[len(beta) :]])
         for _ in range(_TRIES):
             lifted = normal.hessian + np.diag(damping + belief)
-            step = np.linalg.solve(lifted, normal.slope() - belief * away) / normal.size
+            step = np.linalg.solve(lifted, normal.slope - belief * away) / normal.size
             turn = np.clip(moved + np.clip(step[len(beta) :], -_LONGEST, _LONGEST), -12, 12)
             new = found.settings.copy()
             new[places] = start[places] * np.exp(turn)
@@ -132,23 +131,24 @@ def covariance(arm: DrivenArm, found: DrivenFit) -> Array:
     return spread / np.outer(normal.size, normal.size)
 
 
-def left_out(arm: DrivenArm, found: DrivenFit, edges: Sequence[int]) -> tuple[Array, Array]:
-    """Each block of samples predicted from all others, in first order.
+def left_out(arm: DrivenArm, found: DrivenFit, group: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Each group of samples predicted from all others, in first order.
 
     Args:
         arm: arm and recordings.
         found: their fit.
-        edges: first sample of each block, and the number of samples.
+        group: of each counted sample, from 0, shape (S,).
 
     Returns:
-        residuals [rad], shape (S, n), and each block's base parameters, shape (B, b).
+        residuals [rad], shape (S, n), and base parameters without each group, shape (G, b).
     """
     normal, made, betas = _Normal(arm.setup, found), found.residuals.copy(), []
-    for a, b in itertools.pairwise(edges):
-        own = normal.columns[:, a:b].reshape(len(normal.size), -1)
-        step = np.linalg.solve(normal.hessian - own @ own.T, normal.slope(slice(a, b)))
-        step /= normal.size
-        made[a:b] += np.einsum("asj,a->sj", found.columns[:, a:b], step, optimize=True)
+    for g in range(int(group.max()) + 1):
+        mine = group == g
+        own = normal.columns[:, mine].reshape(len(normal.size), -1)
+        slope = own @ normal.left[mine].ravel()
+        step = np.linalg.solve(normal.hessian - own @ own.T, slope) / normal.size
+        made[mine] += np.einsum("asj,a->sj", found.columns[:, mine], step, optimize=True)
         betas.append(found.beta - step[: len(found.beta)])
     return made, np.array(betas)
 

@@ -107,4 +107,10 @@ def _followed(data: Dataset, segment: Segment, keeps: Tracking) -> MotionSegment
     counted = max(first - warm, round(WARM_S / period), int(slipped))
     if len(q) - counted < 2 * WARM_S / period:
         return None
-    return MotionSegment(motion, np.ascontiguousarray(q[::every]), data.name, -(-counted // every))
+    return MotionSegment(
+        motion,
+        np.ascontiguousarray(q[::every]),
+        data.name,
+        -(-counted // every),
+        start_s=segment.start_s + warm * period,
+    )
