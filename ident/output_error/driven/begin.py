@@ -43,7 +43,8 @@ def begun(
         )
     chain, links = chain_of(robot), delta[[p.kind == "inertial" for p in base.parameters]]
     bare = Setup(chain, links, np.zeros(robot.dof, dtype=bool), (), STEP_S)
-    arm = DrivenArm(robot, terms, base, bare, delta, np.ones(robot.dof), np.ones(robot.dof))
+    one = np.ones(robot.dof)
+    arm = DrivenArm(robot, terms, base, bare, delta, one, one, one)
     settings = arm.settings_with(base.K @ delta, _nothing(robot.dof))
     keeps = tracking(chain, links, settings[ROW["armature"]], data)
     segments = followed(data, keeps)
@@ -52,7 +53,8 @@ def begun(
     settings[ROW["stiffness"]], settings[ROW["speed_gain"]] = keeps.stiffness, keeps.damping
     setup = Setup(chain, links, bare.at_link, segments, STEP_S, resolution_of(segments))
     torque = np.concatenate([s.tau for d in data for s in d.segments]).std(axis=0)
-    arm = DrivenArm(robot, terms, base, setup, delta, keeps.stiffness, np.maximum(torque, LEAST))
+    torque = np.maximum(torque, LEAST)
+    arm = DrivenArm(robot, terms, base, setup, delta, keeps.stiffness, torque, keeps.inertia)
     return arm, base.K @ delta, settings
 
 

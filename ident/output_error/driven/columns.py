@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numba import get_num_threads
@@ -24,6 +25,23 @@ from wamctl.arm.robot import Robot
 
 Place = tuple[int, int]
 """Row of a settings array, and joint."""
+
+
+class Moved(NamedTuple):
+    """A setting that is fitted beside the base parameters.
+
+    Attributes:
+        place: row and joint.
+        unit: in which it is fitted; 0: the setting is positive, and fitted as its logarithm.
+    """
+
+    place: Place
+    unit: float = 0.0
+
+    def at(self, start: float, x: float) -> float:
+        """The setting, so far from where it began."""
+        return start + self.unit * x if self.unit else start * float(np.exp(x))
+
 
 FRICTION = {"fv": "damping", "fc": "coulomb"}
 """Friction of joints, and the settings that hold it."""
@@ -47,6 +65,7 @@ class DrivenArm:
         prior: standard parameters that stand for what the base parameters leave open, shape (p,).
         stiffness: of what keeps the simulation near the recordings [N m/rad], shape (n,).
         torque: rms of the recorded one [N m], shape (n,).
+        inertia: usual one of each joint with all that it carries [kg m^2], shape (n,).
     """
 
     robot: Robot
@@ -56,6 +75,7 @@ class DrivenArm:
     prior: Array
     stiffness: Array
     torque: Array
+    inertia: Array
 
     def settings_with(self, beta: Array, settings: Array) -> Array:
         """Settings with the friction, offsets, and rotors of base parameters."""
@@ -103,14 +123,14 @@ class DrivenArm:
         return np.ascontiguousarray(np.moveaxis(made, -1, 0))
 
 
-def columns(arm: DrivenArm, links: Array, settings: Array, further: Sequence[Place]) -> Array:
+def columns(arm: DrivenArm, links: Array, settings: Array, further: Sequence[Moved]) -> Array:
     """Change of the simulated positions per parameter, shape (b + len(further), S, n).
 
     Args:
         arm: arm and recordings.
         links: standard parameters of the links, shape (10 n,).
         settings: friction and gears, shape (quantities, n).
-        further: settings beside the base parameters; these count by their logarithm.
+        further: settings beside the base parameters, as they are fitted.
     """
     setup = replace(arm.setup, delta=links)
     ends: list[tuple[Setup, Array]] = []
@@ -128,8 +148,9 @@ def columns(arm: DrivenArm, links: Array, settings: Array, further: Sequence[Pla
             change = _PUSH * arm.unit[k]
             ends += [(_pushed(arm, setup, k, x), settings) for x in (-change, change)]
             sizes.append(2.0 * change)
-    for at in further:
-        ends += [(setup, _with(settings, at, settings[at] * np.exp(x))) for x in (-_NUDGE, _NUDGE)]
+    for m in further:
+        here = settings[m.place]
+        ends += [(setup, _with(settings, m.place, m.at(here, x))) for x in (-_NUDGE, _NUDGE)]
         sizes.append(2.0 * _NUDGE)
     with ThreadPoolExecutor(get_num_threads()) as pool:
         left = list(pool.map(lambda end: end[0].residuals(end[1]), ends))

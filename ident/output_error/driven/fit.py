@@ -6,19 +6,25 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.output_error.driven.columns import DrivenArm, Place, columns
+from ident.output_error.driven.columns import DrivenArm, Moved, columns
 from ident.output_error.parameters import QUANTITIES
 from ident.output_error.setup import MEMORY_S, Setup
 from ident.output_error.uncertainty import alike, jackknifed
 from ident.signals.arrays import Array
 
 _DAMPED = 1e-4
-_TRIES = 8
+_LEAST_DAMPED = 1e-8
+_ATTEMPTS = [(part, 10.0**k) for k in range(0, 6, 2) for part in (1.0, 0.3, 0.1)]
+"""Part of a step, and times the damping: a whole step may leave links that no arm can have, with
+which a simulation runs away."""
+
 _LONGEST = 1.5  # step of a logarithm
+_FAR = 30.0  # of another coordinate
 _ENOUGH = 1e-3  # nats per sample and joint
 _LOOSE = 1e-9  # of a parameter's own information: what the motion does not tell stays
 _BLOCK_S = 2.0
 _PRIOR_SD = 3.0  # of a logarithm
+_WIDE_SD = 30.0  # of another coordinate
 _FLOOR = 1e-6  # rad
 
 
@@ -32,15 +38,14 @@ class DrivenFit:
         links: standard parameters of the links, shape (10 n,).
         further: settings that were fitted beside the base parameters.
         residuals: measured less simulated positions [rad], shape (S, n).
-        columns: change of the simulated positions per parameter, shape (b + len(further), S, n);
-            further ones count by their logarithm.
+        columns: change of the simulated positions per parameter, shape (b + len(further), S, n).
         rounds: steps that were taken.
     """
 
     beta: Array
     settings: Array
     links: Array
-    further: tuple[Place, ...]
+    further: tuple[Moved, ...]
     residuals: Array
     columns: Array
     rounds: int
@@ -62,6 +67,12 @@ class _Normal:
         self.left = found.residuals / usual
         self.hessian = np.einsum("asj,bsj->ab", self.columns, self.columns, optimize=True)
         self.hessian += _LOOSE * np.eye(len(made))
+        sd = np.array([_WIDE_SD if m.unit else _PRIOR_SD for m in found.further])
+        samples = len(self.left) * MEMORY_S / setup.seconds  # that say the same
+        self.belief = np.zeros(len(made))
+        self.belief[len(found.beta) :] = samples / sd**2
+        self.belief /= self.size**2
+        self.known = self.hessian + np.diag(self.belief)
 
         self.slope = np.einsum("asj,sj->a", self.columns, self.left, optimize=True)
 
@@ -70,7 +81,7 @@ def fitted(
     arm: DrivenArm,
     beta: Array,
     settings: Array,
-    further: Sequence[Place] = (),
+    further: Sequence[Moved] = (),
     rounds: int = 8,
     progress: Callable[[float], None] | None = None,
 ) -> DrivenFit:
@@ -80,38 +91,40 @@ def fitted(
         arm: arm and recordings.
         beta: where to begin, shape (b,).
         settings: friction and gears, shape (quantities, n); what beta holds is taken from there.
-        further: settings to fit beside it, all of them positive.
+        further: settings to fit beside it.
         rounds: times that columns are formed, at most.
         progress: hears the share that is done.
     """
-    floor, informed = floor_of(arm.setup), arm.setup.seconds / MEMORY_S
-    places, moved = tuple(np.array(further, dtype=int).reshape(-1, 2).T), np.zeros(len(further))
+    floor, moved = floor_of(arm.setup), np.zeros(len(further))
+    longest = np.array([_FAR if m.unit else _LONGEST for m in further])
     found, start = _simulated(arm, beta, settings, tuple(further)), settings
     damping, cost = _DAMPED, _cost(found.residuals, floor)
-    for k in range(rounds):
-        found = replace(found, columns=_columns(arm, found))
+    kept = False  # columns serve two steps where the first helps
+    for k in range(2 * rounds):
+        if not kept:
+            found = replace(found, columns=_columns(arm, found))
         normal, before = _Normal(arm.setup, found), cost
-        belief = np.zeros(len(normal.size))
-        belief[len(beta) :] = len(found.residuals) / informed / _PRIOR_SD**2
-        belief /= normal.size**2
         away = np.concatenate([np.zeros(len(beta)), moved * normal.size[len(beta) :]])
-        for _ in range(_TRIES):
-            lifted = normal.hessian + np.diag(damping + belief)
-            step = np.linalg.solve(lifted, normal.slope - belief * away) / normal.size
-            turn = np.clip(moved + np.clip(step[len(beta) :], -_LONGEST, _LONGEST), -12, 12)
+        for part, lift in _ATTEMPTS:
+            lifted = normal.known + lift * damping * np.eye(len(away))
+            step = part * np.linalg.solve(lifted, normal.slope - normal.belief * away) / normal.size
+            turn = moved + np.clip(step[len(beta) :], -longest, longest)
             new = found.settings.copy()
-            new[places] = start[places] * np.exp(turn)
+            for m, x in zip(further, turn, strict=True):
+                new[m.place] = m.at(start[m.place], x)
             trial = _simulated(arm, found.beta + step[: len(beta)], new, found.further)
             now = _cost(trial.residuals, floor)
             if np.isfinite(now) and now < cost:
-                found = replace(trial, columns=found.columns, rounds=k + 1)
-                cost, moved, damping = now, turn, damping / 5.0
+                found = replace(trial, columns=found.columns, rounds=found.rounds + 1)
+                cost, moved = now, turn
+                damping = max(lift * damping / 5.0, _LEAST_DAMPED)
                 break
-            damping = max(5.0 * damping, _DAMPED)
         if progress is not None:
-            progress((k + 1) / rounds)
-        if before - cost < _ENOUGH * len(floor):
+            progress((k + 1) / (2 * rounds))
+        helped = before - cost > _ENOUGH * len(floor)
+        if not (helped or kept):
             break
+        kept = helped and not kept
     return replace(found, columns=_columns(arm, found))
 
 
@@ -124,8 +137,8 @@ def covariance(arm: DrivenArm, found: DrivenFit) -> Array:
     """Of the fitted parameters, by chance and by the model's form, shape (p, p)."""
     normal = _Normal(arm.setup, found)
     blocks = max(int(arm.setup.seconds / _BLOCK_S), 8)
-    spread = jackknifed(normal.columns, normal.left, normal.hessian, blocks)
-    inverse = np.linalg.inv(normal.hessian)
+    spread = jackknifed(normal.columns, normal.left, normal.known, blocks)
+    inverse = np.linalg.inv(normal.known)
     for j, speed in enumerate(_speeds(arm.setup).T):
         spread += inverse @ alike(normal.columns[:, :, j] * normal.left[:, j], speed) @ inverse
     return spread / np.outer(normal.size, normal.size)
@@ -147,14 +160,14 @@ def left_out(arm: DrivenArm, found: DrivenFit, group: NDArray[np.int64]) -> tupl
         mine = group == g
         own = normal.columns[:, mine].reshape(len(normal.size), -1)
         slope = own @ normal.left[mine].ravel()
-        step = np.linalg.solve(normal.hessian - own @ own.T, slope) / normal.size
+        step = np.linalg.solve(normal.known - own @ own.T, slope) / normal.size
         made[mine] += np.einsum("asj,a->sj", found.columns[:, mine], step, optimize=True)
         betas.append(found.beta - step[: len(found.beta)])
     return made, np.array(betas)
 
 
 def _simulated(
-    arm: DrivenArm, beta: Array, settings: Array, further: tuple[Place, ...]
+    arm: DrivenArm, beta: Array, settings: Array, further: tuple[Moved, ...]
 ) -> DrivenFit:
     low, high = (np.array([[getattr(q, side)] for q in QUANTITIES]) for side in ("low", "high"))
     made, links = np.clip(arm.settings_with(beta, settings), low, high), arm.links_of(beta)

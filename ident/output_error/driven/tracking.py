@@ -38,10 +38,12 @@ class Tracking:
     Attributes:
         stiffness: [N m/rad], shape (n,).
         damping: critical, [N m s/rad], shape (n,).
+        inertia: usual one of each joint with all that it carries [kg m^2], shape (n,).
     """
 
     stiffness: Array
     damping: Array
+    inertia: Array
 
 
 def tracking(chain: Chain, delta: Array, rotors: Array, data: Sequence[Dataset]) -> Tracking:
@@ -65,7 +67,7 @@ def tracking(chain: Chain, delta: Array, rotors: Array, data: Sequence[Dataset])
         inertia += np.diag(mass) / len(q)
     torque = np.concatenate([s.tau for s in segments]).std(axis=0)
     stiffness = np.maximum(inertia * _BANDWIDTH**2, torque / _GIVES)
-    return Tracking(stiffness, 2.0 * np.sqrt(stiffness * inertia))
+    return Tracking(stiffness, 2.0 * np.sqrt(stiffness * inertia), inertia)
 
 
 def followed(data: Sequence[Dataset], keeps: Tracking) -> tuple[MotionSegment, ...]:
