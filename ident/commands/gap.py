@@ -74,12 +74,18 @@ def gap(
         if method is Method.AUTO:
             chosen, remarks = method_for(logs, robot, reading)
         if chosen == Method.SIMULATION:
+            from ident.workflows.output_error.driven import are_driven
+            from ident.workflows.output_error.driven_gap import gap_driven
             from ident.workflows.output_error.gap import gap_simulation
 
             unfit = {"--model": wanted.model, "--with-suspected": wanted.with_suspected}
             refuse_with_simulation([name for name, value in unfit.items() if value])
             settings = SearchSettings(null_runs=wanted.null_runs)
-            text, sentences = gap_simulation(logs, robot, out, reading, settings, tell, remarks)
+            if method is Method.SIMULATION and are_driven(logs, robot, reading):
+                text, sentences = gap_driven(logs, robot, out, reading, settings, tell)
+            else:
+                args = logs, robot, out, reading, settings, tell, remarks
+                text, sentences = gap_simulation(*args)
         else:
             options = Options(null_runs=wanted.null_runs, with_suspected=wanted.with_suspected)
             arm = (robot, wanted.model)

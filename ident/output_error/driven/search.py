@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.output_error.driven.columns import DrivenArm, Moved
+from ident.output_error.driven.columns import DrivenArm, Moved, Place
 from ident.output_error.driven.fit import DrivenFit, fitted, floor_of, left_out
 from ident.output_error.judging import BLOCK_S, sureness_of_all
 from ident.output_error.missing.kinds import KINDS, EffectKind
@@ -51,6 +51,11 @@ class Start:
     joint: int
     settings: Array
     further: tuple[Moved, ...]
+
+    @property
+    def size_at(self) -> Place:
+        """Where its size is."""
+        return ROW[self.kind.part.quantities[0]], self.joint
 
 
 @dataclass(frozen=True)
@@ -115,21 +120,18 @@ def turning(settings: Array, moving: NDArray[np.bool_]) -> tuple[Array, list[Mov
 
 
 def searched(
-    arm: DrivenArm, beta: Array, settings: Array, moving: NDArray[np.bool_],
-    limits: SearchSettings, tell: Tell,
-) -> DrivenSearch:  # fmt: skip
+    arm: DrivenArm, rigid: DrivenFit, moving: NDArray[np.bool_], limits: SearchSettings, tell: Tell
+) -> DrivenSearch:
     """The arm, and the effects that its recordings ask for.
 
     Args:
         arm: arm and recordings.
-        beta: base parameters to begin with, shape (b,).
-        settings: friction and gears to begin with, shape (quantities, n).
+        rigid: their fit with friction that turns round at once.
         moving: joints that moved, shape (n,).
         limits: numbers that decide.
         tell: hears what is being done.
     """
     tell("simulating the arm without effects")
-    rigid = fitted(arm, beta, settings)
     began, further = turning(rigid.settings, moving)
     base = fitted(arm, rigid.beta, began, further)
     group = block_groups(arm)
@@ -179,7 +181,7 @@ def block_groups(arm: DrivenArm) -> NDArray[np.int64]:
 def block_errors(arm: DrivenArm, fit: DrivenFit, group: NDArray[np.int64]) -> Array:
     """Mean squared error of each block, predicted from all others [rad^2], shape (B, n)."""
     left, _ = left_out(arm, fit, group)
-    edges = np.flatnonzero(np.diff(group, prepend=-1))
+    edges = np.flatnonzero(np.diff(group, prepend=-1)).tolist()
     means = np.add.reduceat(left**2, edges, axis=0) / np.diff([*edges, len(left)])[:, None]
     return np.maximum(means, floor_of(arm.setup) ** 2)
 
@@ -195,13 +197,10 @@ def _promising(
         s for s in _starts(arm, now, moving)
         if (s.kind.name, s.joint) not in there and not (_gives(s.kind) and s.joint in loose)
     ]  # fmt: skip
-    usual = np.maximum(now.rms, floor_of(arm.setup))
-    basis = np.linalg.qr((now.columns / usual).reshape(len(now.columns), -1).T)[0]
+    beyond = _Beyond(now, np.maximum(now.rms, floor_of(arm.setup)))
 
     def cost(residuals: Array) -> float:
-        flat = (residuals / usual).ravel()
-        rest = (flat - basis @ (basis.T @ flat)).reshape(residuals.shape)
-        return 0.5 * float(np.sum(np.log(np.maximum(np.mean(rest**2, axis=0), 1e-12))))
+        return 0.5 * float(np.sum(np.log(np.mean(beyond(residuals) ** 2, axis=0) + 1e-12)))
 
     setup = replace(arm.setup, delta=now.links)
     best: dict[tuple[str, int], tuple[float, Start]] = {}
@@ -226,7 +225,7 @@ def _starts(arm: DrivenArm, now: DrivenFit, moving: NDArray[np.bool_]) -> Iterat
     speed = np.concatenate([np.gradient(s.q, s.motion.t, axis=0) for s in arm.setup.segments])
     fast, far = speed.std(axis=0), np.abs(q).max(axis=0)
     inertia = arm.inertia
-    for j in np.flatnonzero(moving):
+    for j in np.flatnonzero(moving).tolist():
         torque, dry = arm.torque[j], max(now.settings[ROW["coulomb"], j], 0.02 * arm.torque[j])
         signed = {
             "offset": _SMALL * torque,
@@ -267,3 +266,41 @@ def _start(
     further = tuple(signed) or tuple(Moved((ROW[n], int(joint))) for n in names)
     low = np.array([q.low for q in QUANTITIES])[:, None]
     return Start(kind, int(joint), np.maximum(made, low), further)
+
+
+def shown(
+    arm: DrivenArm, end: DrivenFit, moving: NDArray[np.bool_], floor: Array, limits: SearchSettings
+) -> dict[str, Array]:
+    """The smallest size of each effect that would be seen, by joint; NaN: none, shape (n,).
+
+    Args:
+        arm: arm and recordings.
+        end: the arm with all that was found.
+        moving: joints that moved, shape (n,).
+        floor: rms of the positions' noise [rad], shape (n,).
+        limits: numbers that decide.
+    """
+    sizes = {kind.name: np.full(len(floor), np.nan) for kind in KINDS}
+    beyond, setup = _Beyond(end, floor), replace(arm.setup, delta=end.links)
+    starts = [s for s in _starts(arm, end, moving) if end.settings[s.size_at] == 0.0]
+    left = setup.residuals_of([s.settings for s in starts])
+    for start, residuals in zip(starts, left, strict=True):
+        change = beyond(residuals - end.residuals)
+        told = 0.5 * float(np.sum(np.log1p(np.mean(change**2, axis=0))))
+        size = abs(float(start.settings[start.size_at]))
+        if told >= limits.least_gain:
+            size *= np.sqrt(limits.least_gain / told)
+            sizes[start.kind.name][start.joint] = np.fmin(sizes[start.kind.name][start.joint], size)
+    return sizes
+
+
+class _Beyond:
+    """What a fit's parameters can't do of residuals, in units of some rms."""
+
+    def __init__(self, fit: DrivenFit, usual: Array) -> None:
+        self._usual = usual
+        self._basis = np.linalg.qr((fit.columns / usual).reshape(len(fit.columns), -1).T)[0]
+
+    def __call__(self, residuals: Array) -> Array:
+        flat = (residuals / self._usual).ravel()
+        return (flat - self._basis @ (self._basis.T @ flat)).reshape(residuals.shape)

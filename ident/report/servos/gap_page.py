@@ -41,6 +41,8 @@ class ServoGap(SearchReport):
     """
 
     unlisted: ClassVar[str] = "the servo's {}"
+    model: ClassVar[str] = "servo model"
+    driven_by: ClassVar[str] = "commands alone"
 
     before: tuple[ServoTrace, ...]
     after: tuple[ServoTrace, ...]
@@ -59,15 +61,25 @@ class ServoGap(SearchReport):
         return listed(kinds_text(merged, self.title, self.of))
 
 
+@dataclass(frozen=True)
+class DrivenGapPage(ServoGap):
+    """The same of an arm that recorded torque drives."""
+
+    unlisted: ClassVar[str] = "{}"
+    model: ClassVar[str] = "model"
+    driven_by: ClassVar[str] = "the recorded torque"
+
+
 def verdict_sentences(report: ServoGap) -> list[str]:
     """The answer, and what to know beside it."""
     content, effects = report.content, report.kinds(report.content["effects"])
     first = {
-        "no_gap": "The servo model misses nothing that these positions show clearly.",
-        "named": f"The servo model misses {effects}.",
-        "ambiguous": f"The servo model misses something that looks like {effects}, but these"
+        "no_gap": f"The {report.model} misses nothing that these positions show clearly.",
+        "named": f"The {report.model} misses {effects}.",
+        "ambiguous": f"The {report.model} misses something that looks like {effects}, but these"
         " recordings cannot tell it from other effects.",
-        "unknown": "The servo model misses something that none of the effects asked for explains.",
+        "unknown": f"The {report.model} misses something that none of the effects asked for"
+        " explains.",
     }[content["verdict"]]
     if content["verdict"] == "unknown" and effects:
         part = part_of_what_is_missing(content["held_out"]["closed_fraction"])
@@ -121,7 +133,7 @@ def servo_gap_page(report: ServoGap) -> Page:
         Section("Measured and simulated positions", _positions(report)),
         Section("Other explanations", rival_blocks(report)),
         Section("What could have been seen", _seen(report)),
-        Section("The servo model", _servo(report)),
+        Section(f"The {report.model}", _servo(report)),
         provenance_section(content),
     ]
     held, tiles = content["held_out"], []
@@ -132,7 +144,7 @@ def servo_gap_page(report: ServoGap) -> Page:
             tiles.append((f"{value} mrad", f"rms error on held-out motions, {words}"))
     return Page(
         command="ident gap",
-        title=f"{content['arm']}: what the servo model misses",
+        title=f"{content['arm']}: what the {report.model} misses",
         verdict=with_trust(Verdict(status, word, first, more), content, "trust"),
         figures=tiles,
         sections=[s for s in sections if s.blocks],
@@ -172,9 +184,9 @@ def _held_out(report: ServoGap) -> list[Block]:
         for k, (words, sign) in sides.items()
     }
     caption = (
-        "Stretches of time, each predicted from a fit of all the others and simulated from commands"
-        " alone. The noise floor is the same of a simulated arm that misses nothing: encoder steps"
-        " and white noise."
+        "Stretches of time, each predicted from a fit of all the others and simulated from"
+        f" {report.driven_by}. The noise floor is the same of a simulated arm that misses nothing:"
+        " encoder steps and white noise."
     )
     title, quantity = "Rms position error of each joint", "rms error [mrad]"
     return [row_figure(title, caption, quantity, labels, values)]
@@ -241,7 +253,7 @@ def _servo(report: ServoGap) -> list[Block]:
                 cells = (number(q[side][j]) for j in report.moving)
                 rows.append([f"{q['name'].replace('_', ' ')}, {words}", q["unit"], *cells])
     heads = ["what", "unit", *(report.labels[j] for j in report.moving)]
-    return [Table("Settings of the servo model.", heads, rows)]
+    return [Table(f"Settings of the {report.model}.", heads, rows)]
 
 
 def _steps(content: Content) -> list[Step]:
