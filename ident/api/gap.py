@@ -16,7 +16,7 @@ from ident.workflows.gap import gap_of
 from wamctl.arm.errors import ConfigurationError
 
 if TYPE_CHECKING:
-    from ident.api.servos import ServoGap
+    from ident.api.servos import DrivenEffects, ServoGap
 
 
 class Gap(NamedEffects[GapRun]):
@@ -48,7 +48,8 @@ def find_gap(
     method: Literal["simulation"],
     null_runs: int = 4,
     progress: Progress | None = None,
-) -> "ServoGap": ...
+    **settings: Any,
+) -> "ServoGap | DrivenEffects": ...
 
 
 @overload
@@ -73,13 +74,14 @@ def find_gap(
     null_runs: int = 4,
     progress: Progress | None = None,
     **settings: Any,
-) -> "Gap | ServoGap":
+) -> "Gap | ServoGap | DrivenEffects":
     """Find what a model of the arm misses, by name, as `ident gap` does.
 
     Args:
         arm: the arm.
         recordings: one recording, or several of the same arm.
-        method: regression of torque on motion; or simulation of commanded positions.
+        method: regression of torque on motion; or simulation, of commanded positions, or of torque
+            where there are no such commands.
         model: a model that was trusted before: what has changed since? Default: the links are
             fitted to the recordings.
         null_runs: effect-free simulations behind the thresholds.
@@ -94,8 +96,11 @@ def find_gap(
     if null_runs < 0:
         raise ConfigurationError("null_runs", [f"{null_runs} is less than none"])
     if by_simulation(method):
-        from ident.api.servos import servo_gap  # only now: half a second
+        from ident.api.servos import driven_gap_of, servo_gap  # only now: half a second
+        from ident.workflows.output_error.driven import is_driven
 
+        if all(is_driven(r.log) for r in chosen):
+            return driven_gap_of(arm, chosen, told(progress), **settings)
         return servo_gap(arm, chosen, null_runs, told(progress))
     described = arm.of_recording(chosen[0].joints, **settings)
     source = of_arm(described, arm.file, [r.log for r in chosen], [r.name for r in chosen])

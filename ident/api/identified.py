@@ -13,6 +13,7 @@ from ident.model.arm import Arm as ArmModel
 from ident.model.identified_model import Model
 from ident.recordings.loading import dataset_for
 from ident.recordings.log_summary import summarise_log
+from ident.workflows.output_error.driven import driven_run, is_driven
 from ident.workflows.run import Run, run_data
 from wamctl.arm.configuration.known_change import known_change
 from wamctl.arm.errors import DataError
@@ -92,7 +93,8 @@ def identify(
     *,
     method: Literal["simulation"],
     progress: Progress | None = None,
-) -> "IdentifiedServos": ...
+    **settings: Any,
+) -> "IdentifiedServos | Identified": ...
 
 
 @overload
@@ -123,7 +125,8 @@ def identify(
     Args:
         arm: the arm.
         recordings: one recording, or several of the same arm.
-        method: regression of torque on motion; or simulation of commanded positions.
+        method: regression of torque on motion; or simulation, of commanded positions, or of torque
+            where there are no such commands.
         effects: a model of `find_gap`, whose effects are taken off first and kept.
         load: a recording with a known load, and its mass [kg] and centre in the last link's
             parameter frame [m] (KG, X, Y, Z), which tell the gains of `torque_unit="A"`.
@@ -135,7 +138,8 @@ def identify(
         ConfigurationError: an unknown setting, or a value out of its bounds.
     """
     given = checked(arm, recordings)
-    if by_simulation(method):
+    simulated = by_simulation(method)
+    if simulated and not all(is_driven(r.log) for r in given):
         from ident.api.servos import identified_servos  # only now: half a second
 
         return identified_servos(arm, given, told(progress))
@@ -143,7 +147,8 @@ def identify(
     model = arm.of_recording(logs[0].joint_names, **settings)
     data = [dataset_for(model, found) for found in logs]
     known = None if load is None else _known_load(model, *load)
-    return Identified(run_data(model, data, told(progress), effects, load=known))
+    run = run_data(model, data, told(progress), effects, load=known)
+    return Identified(driven_run(run, told(progress)) if simulated else run)
 
 
 def _known_load(arm: ArmModel, recording: Recording, load: Sequence[float]) -> KnownLoad:

@@ -1,4 +1,4 @@
-"""Work by simulation of commanded positions: servos identified, and what their model misses."""
+"""Work by simulation: servos identified, and what the models of driven arms miss."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -11,13 +11,18 @@ from ident.api.named import NamedEffects
 from ident.api.recording import Recording
 from ident.api.result import Result, table
 from ident.model.arm import Arm as ArmModel
+from ident.model.identified_model import Model
 from ident.output_error.recordings import segments_of
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.servo_model import ServoModel
 from ident.output_error.setup import MotionSegment
+from ident.recordings.loading import dataset_for
+from ident.recordings.log_summary import summarise_log
 from ident.regression.progress import Tell
+from ident.workflows.output_error.driven_gap import DrivenGap, driven_gap
 from ident.workflows.output_error.gap import GapOfServos, gap_of_servos
 from ident.workflows.output_error.run import ServoRun, simulated_run
+from ident.workflows.run import run_data
 
 
 def commanded(arm: Arm, recordings: Sequence[Recording]) -> tuple[ArmModel, list[MotionSegment]]:
@@ -104,3 +109,36 @@ def servo_gap(arm: Arm, recordings: Sequence[Recording], null_runs: int, tell: T
     known, segments = commanded(arm, recordings)
     options = SearchSettings(null_runs=null_runs)
     return ServoGap(gap_of_servos(known, segments, options, tell))
+
+
+class DrivenEffects(NamedEffects[DrivenGap]):
+    """Where an arm that recorded torque drives is not where it was measured, and why.
+
+    Attributes:
+        run: the search with all its figures.
+    """
+
+    @property
+    def model(self) -> Model:
+        """Links and friction by simulation, without the effects."""
+        return self.run.model
+
+
+def driven_gap_of(
+    arm: Arm, recordings: Sequence[Recording], tell: Tell, **settings: Any
+) -> DrivenEffects:
+    """What a model of the arm misses, by name, from the positions that recorded torque gives it.
+
+    Args:
+        arm: the arm.
+        recordings: of positions and torque.
+        tell: hears what is being done.
+        settings: identification settings that differ from the arm's.
+
+    Raises:
+        DataError: recordings from which nothing can be learned.
+    """
+    logs = [summarise_log(r.log, r.name) for r in recordings]
+    known = arm.of_recording(logs[0].joint_names, **settings)
+    run = run_data(known, [dataset_for(known, found) for found in logs], tell)
+    return DrivenEffects(driven_gap(run, SearchSettings(), tell))

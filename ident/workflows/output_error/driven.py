@@ -19,7 +19,7 @@ from ident.workflows.run import Run
 from ident.workflows.run_json import run_content
 from wamctl.arm.errors import DataError
 from wamctl.arm.joint_labels import joint_labels
-from wamctl.arm.recording import LogFile
+from wamctl.arm.recording import LogFile, Recording
 
 
 @dataclass(frozen=True)
@@ -48,13 +48,16 @@ def are_driven(paths: Sequence[Path], robot: Path | None, reading: Reading) -> b
         DataError: a log that cannot be read.
         ConfigurationError: a robot file that cannot be used.
     """
-    return all(_is_driven(path, robot, reading) for path in paths)
-
-
-def _is_driven(path: Path, robot: Path | None, reading: Reading) -> bool:
     topics = reading.joint_states, reading.joint_commands
+    return all(
+        is_driven(LogFile(path, *topics, *joints_to_read(path, robot, reading))) for path in paths
+    )
+
+
+def is_driven(log: LogFile | Recording) -> bool:
+    """The same of one log, or of a recording."""
     torque = False
-    for piece in LogFile(path, *topics, *joints_to_read(path, robot, reading)).pieces():
+    for piece in log.pieces():
         if b"\ncontroller:" in piece.attachments.get("config.yaml", b""):
             return True
         if piece.reference is not None:
