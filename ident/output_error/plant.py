@@ -137,20 +137,28 @@ def simulate(chain, delta, settings, at_link, motion, step, out):
                 product(inverse, momentum, free)
                 solve(p, joints, inverse, impulse, h)
                 product(inverse, impulse, v)
-                for i in range(n):
-                    v[i] += free[i]
-                    q[i] += h * v[i]
-                    if loose[i]:
-                        left = p[ARMATURE, i] * speed[i] + h * torque[i] - impulse[i] + rub[i]
-                        inertia = p[ARMATURE, i] + h * share[i] * slowing[i]
-                        left += inertia * bent[i]
-                        speed[i] = slowed(left, level[i], turning[i], inertia) - bent[i]
-                        rotor[i] += h * speed[i]
-                    else:
-                        speed[i], rotor[i] = v[i], q[i]
-                    bent[i] = bend(p, i, speed[i] + bent[i], turning[i]) / h
+                turn_on(p, joints, v, impulse, h)
         for i in range(n):
             out[k + 1, i] = (q[i] if at_link[i] else rotor[i]) - p[ZERO, i]
+
+
+@compiled
+def turn_on(p, joints, v, impulse, h):
+    """Links and rotors at the end of a step; `v` holds what the impulses did to the links."""
+    slowing, share, bent = joints.slowing, joints.share, joints.bent
+    for i in range(v.size):
+        v[i] += joints.free[i]
+        joints.q[i] += h * v[i]
+        if joints.loose[i]:
+            left = p[ARMATURE, i] * joints.speed[i] + h * joints.torque[i]
+            left -= impulse[i] - joints.rub[i]
+            inertia = p[ARMATURE, i] + h * share[i] * slowing[i]
+            left += inertia * bent[i]
+            joints.speed[i] = slowed(left, joints.level[i], joints.turning[i], inertia) - bent[i]
+            joints.rotor[i] += h * joints.speed[i]
+        else:
+            joints.speed[i], joints.rotor[i] = v[i], joints.q[i]
+        bent[i] = bend(p, i, joints.speed[i] + bent[i], joints.turning[i]) / h
 
 
 @compiled
