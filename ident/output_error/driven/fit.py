@@ -99,10 +99,10 @@ def fitted(
     longest = np.array([_FAR if m.unit else _LONGEST for m in further])
     found, start = _simulated(arm, beta, settings, tuple(further)), settings
     damping, cost = _DAMPED, _cost(found.residuals, floor)
-    kept = False  # columns serve two steps where the first helps
+    kept, fresh = False, False  # columns serve two steps where the first helps
     for k in range(2 * rounds):
         if not kept:
-            found = replace(found, columns=_columns(arm, found))
+            found, fresh = replace(found, columns=_columns(arm, found)), True
         normal, before = _Normal(arm.setup, found), cost
         away = np.concatenate([np.zeros(len(beta)), moved * normal.size[len(beta) :]])
         for part, lift in _ATTEMPTS:
@@ -116,7 +116,7 @@ def fitted(
             now = _cost(trial.residuals, floor)
             if np.isfinite(now) and now < cost:
                 found = replace(trial, columns=found.columns, rounds=found.rounds + 1)
-                cost, moved = now, turn
+                cost, moved, fresh = now, turn, False
                 damping = max(lift * damping / 5.0, _LEAST_DAMPED)
                 break
         if progress is not None:
@@ -125,7 +125,7 @@ def fitted(
         if not (helped or kept):
             break
         kept = helped and not kept
-    return replace(found, columns=_columns(arm, found))
+    return found if fresh else replace(found, columns=_columns(arm, found))
 
 
 def floor_of(setup: Setup) -> Array:

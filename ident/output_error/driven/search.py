@@ -32,6 +32,7 @@ _PARTS = (0.1, 0.3)
 _BEHIND = 0.3
 _LAG_S = 1e-3
 _TRIED = 3
+_TRIAL_ROUNDS = 2
 _HOPE = 0.3  # of the best promise
 _SMALL = 0.1  # of the torque's rms: what a signed size is measured in
 
@@ -142,21 +143,29 @@ def searched(
         done = []
         for k, start in enumerate(hopes):
             tell("fitting what is missing", k / len(hopes))
-            fit = fitted(arm, now.beta, start.settings, (*now.further, *start.further))
-            errors = block_errors(arm, fit, group)
-            gain, sure = gain_of_all(found.left, errors), sureness_of_all(found.left, errors)
-            done.append(Tried(start, fit, errors, gain, sure * errors.shape[1] ** 0.5))
+            further = (*now.further, *start.further)
+            fit = fitted(arm, now.beta, start.settings, further, rounds=_TRIAL_ROUNDS)
+            done.append(_judged(arm, start, fit, found.left, group))
         done = [t for t in done if t.gain > limits.least_gain and t.sure > limits.sure]
         if not done:
             break
-        best = max(done, key=lambda t: t.gain)
+        first = max(done, key=lambda t: t.gain)
+        fit = fitted(arm, first.fit.beta, first.fit.settings, first.fit.further)
+        best = _judged(arm, first.start, fit, found.left, group)
         rivals = [
             t for t in done
-            if t is not best and t.gain > limits.rival_share * best.gain
-            and sureness_of_all(t.errors, best.errors) * t.errors.shape[1] ** 0.5 < limits.apart
+            if t is not first and t.gain > limits.rival_share * best.gain
+            and sureness_of_all(t.errors, best.errors) < limits.apart
         ]  # fmt: skip
         found = replace(found, steps=(*found.steps, Step(best, tuple(rivals))))
     return found
+
+
+def _judged(
+    arm: DrivenArm, start: Start, fit: DrivenFit, before: Array, group: NDArray[np.int64]
+) -> Tried:
+    errors = block_errors(arm, fit, group)
+    return Tried(start, fit, errors, gain_of_all(before, errors), sureness_of_all(before, errors))
 
 
 def gain_of_all(before: Array, after: Array) -> float:

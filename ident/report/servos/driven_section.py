@@ -45,10 +45,11 @@ def driven_sections(
 def driven_sentence(content: Content) -> str:
     """How far the simulated arm is from the measured one, and whether the methods agree."""
     agree = content["agreement"]
-    away = 1e3 * float(np.sqrt(np.mean(np.square(content["held_out"]["rms_q_by_joint"]))))
+    rms = np.array(content["held_out"]["rms_q_by_joint"])[np.array(content["moving"])]
+    away = 1e3 * float(np.sqrt(np.mean(rms**2)))
     return (
-        f"Driven by the recorded torque, the simulated arm is {number(away)} mrad (rms) from where"
-        " it was measured, on stretches of time that are left out;"
+        f"Driven by the recorded torque, the simulated arm is {number(away)} mrad (rms over the"
+        " joints that move) from where it was measured, on stretches of time that are left out;"
         f" {agree['within']} of {agree['of']} base parameters are within two standard errors of"
         " those by regression."
     )
