@@ -39,8 +39,9 @@ MethodChoice = Annotated[
     Method,
     typer.Option(
         "--method",
-        help="regression: torque from motion; simulation: positions from commanded positions,"
-        " without torque; auto: simulation where the logs hold no torque of use.",
+        help="regression: torque from motion; simulation: positions from commanded positions, or"
+        " from torque where a log holds none of them; auto: simulation where the logs hold no"
+        " torque of use.",
     ),
 ]
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ident.identification.by_simulation import BySimulation, by_simulation
 from ident.identification.identify import model_of
-from ident.output_error.driven.search import DrivenSearch, searched
+from ident.output_error.driven.search import LEAST_GAIN, DrivenSearch, searched
 from ident.output_error.driven.verdict import DrivenOutcome, Named, verdict
 from ident.output_error.judging import rms
 from ident.output_error.missing.kinds import KINDS, NOT_ASKED
@@ -115,9 +115,9 @@ def _content(
     return {
         "method": "simulation",
         "verdict": done.kind,
-        "effects": [_effect(n, done, limits) for n in done.effects],
+        "effects": [_effect(n, done) for n in done.effects],
         "suspected": [
-            _effect(n, done, limits) | {"doubt": n.doubt, "in_model": False} for n in done.suspected
+            _effect(n, done) | {"doubt": n.doubt, "in_model": False} for n in done.suspected
         ],
         "where": [] if done.kind == "no_gap" else _where(made, done),
         "not_observable": [
@@ -156,7 +156,7 @@ def _content(
             }
             for name in _SHOWN
         ],
-        "settings": limits.content(),
+        "settings": limits.content() | {"least_gain": LEAST_GAIN},
         "arm": arm.name,
         "joints": list(arm.robot.joint_names),
         "moving": moving.tolist(),
@@ -170,7 +170,7 @@ def typical_shares(done: DrivenOutcome) -> Array:
     return np.clip(after / np.maximum(before, 1e-30), 0.0, 1.0)
 
 
-def _effect(n: Named, done: DrivenOutcome, limits: SearchSettings) -> dict[str, Any]:
+def _effect(n: Named, done: DrivenOutcome) -> dict[str, Any]:
     tried = n.step.tried
     kind, joint = tried.start.kind, tried.start.joint
     fit = done.end if not n.doubt else tried.fit
@@ -189,7 +189,7 @@ def _effect(n: Named, done: DrivenOutcome, limits: SearchSettings) -> dict[str, 
         "equation": kind.equation,
         "evidence": {
             "gain_nats_per_sample": tried.gain,
-            "asked_nats_per_sample": limits.least_gain,
+            "asked_nats_per_sample": LEAST_GAIN,
             "smallest_held_out_gain": min(n.gains),
             "held_out_parts": len(n.gains),
             "confirmed_parts": sum(g > 0.0 for g in n.gains),
