@@ -282,7 +282,7 @@ def _start(
 
 
 def shown(
-    arm: DrivenArm, end: DrivenFit, moving: NDArray[np.bool_], floor: Array, limits: SearchSettings
+    arm: DrivenArm, end: DrivenFit, moving: NDArray[np.bool_], floor: Array
 ) -> dict[str, Array]:
     """The smallest size of each effect that would be seen, by joint; NaN: none, shape (n,).
 
@@ -291,7 +291,6 @@ def shown(
         end: the arm with all that was found.
         moving: joints that moved, shape (n,).
         floor: rms of the positions' noise [rad], shape (n,).
-        limits: numbers that decide.
     """
     sizes = {kind.name: np.full(len(floor), np.nan) for kind in KINDS}
     beyond, setup = _Beyond(end, floor), replace(arm.setup, delta=end.links)
@@ -301,8 +300,8 @@ def shown(
         change = beyond(residuals - end.residuals)
         told = 0.5 * float(np.sum(np.log1p(np.mean(change**2, axis=0))))
         size = abs(float(start.settings[start.size_at]))
-        if told >= limits.least_gain:
-            size *= np.sqrt(limits.least_gain / told)
+        if told >= LEAST_GAIN:
+            size *= np.sqrt(LEAST_GAIN / told)
             sizes[start.kind.name][start.joint] = np.fmin(sizes[start.kind.name][start.joint], size)
     return sizes
 

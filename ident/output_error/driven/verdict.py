@@ -103,7 +103,7 @@ def verdict(
     kind = "named" if effects else "no_gap"
     kind = "ambiguous" if any(n.step.rivals for n in effects) else kind
     left = tuple(np.flatnonzero(off).tolist())
-    smallest = shown(arm, end, moving, floor, limits)
+    smallest = shown(arm, end, moving, floor)
     for n in effects:
         smallest[n.step.tried.start.kind.name][n.step.tried.start.joint] = np.nan
     return DrivenOutcome(
