@@ -25,36 +25,47 @@ URDF = """<robot name="two">
 </robot>
 """
 
-_FRICTION = f"""damping="{VISCOUS}" frictionloss="{COULOMB}"
-  solreffriction="0.0005 1" solimpfriction="0.9999 0.9999 0.001 0.5 2" """
+
+def friction_of(viscous: float, coulomb: float, softness: float = 5e-4) -> str:
+    """Friction of a joint; MuJoCo lets it turn round the softer, the longer `softness` [s]."""
+    return (
+        f'damping="{viscous}" frictionloss="{coulomb}" solreffriction="{softness} 1"'
+        ' solimpfriction="0.9999 0.9999 0.001 0.5 2"'
+    )
 
 
-def mjcf(stiffness: float | None) -> str:
+FRICTION = friction_of(VISCOUS, COULOMB)
+
+
+def mjcf(stiffness: float | None, friction: str = FRICTION) -> str:
     """The arm; where the gears give, a rotor before the elbow's link, and a spring between them."""
     link = """<inertial pos="0.15 0 0" mass="0.9" diaginertia="1e-3 1e-2 1e-2"/>"""
-    elbow = f"""<joint name="elbow" {_FRICTION}/>{link}"""
+    elbow = f"""<joint name="elbow" {friction}/>{link}"""
     if stiffness is not None:
         twist = f"""stiffness="{stiffness}" damping="{2e-3 * stiffness}" """
-        elbow = f"""<joint name="elbow" armature="{ROTOR}" {_FRICTION}/>
+        elbow = f"""<joint name="elbow" armature="{ROTOR}" {friction}/>
           <inertial pos="0 0 0" mass="1e-6" diaginertia="1e-7 1e-7 1e-7"/>
           <body><joint name="twist" {twist}/>{link}</body>"""
     option = f"""<option timestep="{FINE_S}" integrator="implicitfast"/>"""
     return f"""<mujoco>{option}<default><joint axis="0 1 0"/></default>
-      <worldbody><body><joint name="shoulder" {_FRICTION}/>
+      <worldbody><body><joint name="shoulder" {friction}/>
         <inertial pos="0.2 0 0" mass="1.5" diaginertia="1e-3 2e-2 2e-2"/>
         <body pos="0.4 0 0">{elbow}</body></body></worldbody>
       <actuator><motor joint="shoulder"/><motor joint="elbow"/></actuator></mujoco>"""
 
 
-def recording(seconds: float, seed: int = 4, stiffness: float | None = None) -> ident.Recording:
+def recording(
+    seconds: float, seed: int = 4, stiffness: float | None = None, friction: str = FRICTION
+) -> ident.Recording:
     """Positions in steps, and the torque that was given from each of them on, at 250 Hz.
 
     Args:
         seconds: its length.
         seed: of the motion.
         stiffness: of the elbow's gears [N m/rad]; None: they do not give.
+        friction: of both joints.
     """
-    arm = mujoco.MjModel.from_xml_string(mjcf(stiffness))
+    arm = mujoco.MjModel.from_xml_string(mjcf(stiffness, friction))
     state = mujoco.MjData(arm)
     t = np.arange(0.0, seconds, SAMPLE_S)
     hz, size = np.array([0.13, 0.31, 0.72, 1.4]), np.array([0.5, 0.25, 0.12, 0.08])
