@@ -13,8 +13,8 @@ from ident.output_error.driven.search import (
     block_errors,
     block_groups,
     gain_of_all,
-    shown,
 )
+from ident.output_error.driven.starts import shown
 from ident.output_error.judging import rms, typical
 from ident.output_error.missing.nulls import white_noise
 from ident.output_error.parameters import ROW

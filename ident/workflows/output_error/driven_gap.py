@@ -10,7 +10,8 @@ import numpy as np
 
 from ident.identification.by_simulation import BySimulation, by_simulation
 from ident.identification.identify import model_of
-from ident.output_error.driven.search import LEAST_GAIN, DrivenSearch, searched
+from ident.output_error.driven.search import DrivenSearch, searched
+from ident.output_error.driven.starts import LEAST_GAIN
 from ident.output_error.driven.verdict import DrivenOutcome, Named, verdict
 from ident.output_error.judging import rms
 from ident.output_error.missing.kinds import KINDS, NOT_ASKED
