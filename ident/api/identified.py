@@ -13,7 +13,6 @@ from ident.model.arm import Arm as ArmModel
 from ident.model.identified_model import Model
 from ident.recordings.loading import dataset_for
 from ident.recordings.log_summary import summarise_log
-from ident.workflows.output_error.driven import driven_run, is_driven
 from ident.workflows.run import Run, run_data
 from wamctl.arm.configuration.known_change import known_change
 from wamctl.arm.errors import DataError
@@ -138,17 +137,15 @@ def identify(
         ConfigurationError: an unknown setting, or a value out of its bounds.
     """
     given = checked(arm, recordings)
-    simulated = by_simulation(method)
-    if simulated and not all(is_driven(r.log) for r in given):
-        from ident.api.servos import identified_servos  # only now: half a second
+    if by_simulation(method):
+        from ident.api.servos import by_simulation_of  # only now: half a second
 
-        return identified_servos(arm, given, told(progress))
+        return by_simulation_of(arm, given, told(progress), **settings)
     logs = [summarise_log(r.log, r.name) for r in given]
     model = arm.of_recording(logs[0].joint_names, **settings)
     data = [dataset_for(model, found) for found in logs]
     known = None if load is None else _known_load(model, *load)
-    run = run_data(model, data, told(progress), effects, load=known)
-    return Identified(driven_run(run, told(progress)) if simulated else run)
+    return Identified(run_data(model, data, told(progress), effects, load=known))
 
 
 def _known_load(arm: ArmModel, recording: Recording, load: Sequence[float]) -> KnownLoad:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ident.api.arm import Arm
+from ident.api.identified import Identified
 from ident.api.inputs import recorded
 from ident.api.named import NamedEffects
 from ident.api.recording import Recording
@@ -19,10 +20,12 @@ from ident.output_error.setup import MotionSegment
 from ident.recordings.loading import dataset_for
 from ident.recordings.log_summary import summarise_log
 from ident.regression.progress import Tell
+from ident.workflows.output_error.driven import driven_run, is_driven
 from ident.workflows.output_error.driven_gap import DrivenGap, driven_gap
 from ident.workflows.output_error.gap import GapOfServos, gap_of_servos
 from ident.workflows.output_error.run import ServoRun, simulated_run
-from ident.workflows.run import run_data
+from ident.workflows.run import Run, run_data
+from wamctl.arm.errors import ConfigurationError
 
 
 def commanded(arm: Arm, recordings: Sequence[Recording]) -> tuple[ArmModel, list[MotionSegment]]:
@@ -79,6 +82,30 @@ def identified_servos(arm: Arm, recordings: Sequence[Recording], tell: Tell) -> 
     """
     known, found = commanded(arm, recordings)
     return IdentifiedServos(simulated_run(known, found, tell))
+
+
+def by_simulation_of(
+    arm: Arm, recordings: Sequence[Recording], tell: Tell, **settings: Any
+) -> IdentifiedServos | Identified:
+    """Servos by simulation of commanded positions, or the arm by that of recorded torque.
+
+    Raises:
+        DataError: recordings from which nothing can be learned.
+        ConfigurationError: an unknown setting, or one of the regression for servos.
+    """
+    if all(is_driven(r.log) for r in recordings):
+        return Identified(driven_run(_by_regression(arm, recordings, tell, **settings), tell))
+    if settings:
+        raise ConfigurationError(
+            "method", [f"{', '.join(settings)} belongs to the regression; leave it out"]
+        )
+    return identified_servos(arm, recordings, tell)
+
+
+def _by_regression(arm: Arm, recordings: Sequence[Recording], tell: Tell, **settings: Any) -> Run:
+    logs = [summarise_log(r.log, r.name) for r in recordings]
+    known = arm.of_recording(logs[0].joint_names, **settings)
+    return run_data(known, [dataset_for(known, found) for found in logs], tell)
 
 
 class ServoGap(NamedEffects[GapOfServos]):
@@ -138,7 +165,5 @@ def driven_gap_of(
     Raises:
         DataError: recordings from which nothing can be learned.
     """
-    logs = [summarise_log(r.log, r.name) for r in recordings]
-    known = arm.of_recording(logs[0].joint_names, **settings)
-    run = run_data(known, [dataset_for(known, found) for found in logs], tell)
+    run = _by_regression(arm, recordings, tell, **settings)
     return DrivenEffects(driven_gap(run, SearchSettings(), tell))

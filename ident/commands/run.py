@@ -73,8 +73,6 @@ def run(
     from ident.regression.progress import shown
     from ident.report.run_page import asks_for_gap
     from ident.workflows.method import method_for
-    from ident.workflows.output_error.driven import are_driven, driven_run
-    from ident.workflows.output_error.run import run_simulation
     from ident.workflows.run import run_logs
 
     reading, names = given.reading(), ("run.json", "model.yaml", "report.html")
@@ -83,6 +81,9 @@ def run(
         if method is Method.AUTO:
             chosen, remarks = method_for(logs, robot, reading)
         if chosen == Method.SIMULATION:
+            from ident.workflows.output_error.driven import are_driven, driven_run
+            from ident.workflows.output_error.run import run_simulation
+
             unfit = [name for name, x in (("--effects", fit.effects), ("--load", fit.load)) if x]
             if method is Method.SIMULATION and are_driven(logs, robot, reading):
                 refuse_with_simulation(unfit)
@@ -114,11 +115,13 @@ def run(
 def _errors_said(content: dict[str, Any]) -> list[str]:
     """How far the model is from the recordings."""
     from ident.report.run_page import error_sentences
-    from ident.report.servos.driven_section import driven_sentence
+
+    if content["method"] != Method.SIMULATION:
+        return error_sentences(content)
+    if "agreement" in content:
+        from ident.report.servos.driven_section import driven_sentence
+
+        return [*error_sentences(content), driven_sentence(content)]
     from ident.report.servos.run_page import error_sentence
 
-    if "agreement" in content:
-        return [*error_sentences(content), driven_sentence(content)]
-    if content["method"] == Method.SIMULATION:
-        return [error_sentence(content)]
-    return error_sentences(content)
+    return [error_sentence(content)]
