@@ -23,6 +23,7 @@ from ident.report.page import render
 from ident.report.servos.gap_page import DrivenGapPage, servo_gap_page, verdict_sentences
 from ident.report.servos.run_page import ServoTrace
 from ident.signals.arrays import Array
+from ident.workflows.output_error.gap_json import position_errors
 from ident.workflows.run import Run, run_data
 from ident.workflows.work import Search, provenance
 
@@ -112,7 +113,7 @@ def _content(
     made: BySimulation, found: DrivenSearch, done: DrivenOutcome, limits: SearchSettings
 ) -> dict[str, Any]:
     arm, moving = made.found.evidence.arm, made.found.evidence.moving
-    left = typical_shares(done)
+    left = _left_shares(done)
     return {
         "method": "simulation",
         "verdict": done.kind,
@@ -165,7 +166,7 @@ def _content(
     }
 
 
-def typical_shares(done: DrivenOutcome) -> Array:
+def _left_shares(done: DrivenOutcome) -> Array:
     """Part of each joint's gap that is left, shape (n,)."""
     before, after = (rms(x) ** 2 - done.floor**2 for x in (done.before, done.after))
     return np.clip(after / np.maximum(before, 1e-30), 0.0, 1.0)
@@ -231,18 +232,13 @@ def _held_out(made: BySimulation, done: DrivenOutcome) -> dict[str, Any]:
     moving = made.found.evidence.moving
     motion = np.concatenate([s.q for s in made.arm.setup.segments]).std(axis=0)
 
-    def errors(x: Array) -> dict[str, Any]:
-        relative = np.sqrt(np.sum(x[moving] ** 2) / np.sum(motion[moving] ** 2))
-        told = [float(e) if m else None for e, m in zip(x, moving, strict=True)]
-        return {"relative_error_percent": float(100.0 * relative), "rms_by_joint": told}
-
     before, after, floor = rms(done.before), rms(done.after), done.floor
     gap = float(np.sum((before**2 - floor**2)[moving]))
     closed = float(np.sum((before**2 - after**2)[moving])) / gap if gap > 0.0 else 0.0
     return {
         "unit": "rad",
-        "before": errors(before),
-        "after": errors(after),
-        "noise_floor": errors(floor),
+        "before": position_errors(before, motion, moving),
+        "after": position_errors(after, motion, moving),
+        "noise_floor": position_errors(floor, motion, moving),
         "closed_fraction": min(max(closed, 0.0), 1.0) if done.effects else 0.0,
     }

@@ -157,21 +157,23 @@ def _held_out(begun: Prepared, done: Outcome) -> Content:
     q = np.concatenate([s.q for s in begun.setup.segments])
     motion, moving = q.std(axis=0), begun.moving
 
-    def errors(rms: Array) -> Content:
-        relative = np.sqrt(np.sum(rms[moving] ** 2) / np.sum(motion[moving] ** 2))
-        told = [float(x) if m else None for x, m in zip(rms, moving, strict=True)]
-        return {"relative_error_percent": float(100.0 * relative), "rms_by_joint": told}
-
     at = sorted({a.joint for a in done.effects})
     gap = float(np.sum((before**2 - floor**2)[at])) if at else 0.0
     closed = float(np.sum((before**2 - after**2)[at])) / gap if gap > 0.0 else 0.0
     return {
         "unit": "rad",
-        "before": errors(before),
-        "after": errors(after),
-        "noise_floor": errors(floor),
+        "before": position_errors(before, motion, moving),
+        "after": position_errors(after, motion, moving),
+        "noise_floor": position_errors(floor, motion, moving),
         "closed_fraction": min(max(closed, 0.0), 1.0),
     }
+
+
+def position_errors(rms: Array, motion: Array, moving: NDArray[np.bool_]) -> Content:
+    """Errors by joint [rad], and relative to how far the joints moved, shape (n,) each."""
+    relative = np.sqrt(np.sum(rms[moving] ** 2) / np.sum(motion[moving] ** 2))
+    told = [float(x) if m else None for x, m in zip(rms, moving, strict=True)]
+    return {"relative_error_percent": float(100.0 * relative), "rms_by_joint": told}
 
 
 def _servo(done: Outcome) -> list[Content]:
