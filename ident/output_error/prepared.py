@@ -14,6 +14,7 @@ from ident.output_error.recordings import settled, thinned
 from ident.output_error.servo_model import STEP_S
 from ident.output_error.setup import MotionSegment, Prior, Setup
 from ident.output_error.slopes import SLOPE_STEP_S
+from ident.recordings.samples import smallest_step
 from ident.signals.arrays import Array
 from wamctl.arm.errors import ConfigurationError, DataError
 from wamctl.arm.robot import cad_parameters
@@ -24,6 +25,7 @@ _SD = 3.0
 _SAME = {"stiffness": 0.03, "rate_gain": 0.3, "profile_acceleration": 0.03, "delay": 0.2}
 """Spread of coordinates over servos of one kind."""
 
+_PLACES, _ROUNDED = 7, 1e-7  # of positions [rad]
 _LEAST_WEIGHT = 1e-3  # N m: a joint that lifts less knows no zero
 
 
@@ -146,10 +148,16 @@ def _weight(setup: Setup) -> Array:
 
 
 def resolution_of(segments: Sequence[MotionSegment]) -> Array:
-    """Smallest step between the positions that were told [rad], shape (n,)."""
+    """Step in which positions were told [rad], shape (n,); 0: the joint did not move.
+
+    A motion may pass most places of a fine encoder over, and few of its moves may be of one step:
+    either of what lies between places and of the smallest moves is too large, never too small.
+    """
     q = np.concatenate([s.q for s in segments])
+    moves = np.abs(np.concatenate([np.diff(s.q, axis=0) for s in segments]))
     steps = np.zeros(q.shape[1])
     for j, column in enumerate(q.T):
-        places = np.unique(np.round(column, 7))
-        steps[j] = np.median(np.diff(places)) if len(places) > 1 else 0.0
+        places = np.unique(np.round(column, _PLACES))
+        if len(places) > 1:
+            steps[j] = min(np.median(np.diff(places)), smallest_step(moves[:, j], _ROUNDED))
     return steps

@@ -8,7 +8,10 @@ import pytest
 import ident
 from ident.output_error.identify import prepared
 from ident.output_error.parameters import ROW
+from ident.output_error.prepared import resolution_of
 from ident.output_error.recordings import segments_of
+from ident.output_error.servo import Motion
+from ident.output_error.setup import MotionSegment
 from wamctl.arm.config import ServoSection
 from wamctl.arm.errors import ConfigurationError
 
@@ -74,3 +77,14 @@ def test_fast_recordings_are_thinned_and_their_commands_kept() -> None:
     assert np.diff(segment.motion.t) == pytest.approx(0.0095, abs=0.00051)
     assert len(slow.q) == len(log.q)
     assert segment.motion.command.shape == slow.motion.command.shape
+
+
+@pytest.mark.parametrize("step, rate", [(5e-5, 500), (1.5e-3, 50)], ids=["arm", "hobby arm"])
+def test_an_encoders_step_is_found_though_the_motion_passes_most_places_over(
+    step: float, rate: int
+) -> None:
+    t = np.arange(0.0, 20.0, 1.0 / rate)
+    q = np.round((np.sin(0.7 * t) * (1.0 + 0.2 * np.sin(0.31 * t)) + 0.4) / step) * step
+    told = Motion(t, t, q[:, None], q[:1], np.zeros(1))
+    (found,) = resolution_of([MotionSegment(told, q[:, None])])
+    assert found == pytest.approx(step, rel=1e-3)
