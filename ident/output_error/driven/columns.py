@@ -77,8 +77,11 @@ class DrivenArm:
     torque: Array
     inertia: Array
 
-    def settings_with(self, beta: Array, settings: Array) -> Array:
-        """Settings with the friction, offsets, and rotors of base parameters."""
+    def settings_with(self, beta: Array, settings: Array, further: Sequence[Moved] = ()) -> Array:
+        """Settings with the friction, offsets, and rotors of base parameters.
+
+        A rotor behind gears that give is fitted by itself, and stays.
+        """
         made, rotors = settings.copy(), np.zeros(settings.shape[1])
         kinds = {p.kind for p in self.base.kept_parameters}
         for value, p in zip(beta, self.base.kept_parameters, strict=True):
@@ -89,7 +92,9 @@ class DrivenArm:
             elif p.kind == "ia":
                 rotors += value * self.terms.drive_matrix[p.index - 1] ** 2
         if "ia" in kinds:
+            own = own_rotors(further)
             made[ROW["armature"]] = np.maximum(rotors, LEAST)
+            made[ROW["armature"], own] = settings[ROW["armature"], own]
         return made
 
     def links_of(self, beta: Array) -> Array:
@@ -123,6 +128,11 @@ class DrivenArm:
         return np.ascontiguousarray(np.moveaxis(made, -1, 0))
 
 
+def own_rotors(further: Sequence[Moved]) -> list[int]:
+    """Joints whose rotors are fitted beside the base parameters."""
+    return [m.place[1] for m in further if m.place[0] == ROW["armature"]]
+
+
 def columns(arm: DrivenArm, links: Array, settings: Array, further: Sequence[Moved]) -> Array:
     """Change of the simulated positions per parameter, shape (b + len(further), S, n).
 
@@ -146,7 +156,8 @@ def columns(arm: DrivenArm, links: Array, settings: Array, further: Sequence[Mov
             sizes.append(high[at] - low[at])
         else:
             change = _PUSH * arm.unit[k]
-            ends += [(_pushed(arm, setup, k, x), settings) for x in (-change, change)]
+            still = own_rotors(further) if p.kind == "ia" else []
+            ends += [(_pushed(arm, setup, k, x, still), settings) for x in (-change, change)]
             sizes.append(2.0 * change)
     for m in further:
         here = settings[m.place]
@@ -164,13 +175,15 @@ def _with(settings: Array, at: Place, value: float) -> Array:
     return made
 
 
-def _pushed(arm: DrivenArm, setup: Setup, k: int, change: float) -> Setup:
-    """Recordings whose torque lacks what a change of a base parameter takes."""
+def _pushed(arm: DrivenArm, setup: Setup, k: int, change: float, still: Sequence[int]) -> Setup:
+    """Recordings whose torque lacks what a change of a base parameter takes, but at some joints."""
     made = []
     for s, torque in zip(setup.segments, arm.pushes, strict=True):
         m = s.motion
         after = 0.5 * float(m.stamp[1] - m.stamp[0])  # from a command's stamp to its middle
-        push = [np.interp(m.stamp + after, m.t, torque[k, :, j]) for j in range(torque.shape[2])]
-        command = m.command - change * np.array(push).T / arm.stiffness
+        rows = [np.interp(m.stamp + after, m.t, torque[k, :, j]) for j in range(torque.shape[2])]
+        push = np.array(rows).T
+        push[:, still] = 0.0
+        command = m.command - change * push / arm.stiffness
         made.append(replace(s, motion=m._replace(command=np.ascontiguousarray(command))))
     return replace(setup, segments=tuple(made))

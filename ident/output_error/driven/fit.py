@@ -170,7 +170,8 @@ def _simulated(
     arm: DrivenArm, beta: Array, settings: Array, further: tuple[Moved, ...]
 ) -> DrivenFit:
     low, high = (np.array([[getattr(q, side)] for q in QUANTITIES]) for side in ("low", "high"))
-    made, links = np.clip(arm.settings_with(beta, settings), low, high), arm.links_of(beta)
+    made = np.clip(arm.settings_with(beta, settings, further), low, high)
+    links = arm.links_of(beta)
     left = replace(arm.setup, delta=links).residuals(made)
     return DrivenFit(beta, made, links, further, left, np.zeros(0), 0)
 

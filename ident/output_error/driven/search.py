@@ -23,7 +23,9 @@ _TURNING = {"presliding": 1e-4, "turning_speed": 2e-3}
 """Friction turns round gradually, nobody knows how; a fit begins with next to nothing [rad, s]."""
 
 _TRIED = 3
-_TRIAL_ROUNDS = 2
+TRIAL_ROUNDS = 2
+"""Times that columns are formed where an effect is only tried."""
+
 _HOPE = 0.3  # of the best promise
 
 
@@ -112,7 +114,7 @@ def searched(
         for k, start in enumerate(hopes):
             tell("fitting what is missing", k / len(hopes))
             further = (*now.further, *start.further)
-            fit = fitted(arm, now.beta, start.settings, further, rounds=_TRIAL_ROUNDS)
+            fit = fitted(arm, now.beta, start.settings, further, rounds=TRIAL_ROUNDS)
             done.append(_judged(arm, start, fit, found.left, group))
         sure = [t for t in done if t.gain > LEAST_GAIN and t.sure > limits.sure]
         if not sure:

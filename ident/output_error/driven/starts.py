@@ -104,15 +104,16 @@ def _start(
 
 
 def shown(
-    arm: DrivenArm, end: DrivenFit, moving: NDArray[np.bool_], floor: Array
+    arm: DrivenArm, end: DrivenFit, moving: NDArray[np.bool_], floor: Array, asked: Array
 ) -> dict[str, Array]:
-    """The smallest size of each effect that would be seen, by joint; NaN: none, shape (n,).
+    """The smallest size of each effect that would be named, by joint; NaN: none, shape (n,).
 
     Args:
         arm: arm and recordings.
         end: the arm with all that was found.
         moving: joints that moved, shape (n,).
         floor: rms of the positions' noise [rad], shape (n,).
+        asked: how much of some joint's error an effect has to explain [rad], shape (n,).
     """
     sizes = {kind.name: np.full(len(floor), np.nan) for kind in KINDS}
     beyond, setup = Beyond(end, floor), replace(arm.setup, delta=end.links)
@@ -120,10 +121,12 @@ def shown(
     left = setup.residuals_of([s.settings for s in starts])
     for start, residuals in zip(starts, left, strict=True):
         change = beyond(residuals - end.residuals)
-        told = 0.5 * float(np.sum(np.log1p(np.mean(change**2, axis=0))))
+        share = np.mean(change**2, axis=0)
+        told = 0.5 * float(np.sum(np.log1p(share))) / LEAST_GAIN
+        told = min(told, float(np.max(share * (floor / asked) ** 2)))
         size = abs(float(start.settings[start.size_at]))
-        if told >= LEAST_GAIN:
-            size *= np.sqrt(LEAST_GAIN / told)
+        if told >= 1.0:
+            size /= np.sqrt(told)
             sizes[start.kind.name][start.joint] = np.fmin(sizes[start.kind.name][start.joint], size)
     return sizes
 

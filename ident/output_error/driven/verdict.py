@@ -8,14 +8,15 @@ from numpy.typing import NDArray
 from ident.output_error.driven.columns import DrivenArm
 from ident.output_error.driven.fit import DrivenFit, covariance, fitted, floor_of
 from ident.output_error.driven.search import (
+    TRIAL_ROUNDS,
     DrivenSearch,
     Step,
     block_errors,
     block_groups,
     gain_of_all,
 )
-from ident.output_error.driven.starts import shown
-from ident.output_error.judging import rms, typical
+from ident.output_error.driven.starts import LEAST_GAIN, Start, gives, shown
+from ident.output_error.judging import explained, rms, sureness_of_all, typical
 from ident.output_error.missing.nulls import white_noise
 from ident.output_error.parameters import ROW
 from ident.output_error.search.settings import SearchSettings
@@ -23,6 +24,7 @@ from ident.regression.progress import Tell
 from ident.signals.arrays import Array
 
 _THIRDS = 3
+_STIFF = 0.03  # of the size that was found
 
 
 @dataclass(frozen=True)
@@ -85,16 +87,15 @@ def verdict(
         tell: hears what is being done.
     """
     tell("how well it is known")
-    named = _named(arm, found, limits)
+    end, usual = found.end, floor_of(arm.setup)
+    floor = np.hypot(usual, white_noise(replace(arm.setup, delta=end.links), end.settings))
+    named = _named(arm, found, floor, limits)
     suspected = tuple(n for n in named if n.doubt)
     if suspected:
         sure = tuple(n.step for n in named if not n.doubt)
         found = replace(found, steps=_without(arm, found, sure))
-        named = _named(arm, found, limits)
+        named, end = _named(arm, found, floor, limits), found.end
     effects = tuple(n for n in named if not n.doubt)
-    end = found.end
-    white = white_noise(replace(arm.setup, delta=end.links), end.settings)
-    floor = np.maximum(np.hypot(floor_of(arm.setup), white), floor_of(arm.setup))
     beyond = np.sqrt(np.maximum(typical(found.left) ** 2 - floor**2, 0.0))
     off = moving & (typical(found.left) > limits.clear * floor)
     off &= beyond > limits.clear_steps * arm.setup.resolution
@@ -103,7 +104,10 @@ def verdict(
     kind = "named" if effects else "no_gap"
     kind = "ambiguous" if any(n.step.rivals for n in effects) else kind
     left = tuple(np.flatnonzero(off).tolist())
-    smallest = shown(arm, end, moving, floor)
+    clear = np.sqrt(limits.clear**2 - 1.0) * floor
+    smallest = shown(
+        arm, end, moving, floor, np.maximum(clear, limits.clear_steps * arm.setup.resolution)
+    )
     for n in effects:
         smallest[n.step.tried.start.kind.name][n.step.tried.start.joint] = np.nan
     return DrivenOutcome(
@@ -112,7 +116,52 @@ def verdict(
     )  # fmt: skip
 
 
-def _named(arm: DrivenArm, found: DrivenSearch, limits: SearchSettings) -> tuple[Named, ...]:
+def closes_a_gap(
+    before: Array, after: Array, floor: Array, resolution: Array, limits: SearchSettings
+) -> bool:
+    """Whether errors were clearly beyond noise at a joint, and became smaller there by as much.
+
+    Friction that turns round as no model of it does leaves less than that, and a spring beside it
+    may do what the right curve would.
+
+    Args:
+        before: errors of blocks that are left out [rad^2], shape (B, n).
+        after: likewise, with an effect.
+        floor: rms that steps and white noise of the positions leave [rad], shape (n,).
+        resolution: smallest step of the positions [rad], shape (n,).
+        limits: numbers that decide.
+    """
+    off = typical(before) > limits.clear * floor
+    return bool((off & (explained(before, after) > limits.clear_steps * resolution)).any())
+
+
+def beats_stiff_gears(
+    arm: DrivenArm, found: DrivenSearch, start: Start, limits: SearchSettings
+) -> bool:
+    """Whether gears that give predict better than stiff ones with the friction that came with them.
+
+    Friction before and behind the gears, and the damper in them, turn round in a way of their own,
+    which the joint's friction may ask for whether its gears give or not.
+
+    Args:
+        arm: arm and recordings.
+        found: the search.
+        start: the gears' start, one of the search's steps.
+        limits: numbers that decide.
+    """
+    end = found.end
+    settings = end.settings.copy()
+    settings[start.size_at] *= _STIFF
+    further = [m for m in end.further if m.place != start.size_at]
+    stiff = fitted(arm, end.beta, settings, further, rounds=TRIAL_ROUNDS)
+    errors = block_errors(arm, stiff, block_groups(arm))
+    better = gain_of_all(errors, found.left), sureness_of_all(errors, found.left)
+    return better[0] > LEAST_GAIN and better[1] > limits.sure
+
+
+def _named(
+    arm: DrivenArm, found: DrivenSearch, floor: Array, limits: SearchSettings
+) -> tuple[Named, ...]:
     """Every effect with its evidence, beside all others."""
     end, made, before = found.end, [], found.errors
     sd = np.sqrt(np.diag(covariance(arm, end)))[len(end.beta) :]
@@ -132,6 +181,10 @@ def _named(arm: DrivenArm, found: DrivenSearch, limits: SearchSettings) -> tuple
             doubt = f"its size is only {away:.1f} standard deviations from nothing"
         elif min(gains) <= 0.0:
             doubt = "some of the motions are predicted better without it"
+        elif not closes_a_gap(before, errors, floor, arm.setup.resolution, limits):
+            doubt = "without it hardly more is left than noise and the encoders' steps leave"
+        elif gives(start.kind) and not beats_stiff_gears(arm, found, start, limits):
+            doubt = "friction at both ends of gears that do not give explains as much"
         own = [(ROW[name], start.joint) for name in start.kind.part.quantities]
         told = tuple(float(spread.get(place, np.nan)) for place in own)
         made.append(Named(step, told, float(away), gains, doubt))
