@@ -17,6 +17,7 @@ from ident.report.words import (
     fixed,
     joint_units,
     known,
+    least_squares_text,
     number,
     plus_minus,
     share,
@@ -44,8 +45,8 @@ def parameter_blocks(content: Content) -> list[Block]:
         del cells["CAD"]
     caption = (
         "The base parameters (the paper's Table I): only these combinations of the links' masses,"
-        " centres of mass, and inertias affect the torque. CAD: value by the arm's own file. OLS:"
-        " ordinary least squares. Grey: OLS cannot tell the value from zero (90 % interval)."
+        " centres of mass, and inertias affect the torque. CAD: value by the arm's own file."
+        f" {least_squares_text(content)} Grey: OLS cannot tell the value from zero (90 % interval)."
     )
     parameters = content["base_parameters"]
     pale = {i for i, p in enumerate(parameters) if p["name"] in invisible}

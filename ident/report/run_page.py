@@ -28,6 +28,7 @@ from ident.report.words import (
     estimator_text,
     input_words,
     known,
+    least_squares_text,
     number,
     percent,
     plus_minus,
@@ -246,11 +247,12 @@ _ESTIMATORS = {
 
 def _prediction(report: RunReport) -> list[Block]:
     title = "Error on data that was not fitted, by joint and estimator"
+    meanings = _ESTIMATORS | {"ols": least_squares_text(report.content)}
     return [
         Text(
             "Every recording is cut into short stretches. Each one is predicted by a model that was"
             " fitted without it, so these are errors on unseen motion of the same kind. "
-            + " ".join(text for name, text in _ESTIMATORS.items() if name in report.held_out)
+            + " ".join(text for name, text in meanings.items() if name in report.held_out)
         ),
         error_figure(
             report.labels, report.held_out, report.chosen, report.content["torque_units"], title

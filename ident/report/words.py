@@ -40,6 +40,13 @@ _ESTIMATORS = {
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
+def least_squares_text(content: Content) -> str:
+    """What OLS is, by the method of a result."""
+    if content.get("method") == "simulation":
+        return "OLS: ordinary least squares of the simulated positions (output error)."
+    return "OLS: ordinary least squares."
+
+
 def known(value: float | None) -> bool:
     """Whether there is a number to print."""
     return value is not None and math.isfinite(value)
