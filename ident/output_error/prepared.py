@@ -26,6 +26,9 @@ _SAME = {"stiffness": 0.03, "rate_gain": 0.3, "profile_acceleration": 0.03, "del
 """Spread of coordinates over servos of one kind."""
 
 _PLACES, _ROUNDED = 7, 1e-7  # of positions [rad]
+_SMALL = 8.0  # times the step: larger moves carry its error too often
+_PARTS = 16
+_NEAR, _NEARLY_ALL = 0.1, 0.95  # of a multiple, and of the moves; by chance a fifth is as near
 _LEAST_WEIGHT = 1e-3  # N m: a joint that lifts less knows no zero
 
 
@@ -150,8 +153,9 @@ def _weight(setup: Setup) -> Array:
 def resolution_of(segments: Sequence[MotionSegment]) -> Array:
     """Step in which positions were told [rad], shape (n,); 0: the joint did not move.
 
-    A motion may pass most places of a fine encoder over, and few of its moves may be of one step:
-    either of what lies between places and of the smallest moves is too large, never too small.
+    A motion passes most places of a fine encoder over, and few of its moves may be of one step:
+    what lies between places, or the smallest moves, may be several steps. It is the largest part of
+    these of which all small moves are multiples; of positions without steps, what these are.
     """
     q = np.concatenate([s.q for s in segments])
     moves = np.abs(np.concatenate([np.diff(s.q, axis=0) for s in segments]))
@@ -159,5 +163,17 @@ def resolution_of(segments: Sequence[MotionSegment]) -> Array:
     for j, column in enumerate(q.T):
         places = np.unique(np.round(column, _PLACES))
         if len(places) > 1:
-            steps[j] = min(np.median(np.diff(places)), smallest_step(moves[:, j], _ROUNDED))
+            most = min(np.median(np.diff(places)), smallest_step(moves[:, j], _ROUNDED))
+            steps[j] = _dividing(moves[:, j], float(most))
     return steps
+
+
+def _dividing(moves: Array, most: float) -> float:
+    """The largest part of a step of which small moves are multiples, or the step [rad]."""
+    small = moves[(moves > _ROUNDED) & (moves < _SMALL * most)]
+    least = float(np.max(small[small <= most], initial=np.min(small, initial=most)))
+    for k in range(1, _PARTS + 1):
+        counts = small * k / least
+        if np.mean(np.abs(counts - np.round(counts)) < _NEAR) > _NEARLY_ALL:
+            return least / k
+    return most

@@ -26,7 +26,7 @@ _TRIED = 3
 TRIAL_ROUNDS = 2
 """Times that columns are formed where an effect is only tried."""
 
-_HOPE = 0.3  # of the best promise
+_HOPE = 0.3  # of the best promise: less is tried where nothing else is sure
 
 
 @dataclass(frozen=True)
@@ -110,13 +110,15 @@ def searched(
     for _ in range(limits.rounds):
         now = found.end
         hopes = _promising(arm, now, moving, found, limits, tell)
-        done = []
-        for k, start in enumerate(hopes):
+        done: list[Tried] = []
+        for k, (hope, start) in enumerate(hopes):
+            if hope < _HOPE * hopes[0][0] and any(_is_sure(t, limits) for t in done):
+                break
             tell("fitting what is missing", k / len(hopes))
             further = (*now.further, *start.further)
             fit = fitted(arm, now.beta, start.settings, further, rounds=TRIAL_ROUNDS)
             done.append(_judged(arm, start, fit, found.left, group))
-        sure = [t for t in done if t.gain > LEAST_GAIN and t.sure > limits.sure]
+        sure = [t for t in done if _is_sure(t, limits)]
         if not sure:
             break
         first = max(sure, key=lambda t: t.gain)
@@ -129,6 +131,10 @@ def searched(
         ]  # fmt: skip
         found = replace(found, steps=(*found.steps, Step(best, tuple(rivals))))
     return found
+
+
+def _is_sure(tried: Tried, limits: SearchSettings) -> bool:
+    return tried.gain > LEAST_GAIN and tried.sure > limits.sure
 
 
 def _judged(
@@ -168,8 +174,8 @@ def block_errors(arm: DrivenArm, fit: DrivenFit, group: NDArray[np.int64]) -> Ar
 def _promising(
     arm: DrivenArm, now: DrivenFit, moving: NDArray[np.bool_], found: DrivenSearch,
     limits: SearchSettings, tell: Tell,
-) -> list[Start]:  # fmt: skip
-    """The starts that promise most in first order, one of each effect and joint."""
+) -> list[tuple[float, Start]]:  # fmt: skip
+    """What promises most in first order [nats per sample], one start of each effect and joint."""
     there = {(s.tried.start.kind.name, s.tried.start.joint) for s in found.steps}
     loose = {s.tried.start.joint for s in found.steps if gives(s.tried.start.kind)}
     starts = [
@@ -190,5 +196,4 @@ def _promising(
         key, gain = (start.kind.name, start.joint), least - cost(residuals)
         if gain > best.get(key, (limits.least_gain, start))[0]:
             best[key] = gain, start
-    ordered = sorted(best.values(), key=lambda pair: -pair[0])
-    return [start for hope, start in ordered[:_TRIED] if hope > _HOPE * ordered[0][0]]
+    return sorted(best.values(), key=lambda pair: -pair[0])[:_TRIED]

@@ -79,7 +79,11 @@ def test_fast_recordings_are_thinned_and_their_commands_kept() -> None:
     assert segment.motion.command.shape == slow.motion.command.shape
 
 
-@pytest.mark.parametrize(("step", "rate"), [(5e-5, 500), (1.5e-3, 50)], ids=["arm", "hobby arm"])
+@pytest.mark.parametrize(
+    ("step", "rate"),
+    [(5e-5, 500), (9.6e-5, 250), (1.5e-3, 50)],
+    ids=["fine", "passed over", "hobby arm"],
+)
 def test_an_encoders_step_is_found_though_the_motion_passes_most_places_over(
     step: float, rate: int
 ) -> None:
