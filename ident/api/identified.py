@@ -15,7 +15,7 @@ from ident.recordings.loading import dataset_for
 from ident.recordings.log_summary import summarise_log
 from ident.workflows.run import Run, run_data
 from wamctl.arm.configuration.known_change import known_change
-from wamctl.arm.errors import DataError
+from wamctl.arm.errors import ConfigurationError, DataError
 
 if TYPE_CHECKING:
     from ident.api.servos import IdentifiedServos
@@ -138,6 +138,10 @@ def identify(
     """
     given = checked(arm, recordings)
     if by_simulation(method):
+        if unfit := [name for name, x in (("effects", effects), ("load", load)) if x is not None]:
+            raise ConfigurationError(
+                "method", [f"{' and '.join(unfit)}: of the regression; leave it out"]
+            )
         from ident.api.servos import by_simulation_of  # only now: half a second
 
         return by_simulation_of(arm, given, told(progress), **settings)

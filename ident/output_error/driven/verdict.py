@@ -16,9 +16,10 @@ from ident.output_error.driven.search import (
     gain_of_all,
 )
 from ident.output_error.driven.starts import LEAST_GAIN, Start, gives, shown
-from ident.output_error.judging import explained, rms, sureness_of_all, typical
+from ident.output_error.judging import explained, rms, sureness_of_all
 from ident.output_error.missing.nulls import white_noise
 from ident.output_error.parameters import ROW
+from ident.output_error.search.selection import clearly_off
 from ident.output_error.search.settings import SearchSettings
 from ident.regression.progress import Tell
 from ident.signals.arrays import Array
@@ -96,9 +97,7 @@ def verdict(
         found = replace(found, steps=_without(arm, found, sure))
         named, end = _named(arm, found, floor, limits), found.end
     effects = tuple(n for n in named if not n.doubt)
-    beyond = np.sqrt(np.maximum(typical(found.left) ** 2 - floor**2, 0.0))
-    off = moving & (typical(found.left) > limits.clear * floor)
-    off &= beyond > limits.clear_steps * arm.setup.resolution
+    off = moving & clearly_off(found.left, floor, arm.setup.resolution, limits)
     gap = np.maximum(rms(found.errors) ** 2 - floor**2, 1e-30)
     off &= (rms(found.left) ** 2 - floor**2) / gap > limits.unclosed
     kind = "named" if effects else "no_gap"
@@ -131,7 +130,7 @@ def closes_a_gap(
         resolution: smallest step of the positions [rad], shape (n,).
         limits: numbers that decide.
     """
-    off = typical(before) > limits.clear * floor
+    off = clearly_off(before, floor, resolution, limits)
     return bool((off & (explained(before, after) > limits.clear_steps * resolution)).any())
 
 

@@ -143,7 +143,7 @@ def _left(found: Search, begun: Prepared, settings: SearchSettings) -> tuple[Lef
     before, after = typical(found.base.errors), typical(found.end.errors)
     gap, rest = (typical_error**2 - floor**2 for typical_error in (before, after))
     share = np.clip(rest / np.maximum(gap, rest.clip(1e-300)), 0.0, 1.0)
-    off = clearly_off(found.end.errors, floor, begun, settings)
+    off = clearly_off(found.end.errors, floor, begun.resolution, settings)
     clear = off & begun.moving & (share > settings.unclosed)
     return tuple(
         Left(int(j), float(after[j]), float(floor[j]), float(share[j]))

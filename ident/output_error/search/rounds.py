@@ -68,7 +68,7 @@ def _beside_a_servos_part(
     """
     if found.floor is None:
         return [], found
-    off = clearly_off(found.errors, found.floor, begun, settings)
+    off = clearly_off(found.errors, found.floor, begun.resolution, settings)
     effects = [p for p in parts if not p.servo]
     for trial in found.tried:
         places = off & trial.places & (trial.gain > settings.least_gain)

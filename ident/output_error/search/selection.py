@@ -99,19 +99,19 @@ def possible(part: Part, begun: Prepared) -> Places:
 
 
 def clearly_off(
-    errors: Array, floor: Array, begun: Prepared, settings: SearchSettings
+    errors: Array, floor: Array, resolution: Array, settings: SearchSettings
 ) -> NDArray[np.bool_]:
     """Joints at which more is left than what a model leaves that misses nothing, shape (n,).
 
     Args:
         errors: of blocks of time that are left out [rad^2], shape (B, n).
         floor: typical error of an arm of which the model misses nothing [rad], shape (n,).
-        begun: arm and recordings.
+        resolution: smallest step of the positions [rad], shape (n,).
         settings: numbers that decide.
     """
     off = typical(errors)
     beyond = np.sqrt(np.maximum(off**2 - floor**2, 0.0))
-    return (off > settings.clear * floor) & (beyond > settings.clear_steps * begun.resolution)
+    return (off > settings.clear * floor) & (beyond > settings.clear_steps * resolution)
 
 
 def refitted(

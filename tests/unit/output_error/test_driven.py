@@ -6,6 +6,7 @@ from driven_arm import COULOMB, STEP_RAD, URDF, VISCOUS, recording
 
 import ident
 from ident.workflows.output_error.driven import is_driven
+from wamctl.arm.errors import ConfigurationError
 
 
 @pytest.fixture
@@ -46,3 +47,9 @@ def test_commands_of_servos_are_no_torque():
     assert is_driven(log.log)
     servo = ident.Recording(log.t, log.q, log.tau, log.joints, q_command=np.zeros_like(log.q))
     assert not is_driven(servo.log)
+
+
+def test_what_belongs_to_the_regression_is_not_dropped_in_silence(arm):
+    log = recording(2.0)
+    with pytest.raises(ConfigurationError, match="load"):
+        ident.identify(arm, log, method="simulation", load=(log, [1.0, 0.0, 0.0, 0.0]))
