@@ -119,8 +119,9 @@ def _samples(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
     """What can be told from stamps, samples, and ranges."""
     found, remarks = [], []
     for one in data:
-        if readings := in_degrees(arm.robot, one, bounds):
-            joints = readings[0] if len(readings) == 1 else _likelier(arm, one, readings)
+        readings = in_degrees(arm.robot, one, bounds)
+        joints = _likelier(arm, one, readings)
+        if joints.any():
             one = _in_rad(one, joints & ~arm.robot.sliding)
             remarks.append(degrees_remark(one, arm.robot, joints))
         else:
@@ -129,7 +130,7 @@ def _samples(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
         remarks += more
         remarks += name_remarks(one)
         remarks += reference_remarks(one, arm.robot.joint_names, bounds)
-        remarks += velocity_remarks(one, arm.robot.joint_names, bounds)
+        remarks += velocity_remarks(one, arm.robot.joint_names, joints, bounds)
         remarks += stuck_remarks(one, arm.robot.joint_names)
         one, more = sample_remarks(one, bounds)
         found.append(one)
@@ -138,13 +139,15 @@ def _samples(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
 
 
 def _likelier(arm: Arm, data: Dataset, readings: Sequence[NDArray[np.bool_]]) -> NDArray[np.bool_]:
-    """The joints in degrees with which the arm's model explains most of the torque."""
+    """The joints in degrees with which the arm's model explains most of the torque, shape (n,)."""
+    if not readings:
+        return np.zeros(len(arm.robot.joint_names), dtype=bool)
 
     def error(joints: NDArray[np.bool_]) -> float:
         one = _in_rad(data, joints & ~arm.robot.sliding)
         return Case(arm.robot, arm.terms, _probe(chunks_of([one]), one.moving[None])).error
 
-    return min(readings, key=error)
+    return readings[0] if len(readings) == 1 else min(readings, key=error)
 
 
 def _in_rad(data: Dataset, joints: NDArray[np.bool_]) -> Dataset:

@@ -22,6 +22,8 @@ _SOMETIMES = (
 )
 _UNLIMITED = 1e6
 """Velocity limits beyond this [rad/s] are none."""
+_FAR = 3.0
+"""Of a joint's travel: who passes more is in another unit, or counts turns."""
 _MOVES = 0.1
 """Of a joint's standard deviation over a recording, below which it stands still in a part of it."""
 
@@ -30,13 +32,20 @@ def in_degrees(robot: Robot, data: Dataset, bounds: CheckSettings) -> list[NDArr
     """Joints that may be in degrees, shape (n,) each: all, or only some where the others may not.
 
     None where positions lie within the URDF's limits, or taken for degrees do not, either. A joint
-    within its limits that would hardly move in degrees may be in rad.
+    within its limits that would hardly move in degrees may be in rad. Where most joints would
+    hardly move, those that pass far more than their whole travel may be in degrees, or none.
     """
     low, high = _range(robot, data)
     as_degrees = _beyond(robot, low * _DEGREE, high * _DEGREE, bounds)
     moves = (high - low) * _DEGREE > bounds.hardly_moves_rad
     beyond = _beyond(robot, low, high, bounds)
-    if not beyond.any() or as_degrees.any() or 2 * moves.sum() < data.moving.sum():
+    if not beyond.any() or as_degrees[beyond].any():
+        return []
+    if 2 * moves.sum() < data.moving.sum():
+        travel = np.asarray(robot.model.upperPositionLimit - robot.model.lowerPositionLimit)
+        far = beyond & moves & (high - low > _FAR * travel)
+        return [far, np.zeros_like(far)] if far.any() and (far == beyond).all() else []
+    if as_degrees.any():
         return []
     some = beyond | moves | ~data.moving
     return [np.ones_like(some)] if some.all() else [np.ones_like(some), some]

@@ -10,6 +10,7 @@ are used for nothing else.
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ident.checks.remark import Grade, Remark, joined, joints, numbers
 from ident.checks.settings import CheckSettings
@@ -24,18 +25,22 @@ _STUCK_SPEED = 0.3  # of the joint's rms speed, that it has meanwhile: less is n
 _UNITS = (180 / np.pi, 30 / np.pi)  # degrees per second, turns per minute
 
 
-def velocity_remarks(data: Dataset, names: Sequence[str], bounds: CheckSettings) -> list[Remark]:
+def velocity_remarks(
+    data: Dataset, names: Sequence[str], in_degrees: NDArray[np.bool_], bounds: CheckSettings
+) -> list[Remark]:
     """Joints whose velocity is that of their position times a factor.
 
     Args:
         data: the recording.
         names: of the joints.
+        in_degrees: joints whose positions were taken for degrees, shape (n,).
         bounds: of the checks.
     """
     stretches = list(_stretches(data, names))
     if not stretches:
         return []
     q, way = (np.concatenate(parts) for parts in zip(*stretches, strict=True))
+    q *= np.where(in_degrees, np.pi / 180, 1.0)
     with np.errstate(invalid="ignore", divide="ignore"):
         factor = np.sum(q * way, axis=0) / np.sum(q * q, axis=0)
         left, apart, whole = (np.linalg.norm(x, axis=0) for x in (way - factor * q, way - q, way))

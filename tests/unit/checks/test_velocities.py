@@ -14,16 +14,24 @@ RATE = np.gradient(LOG.q, LOG.t, axis=0)
 STAMPS = np.round(LOG.t * 1e9).astype(np.int64)
 
 
-def told(q, qd, kept=slice(None)):
+def told(q, qd, kept=slice(None), in_degrees=(False,) * 4):
     """What is said of a recording, of some of its samples."""
     bag = Recording(LOG.names, STAMPS[kept], q[kept], qd[kept], LOG.tau[kept])
-    return velocity_remarks(dataset(bag, LOG.names, "log"), LOG.names, DEFAULT)
+    return velocity_remarks(
+        dataset(bag, LOG.names, "log"), LOG.names, np.array(in_degrees), DEFAULT
+    )
 
 
 def stuck(q, qd):
     """The same, of positions that stay where they are."""
     bag = Recording(LOG.names, STAMPS, q, qd, LOG.tau)
     return stuck_remarks(dataset(bag, LOG.names, "log"), LOG.names)
+
+
+def test_positions_that_were_taken_for_degrees_are_compared_in_rad():
+    q = LOG.q * np.where(np.arange(4) == 2, 180 / np.pi, 1.0)
+    assert told(q, RATE, in_degrees=np.arange(4) == 2) == []
+    assert told(q, RATE)[0].joints == (3,)
 
 
 def test_an_encoder_that_stops_while_its_velocity_moves_is_told():

@@ -105,6 +105,7 @@ WRONG: list[Wrong] = [
         for f in (1000, 1e-3)
     ),
     ("degrees at joints 3 to 5 of 5", lambda: some_in_degrees(2, 5), {"degrees"}),
+    ("degrees at joint 5 of 5", lambda: some_in_degrees(4, 5), {"degrees"}),
     ("kN m", lambda: scaled(1e-3), {"units"}),
     ("N cm", lambda: scaled(100), {"units"}),
     ("kgf m", lambda: scaled(1 / 9.81), {"units"}),
