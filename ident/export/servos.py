@@ -18,7 +18,7 @@ _TIMESTEP_S = 0.002
 _UNLIMITED_NM = 1e3
 _NO_PLACE = (
     "rate_gain", "integral", "dead_zone", "stribeck", "load_friction", "drag", "skew", "compliance",
-    "turning_speed", "presliding", "rise_speed", "gear_lag",
+    "turning_speed", "presliding", "rise_speed", "gear_lag", "link_armature",
 )  # fmt: skip
 _NO_PROFILE = 1e5  # rad/s^2
 _PLAY_DAMPING = 1e-4  # N m s/rad: the gears' grease

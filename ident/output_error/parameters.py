@@ -64,6 +64,7 @@ QUANTITIES = (
     Quantity("gear_lag", "s", 0.0, 0.2, 0.0, 5e-3, "damper beside the twist: N m s per N m"),
     Quantity("link_friction", "1", 0.0, 1.0, 0.0, 0.1, "its part behind gears that give"),
     Quantity("speed_gain", "N m s/rad", 0.0, 1e4, 0.0, 0.1, "torque of the servo per speed"),
+    Quantity("link_armature", "1", 0.0, 0.9, 0.0, 0.1, "armature's part behind gears that give"),
 )
 """In the order of the rows of a settings array, shape (quantities, n)."""
 
@@ -77,6 +78,7 @@ LATER = {
     "gear_lag": 0.0,
     "link_friction": 0.0,
     "speed_gain": 0.0,
+    "link_armature": 0.0,
     "stribeck_exponent": 2.0,
 }
 """Quantities that files of the first version may lack, and what they were then."""

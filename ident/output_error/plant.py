@@ -6,8 +6,9 @@ stand half a step before positions, a step's torque is that of its middle, and d
 step what it would take in continuous time: a step that is too coarse would pass for inertia and
 delay. A joint without play or twist moves as one with its rotor; one with them pushes through a
 dead zone with a spring, without rebound. Friction rubs at the rotor, through bristles in series
-with a damper, whose bend is remembered, or in part at the link of such a joint. All joints'
-impulses of a step are found by Gauss-Seidel sweeps, each joint's own exactly.
+with a damper, whose bend is remembered, or in part at the link of such a joint, and a part of what
+turns with the gears moves with that link. All joints' impulses of a step are found by Gauss-Seidel
+sweeps, each joint's own exactly.
 """
 
 from collections import namedtuple
@@ -24,6 +25,7 @@ from ident.output_error.servo import (
     DRAG,
     GEAR_LAG,
     HALF_PLAY,
+    LINK_ARMATURE,
     LINK_FRICTION,
     LOAD_FRICTION,
     NO_PROFILE,
@@ -150,9 +152,10 @@ def turn_on(p, joints, v, impulse, h):
         v[i] += joints.free[i]
         joints.q[i] += h * v[i]
         if joints.loose[i]:
-            left = p[ARMATURE, i] * joints.speed[i] + h * joints.torque[i]
+            own = before_gears(p, i)
+            left = own * joints.speed[i] + h * joints.torque[i]
             left -= impulse[i] - joints.rub[i]
-            inertia = p[ARMATURE, i] + h * share[i] * slowing[i]
+            inertia = own + h * share[i] * slowing[i]
             left += inertia * bent[i]
             joints.speed[i] = slowed(left, joints.level[i], joints.turning[i], inertia) - bent[i]
             joints.rotor[i] += h * joints.speed[i]
@@ -171,6 +174,12 @@ def twisted(p, at_link, loose, bias, q, rotor):
                 rotor[i] += beyond
             else:
                 q[i] -= beyond
+
+
+@compiled
+def before_gears(p, i):
+    """Inertia that turns with the rotor of a loose joint [kg m^2]."""
+    return (1.0 - p[LINK_ARMATURE, i]) * p[ARMATURE, i]
 
 
 @compiled
@@ -201,7 +210,9 @@ def damped(p, loose, mass, a, slowing, share, turning, h):
             behind = p[LINK_FRICTION, i] * p[DAMPING, i]
             slowing[i] -= behind
             a[i, i] += 0.5 * h * behind
-            mass[i, i] -= 0.5 * h * behind
+            inertia = before_gears(p, i)
+            a[i, i] += p[ARMATURE, i] - inertia
+            mass[i, i] += p[ARMATURE, i] - inertia - 0.5 * h * behind
         else:
             inertia += mass[i, i]
         lost = h * slowing[i] / inertia
@@ -296,8 +307,9 @@ def tie(p, i, joints, mobility, rest, h):
     """Impulse through the gears: none within the play; beyond it a spring beside a damper."""
     level, turning = joints.level[i], joints.turning[i]
     twist = joints.rotor[i] - joints.q[i]
-    inertia = p[ARMATURE, i] + h * joints.share[i] * joints.slowing[i]
-    momentum = p[ARMATURE, i] * joints.speed[i] + h * joints.torque[i] + inertia * joints.bent[i]
+    own = before_gears(p, i)
+    inertia = own + h * joints.share[i] * joints.slowing[i]
+    momentum = own * joints.speed[i] + h * joints.torque[i] + inertia * joints.bent[i]
     half = p[HALF_PLAY, i]
     apart = twist + h * (slowed(momentum, level, turning, inertia) - rest)
     if abs(apart) <= half:

@@ -28,9 +28,12 @@ Array = NDArray[np.floating]
 
 URDF = Path(__file__).parents[2] / "configs" / "so101.urdf"
 STEP_S, PERIOD_STEPS = 0.0001, 200  # steps of 0.5 ms pass for 0.25 ms less delay, 0.7 % less rotor
+LOOSE = "backlash", "joint_elasticity"
 TICK = 2 * np.pi / 4096
 Z90 = 1.645
 BRISTLE_RAD = 1e-3
+LINK_SIDE = 2e-3
+"""Of a loose joint's gears [kg m^2], what moves with its link; the drawn rotor is beside it."""
 EFFECTS = {
     "torque_offset": ((0.1, 0.25), range(5)),
     "stribeck": ((0.8, 1.6), range(5)),
@@ -102,11 +105,11 @@ class Gears:
 
     def __init__(self, truth: Truth, arm: mujoco.MjModel, q: Array) -> None:
         self.truth, self.bristle = truth, np.zeros(6)
-        self.loose = truth.effect in ("backlash", "joint_elasticity")
+        self.loose = truth.effect in LOOSE
         self.at, self.speed = float(q[truth.joint]), 0.0
         j = truth.joint
-        if self.loose:  # the rotor is its own; a small part stays at the link
-            arm.dof_armature[j] = 2e-3
+        if self.loose:  # the rotor is its own
+            arm.dof_armature[j] = LINK_SIDE
         self.tie = 1 / truth.size if truth.effect == "joint_elasticity" else 400.0
         self.half = truth.size if truth.effect == "backlash" else 0.0
 
@@ -189,8 +192,10 @@ def judged(truth: Truth, gap: ServoGap) -> tuple[str, dict[str, list[bool]]]:
         word = "missed" if right else "silent"
     else:
         word = gap.verdict + ("+" if right and right[0] in found else "")
-    model, held = gap.model, {}
-    for name, true in (("stiffness", truth.gain), ("armature", truth.rotor),
+    model, held, rotors = gap.model, {}, truth.rotor.copy()
+    if truth.effect in LOOSE:
+        rotors[truth.joint] += LINK_SIDE
+    for name, true in (("stiffness", truth.gain), ("armature", rotors),
                        ("coulomb", truth.friction)):  # fmt: skip
         sd = model.sd[ROW[name]]
         held[name] = (np.abs(model.value(name) - true) < Z90 * sd)[:5].tolist()

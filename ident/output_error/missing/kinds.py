@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from ident.output_error.search import parts
 from ident.output_error.search.parts import Part
 
+_GIVE = ("compliance", "lag", "link_armature")
+
 
 @dataclass(frozen=True)
 class EffectKind:
@@ -43,13 +45,13 @@ KINDS = (
     EffectKind(
         "backlash",
         parts.HALF_PLAY,
-        ("half_play",),
+        ("half_play", *_GIVE),
         "no torque passes the gears while |q_rotor,j - q_j| < half_play (half the backlash)",
     ),
     EffectKind(
         "joint_elasticity",
         parts.COMPLIANCE,
-        ("compliance", "lag"),
+        _GIVE,
         "q_rotor,j - q_j + lag d(q_rotor,j - q_j)/dt = compliance tau_j",
     ),
     EffectKind("torque_offset", parts.OFFSET, ("offset",), "tau_j += offset"),

@@ -81,8 +81,14 @@ STRIBECK = Part(
     form="stribeck_exponent",
     forms=(0.7, 1.0, 2.0),
 )
-HALF_PLAY = Part("half_play", ("half_play",), (1e-3, 2e-3, 4e-3, 8e-3, 0.016), instead="coulomb")
-COMPLIANCE = Part("compliance", ("compliance", "gear_lag"), (2e-3, 8e-3, 0.03))
+GIVE = ("compliance", "gear_lag", "link_armature")
+"""Of gears that let rotor and link move apart: their teeth are springs with a damper, and a part of
+what turns is behind them."""
+
+HALF_PLAY = Part(
+    "half_play", ("half_play", *GIVE), (1e-3, 2e-3, 4e-3, 8e-3, 0.016), instead="coulomb"
+)
+COMPLIANCE = Part("compliance", GIVE, (2e-3, 8e-3, 0.03))
 OFFSET = Part("offset", ("offset",), (-3.0, -1.0, -0.3, 0.3, 1.0, 3.0), "coulomb")
 SPRING = Part("spring", ("spring", "offset"), (0.3, 1.0, 3.0, 10.0), "coulomb")
 DRAG = Part("drag", ("drag",), (-0.1, 0.1, 0.3, 1.0), "damping")

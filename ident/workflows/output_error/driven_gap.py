@@ -183,6 +183,7 @@ def _effect(n: Named, done: DrivenOutcome) -> dict[str, Any]:
             "unit": QUANTITIES[ROW[quantity]].unit,
         }
         for quantity, name, sd in zip(kind.part.quantities, kind.reported, n.sd, strict=True)
+        if np.isfinite(sd) or fit.settings[ROW[quantity], joint]
     }
     return {
         "name": kind.name,

@@ -120,11 +120,21 @@ def test_play_lets_the_link_rest_while_the_rotor_crosses_it():
     assert np.abs(link - tight)[t > 2].max() > 0.005
 
 
-@pytest.mark.parametrize("lag", [0.0, 0.02])
-def test_gears_that_give_are_a_spring_beside_a_damper(lag):
+def test_a_rotor_behind_gears_that_do_not_give_is_one_with_the_other():
+    def wave(x):
+        return 0.1 * np.sin(2 * np.pi * 1.5 * x)
+
+    _, q = replay(wave, link_armature=0.4)
+    assert q == pytest.approx(replay(wave)[1], abs=1e-12)
+
+
+@pytest.mark.parametrize(("lag", "behind"), [(0.0, 0.0), (0.02, 0.0), (0.02, 0.3)])
+def test_gears_that_give_are_a_spring_beside_a_damper(lag, behind):
     """Rotor and link are the two masses that they tie, in continuous time."""
-    stiff, rotor, link = 1.0 / 0.02, 0.015, 2e-3 + 0.3 * 0.1**2
+    stiff, rotor = 1.0 / 0.02, (1 - behind) * 0.015
+    link = 2e-3 + 0.3 * 0.1**2 + behind * 0.015
     values = {"compliance": 0.02, "gear_lag": lag, "stiffness": 20.0, "damping": 0.4}
+    values["link_armature"] = behind
     t, q = replay(lambda x: 0.1, step=0.00025, **values)
     tie = np.array([stiff, stiff * lag])  # per twist and its rate
     masses = np.array([[0, 1, 0, 0], [-tie[0], -tie[1] - 0.4, tie[0] - 20.0, tie[1]],
