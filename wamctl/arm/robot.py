@@ -131,14 +131,17 @@ def load_robot(
 
 
 def _locked(full: pin.Model, joints: list[int]) -> pin.Model:
-    """The robot with these joints fixed, some of which may have the name of a link.
+    """The robot with these joints fixed.
 
-    Pinocchio finds frames by name alone while it fixes a joint, so that those joints get another.
+    Pinocchio finds frames by name alone while it fixes a joint, so that these joints, and those
+    that a URDF fixes, get another where they have that of a link.
     """
     links = {f.name for f in full.frames if f.type == pin.FrameType.BODY}
     named = {full.names[i]: i for i in joints if full.names[i] in links}
     for frame in full.frames:
-        if frame.type == pin.FrameType.JOINT and frame.name in named:
+        if frame.type == pin.FrameType.FIXED_JOINT and frame.name in links:
+            frame.name = f"{frame.name} (joint)"
+        elif frame.type == pin.FrameType.JOINT and frame.name in named:
             full.names[named[frame.name]] = frame.name = f"{frame.name} (joint)"
     return pin.buildReducedModel(full, joints, pin.neutral(full))
 

@@ -180,6 +180,14 @@ def test_a_gripper_s_fingers_are_locked():
     assert load_robot(WITH_GRIPPER, ("shoulder",)).joint_names == ("shoulder",)
 
 
+def test_joints_that_are_locked_may_meet_a_fixed_one_with_the_name_of_its_link():
+    hand = """<link name="hand"/><joint name="hand" type="fixed"><parent link="lower"/>
+        <child link="hand"/></joint><link name="tip"/><joint name="tool" type="fixed">
+        <parent link="hand"/><child link="tip"/></joint></robot>"""
+    robot = load_robot(TWO_LINKS.replace("</robot>", hand), ("shoulder",))
+    assert robot.joint_names == ("shoulder",)
+
+
 def test_xacro_is_told_from_urdf(capfd):
     with pytest.raises(ConfigurationError) as caught:
         load_robot(TWO_LINKS.replace("-0.5", "${reach}"), source="arm.urdf.xacro")
