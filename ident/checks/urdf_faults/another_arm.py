@@ -1,6 +1,6 @@
-"""A URDF of another arm than the one that moved: links of another length, axes turned round.
+"""A URDF of another arm than the one that moved: longer links, axes turned round, upside down.
 
-Both leave a small error, as does one torque in a scale of its own, since masses and friction are
+They leave a small error, as does one torque in a scale of its own, since masses and friction are
 fitted: most torque is that of a joint's own motion and weight, which take any length, direction and
 scale. What one joint's motion does at another tells them.
 """
@@ -21,12 +21,37 @@ from ident.signals.arrays import Array
 _LARGER = (1.2, 1.4, 1.7, 2.0, 2.5, 3.0, 4.0, 5.0, 7.0, 10.0)
 _SMALLER = (0.85, 0.7, 0.6, 0.5, 0.4, 0.33, 0.25, 0.2, 0.14, 0.1)
 
+_MOST = 0.5
+"""Of the torque beside friction, that a URDF's links account for, if it is this arm's."""
+
 Change = Callable[[Case, float], Case]
 
 
 def another_arm(case: Case, bounds: CheckSettings) -> list[Remark]:
     """What is said of a URDF that is another arm's, or of one joint's torque that is."""
-    return [*_out_of_scale(case, bounds), *_turned(case, bounds)]
+    return [*_out_of_scale(case, bounds), *(_upside_down(case) or _turned(case, bounds))]
+
+
+def _upside_down(case: Case) -> list[Remark]:
+    """An arm that hangs where the URDF stands, or stands where it hangs.
+
+    Links whose centres lie on the other side of their joints fit its torque as well: only the
+    URDF's own links, which then account for less than nothing, tell.
+    """
+    gravity = np.asarray(case.robot.model.gravity.linear)
+    before, after = gains(case), gains(case.with_gravity(-gravity))
+    if not before.common < 0.0 < after.common or after.common_explained < _MOST:
+        return []
+    if after.common_explained < before.common_explained:
+        return []
+    text = (
+        "The arm appears to be mounted the other way up: with gravity reversed the URDF's links"
+        f" account for {100 * after.common_explained:.2g} % of the torque beside friction, and as"
+        " it is for none, since their weight pulls the wrong way."
+    )
+    vector = ", ".join(f"{-x:g}" if x else "0" for x in gravity)
+    advice = f"Set robot.gravity_m_s2: [{vector}] in the arm's file."
+    return [Remark("gravity_direction", (), text, Grade.DOUBTFUL, advice)]
 
 
 def _out_of_scale(case: Case, bounds: CheckSettings) -> list[Remark]:

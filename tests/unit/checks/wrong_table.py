@@ -186,6 +186,11 @@ WRONG: list[Wrong] = [
         lambda: Experiment(joints=4, gravity=lambda t: (9.81, 0, 0)).log(),
         {"gravity_direction"},
     ),
+    (
+        "hangs upside down",
+        lambda: Experiment(joints=4, gravity=lambda t: (0, 0, 9.81)).log(),
+        {"gravity_direction"},
+    ),
     ("base sways at 0.7 Hz", lambda: swaying(2.0, 0.7, 0), {"base_moves"}),
     ("base sways at 1.3 Hz", lambda: swaying(1.5, 1.3, 1), {"base_moves"}),
     (

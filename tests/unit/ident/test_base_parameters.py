@@ -114,6 +114,15 @@ def test_columns_that_are_only_rounding_do_not_count(wam):
     assert kept == [0, 1, 2]
 
 
+def test_a_column_that_a_rounded_angle_sets_apart_does_not_count():
+    """A base that hangs by 3.1416 tells one more column from the others, by millionths."""
+    rng = np.random.default_rng(1)
+    rows = rng.normal(size=(50, 3))
+    nearly = rows @ [1.0, 2.0, 3.0] + 1e-5 * rng.normal(size=50)
+    kept, _ = independent_columns(np.column_stack([rows, nearly]))
+    assert kept == [0, 1, 2]
+
+
 @pytest.mark.parametrize("rounding", [2.7e-6, 8.0e-4, 0.0])
 def test_rounded_angles_of_a_urdf_make_no_parameters(wam, rounding):
     """A base turned by 3.14159, or by 1.57, lets gravity pull at joint 1 beside its axis."""
