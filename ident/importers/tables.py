@@ -5,6 +5,7 @@ import struct
 import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile, ZipFile
@@ -13,7 +14,7 @@ import numpy as np
 import scipy.io
 from scipy.io.matlab import MatReadError
 
-from ident.importers.text_form import TextForm, is_number, is_vector, vectors
+from ident.importers.text_form import TextForm, is_number, is_vector, number_in, vectors
 from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.ros2.bounds import Allowance
@@ -82,12 +83,14 @@ def _are_values(names: Sequence[str]) -> bool:
 
 def _text(path: Path, wanted: Sequence[Name], form: TextForm) -> Table:
     try:
+        form = form.as_in(path)
         lines = (cells for _, cells in form.lines(path, form.skip))
         first = next(lines, [])
-        sample = next(lines, []) if form.header else first
+        lines = (cells for _, cells in form.lines(path, form.before))
+        sample = next(lines, [])
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise DataError(f"{path} is not a readable text table ({error}).") from error
-    names = tuple(name.strip().removeprefix("#").strip() for name in first) if form.header else ()
+    names = tuple(name.strip().lstrip("#%").strip() for name in first) if form.header else ()
     by_number = all(isinstance(c, int) and 1 <= c <= len(first) for c in wanted)
     if by_number and _are_values(names):
         raise DataError(
@@ -110,20 +113,32 @@ def _text(path: Path, wanted: Sequence[Name], form: TextForm) -> Table:
     if not places:
         return Table(made, available)
     try:
-        rows = np.loadtxt(
-            path,
-            delimiter=None if form.blank else form.delimiter,
-            skiprows=form.before,
-            max_rows=form.last,
-            usecols=list(places.values()),
-            ndmin=2,
-            encoding="utf-8-sig",
-            quotechar='"',
-            comments=None,
-        )
+        rows = _rows(path, list(places.values()), form)
     except ValueError as error:
         raise DataError(_bad_cell(path, places, form) or f"{path}: {error}.") from error
     return Table(made | dict(zip(places, rows.T, strict=True)), available)
+
+
+def _rows(path: Path, places: Sequence[int], form: TextForm) -> Array:
+    """The numbers of some columns, shape (S, columns); with decimal commas, or points."""
+    read = partial(
+        np.loadtxt,
+        path,
+        delimiter=None if form.blank else form.delimiter,
+        skiprows=form.before,
+        max_rows=form.last,
+        usecols=places,
+        ndmin=2,
+        encoding="utf-8-sig",
+        quotechar='"',
+        comments=None,
+    )
+    try:
+        return read()
+    except ValueError:
+        if form.delimiter == ",":
+            raise
+        return read(converters=number_in)
 
 
 def _short(cell: str) -> str:

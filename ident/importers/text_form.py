@@ -2,14 +2,17 @@
 
 import csv
 import itertools
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
+
+_HEAD = 40  # lines that are looked at
+_COMMENTS = ("#", "%")
 
 
 @dataclass(frozen=True)
@@ -21,17 +24,19 @@ class TextForm:
         delimiter: between cells; a blank stands for any white space.
         skip: lines before all that.
         last: row of numbers after which nothing is read; None: all are.
+        units: whether a line of units stands below the names.
     """
 
     header: bool = True
     delimiter: str = ","
     skip: int = 0
     last: int | None = None
+    units: bool = False
 
     @property
     def before(self) -> int:
         """Lines before the first row of numbers."""
-        return self.skip + self.header
+        return self.skip + self.header + self.units
 
     @property
     def blank(self) -> bool:
@@ -56,11 +61,56 @@ class TextForm:
         """The rows of numbers: number of the line from 1, cells; raises as `lines` does."""
         return itertools.islice(self.lines(path, self.before), self.last)
 
+    def as_in(self, path: Path) -> "TextForm":
+        """The form that the head of a table shows, where the mapping leaves it open.
+
+        Comments before the names are passed over, and units below them; semicolons or tabs part the
+        cells where the line of names has no comma.
+
+        Raises:
+            OSError, UnicodeDecodeError: a file that is no text.
+        """
+        if not self.header:
+            return self
+        with path.open(encoding="utf-8-sig") as stream:
+            head = list(itertools.islice(stream, self.skip, self.skip + _HEAD))
+        if not head:
+            return self
+        head = [line.strip() for line in head]
+        k, last = 0, len(head) - 1
+        while k < last and head[k].startswith(_COMMENTS) and not _numbers(self.cells(head[k + 1])):
+            k += 1
+        parted = [d for d in (";", "\t") if d in head[k] and self.delimiter == ","]
+        found = replace(self, skip=self.skip + k)
+        if parted and "," not in head[k]:
+            found = replace(found, delimiter=parted[0])
+        below = [found.cells(line) for line in head[k + 1 : k + 3]]
+        units = len(below) == 2 and any(below[0]) and not _numbers(below[0]) and _numbers(below[1])
+        return replace(found, units=units)
+
+    def cells(self, line: str) -> list[str]:
+        """The cells of a line, as far as quotes hold no delimiter."""
+        return line.split(None if self.blank else self.delimiter)
+
+
+def _numbers(cells: Sequence[str]) -> bool:
+    """Whether some cell is a number."""
+    return any(map(is_number, cells))
+
+
+def number_in(cell: str) -> float:
+    """A cell's number; a decimal comma is a point.
+
+    Raises:
+        ValueError: it is none.
+    """
+    return float(cell.replace(",", "."))
+
 
 def is_number(cell: str) -> bool:
     """Whether a cell, or a word, is a number."""
     try:
-        float(cell)
+        number_in(cell)
     except ValueError:
         return False
     return True

@@ -97,7 +97,8 @@ def _start(
     made = now.settings.copy()
     for name, value in values.items():
         made[ROW[name], joint] = value + (made[ROW[name], joint] if signed else 0.0)
-    names = list(dict.fromkeys([*values, *([] if gives(kind) else kind.part.quantities)]))
+    further = () if gives(kind) else kind.part.quantities
+    names = list(dict.fromkeys([*values, *further]))
     further = tuple(signed) or tuple(Moved((ROW[n], int(joint))) for n in names)
     low = np.array([q.low for q in QUANTITIES])[:, None]
     return Start(kind, int(joint), np.maximum(made, low), further)

@@ -73,6 +73,27 @@ def test_columns_become_a_log(tmp_path: Path) -> None:
     assert recording.metadata["data.csv"].startswith("sha256 ")
 
 
+@pytest.mark.parametrize(
+    "changed",
+    [
+        lambda text: text.replace(",", ";").replace(".", ","),
+        lambda text: text.replace(",", "\t"),
+        lambda text: "# exported by a tool, version 2\n% all in SI\n" + text,
+        lambda text: "# " + text,
+        lambda text: text.replace("\n", "\ns,rad,rad,N m,N m\n", 1),
+        lambda text: "#made by hand\n" + text.replace("\n", "\ns,rad,rad,N m,\n", 1),
+    ],
+    ids=["decimal commas", "tabs", "comments", "names in a comment", "units", "comment and units"],
+)
+def test_the_head_of_a_table_tells_how_it_is_written(tmp_path: Path, changed: Any) -> None:
+    wanted = imported(basic_table(tmp_path), BASIC)
+    source = tmp_path / "data.csv"
+    source.write_text(changed(source.read_text()))
+    found = imported(source, BASIC)
+    np.testing.assert_array_equal(found.q, wanted.q)
+    np.testing.assert_array_equal(found.effort, wanted.effort)
+
+
 def test_numbered_columns_of_a_table_without_header(tmp_path: Path) -> None:
     path = tmp_path / "data.txt"
     np.savetxt(path, np.column_stack([T * 1e3, np.degrees(Q), 1e3 * TAU]), delimiter=";")
