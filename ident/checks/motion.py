@@ -22,6 +22,8 @@ _SOMETIMES = (
 )
 _UNLIMITED = 1e6
 """Velocity limits beyond this [rad/s] are none."""
+_AROUND = 2
+"""Samples on both sides of a step, after which a glitch is over."""
 _FAR = 3.0
 """Of a joint's travel: who passes more is in another unit, or counts turns."""
 _MOVES = 0.1
@@ -136,7 +138,38 @@ def jump_remarks(
                 else "Record one arm only, with continuous angles."
             )
             found.append(Remark("jumps", numbers(places), text, grade, advice))
+        elif (cut := np.any([_cut(c.q, most / c.rate_hz) for c in own], axis=0)).any():
+            fastest = np.where(wild, rate, 0.0).max(axis=0)
+            found.append(_missing(one, robot, np.flatnonzero(cut), fastest))
     return found
+
+
+def _missing(one: Dataset, robot: Robot, places: NDArray[np.int64], fastest: Array) -> Remark:
+    k = int(places[fastest[places].argmax()])
+    text = (
+        f"{one.name}: {joints(places, robot.joint_names)} jumped together from one sample to the"
+        f" next, and stayed there (joint {k + 1} at {fastest[k]:.3g} rad/s, where the URDF's limit"
+        f" is {robot.model.velocityLimit[k]:.3g}): motion is missing, without a gap in the stamps."
+    )
+    advice = "Give the true stamps, or each piece as a log of its own."
+    return Remark("jumps", numbers(places), text, Grade.DOUBTFUL, advice)
+
+
+def _cut(q: Array, most: Array) -> NDArray[np.bool_]:
+    """Joints that jump at once with another one, farther than they can, and do not come back.
+
+    Args:
+        q: positions, shape (S, n).
+        most: farthest step of each joint, shape (n,).
+
+    Returns:
+        shape (n,); joints that jump alone count as single glitches.
+    """
+    around, end = _AROUND, len(q) - _AROUND
+    step = np.diff(q, axis=0)[around : end - 1]
+    kept = q[2 * around + 1 :] - q[: -2 * around - 1]
+    wild = (np.abs(step) > most) & (kept * np.sign(step) > 0.5 * np.abs(step))
+    return np.any(wild[wild.sum(axis=1) > 1], axis=0)
 
 
 def _in_turn(positions: Sequence[Array], bounds: CheckSettings) -> bool:

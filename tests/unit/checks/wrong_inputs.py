@@ -131,6 +131,12 @@ def holed(*holes: tuple[float, float]) -> Log:
     return without(keep, log)
 
 
+def closed_up(start: float, stop: float) -> Log:
+    """A stretch is missing, and the stamps go on as if it were not."""
+    log = holed((start, stop))
+    return log.with_(t=right().t[: len(log.t)])
+
+
 def torque(change: Callable[[Log, np.random.Generator], np.ndarray], **settings) -> Log:
     log = right(**settings)
     return log.with_(tau=change(log, np.random.default_rng(3)))

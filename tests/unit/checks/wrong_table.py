@@ -8,6 +8,7 @@ from chain_arm import Experiment, Log, urdf_of
 from wrong_inputs import (
     at_joint,
     clipped,
+    closed_up,
     compensated,
     cut,
     drifting,
@@ -220,6 +221,7 @@ WRONG: list[Wrong] = [
         lambda: holed(*((k, k + 0.15) for k in (2.0, 4.5, 7.0, 9.5))),
         {"missing_data"},
     ),
+    ("a second lost, stamps closed up", lambda: closed_up(5.0, 6.0), {"jumps"}),
     ("every seventh sample lost", lambda: without(np.arange(1200) % 7 > 0), {"missing_data"}),
     (
         "a third lost at random",
