@@ -178,6 +178,11 @@ class CheckSettings(Section):
         "[s] between torque and motion: filters and current loops of drives take up to 0.02, and"
         " what a model lacks looked like up to 0.05 on one real arm",
     )
+    late_by_fit_s: float = positive(
+        0.06,
+        "[s] of a delay that the fit's leftover shows and moving the torque hardly mends, as where"
+        " torque alone was filtered; on ten real recordings it was 0.009 at most",
+    )
     late_deviations: float = positive(5.0, "standard errors by which torque must be late or early")
     late_ratio: float = positive(
         0.8,

@@ -11,6 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from ident.checks.examine import examine
 from ident.checks.known_load import KnownLoad
+from ident.checks.recorder_faults.delay import late_by_fit
 from ident.checks.remark import (
     Grade,
     RefusedError,
@@ -192,7 +193,7 @@ def run_data(
 
 
 def _poor(found: Identification, told: Sequence[Remark]) -> list[Remark]:
-    """What the model explains too little of, unless a check has told that."""
+    """What the model explains too little of, or out of time, unless a check has told that."""
     errors = found.held_out[found.chosen].errors
     shares = errors.relative_percent_by_joint / 100
     known = [j - 1 for r in told if r.code == "large_error" for j in r.joints]
@@ -202,6 +203,9 @@ def _poor(found: Identification, told: Sequence[Remark]) -> list[Remark]:
     more = poorly_predicted(shares, errors.rms_by_joint, robot.joint_names, units, DEFAULT)
     if not any(r.code == "large_error" for r in (*told, *more)):
         more += poorly_explained(errors.relative_percent / 100, DEFAULT)
+    if not any(r.code == "late_torque" for r in told):
+        for one, log in zip(found.delays, found.evidence.logs, strict=True):
+            more += late_by_fit(one.seconds, one.sd, log.data.name, DEFAULT)
     if found.chosen == "feasible" and "ols" in found.held_out:
         error, least = (found.held_out[n].errors.relative_percent for n in ("feasible", "ols"))
         more += beyond_possible(error / 100, least / 100, DEFAULT)

@@ -106,6 +106,26 @@ def lag(case: Case, chunks: Sequence[Chunk], bounds: CheckSettings) -> Lag | Non
     return replace(everywhere, seconds=found.seconds, sd=float(np.hypot(found.sd, apart)))
 
 
+def late_by_fit(seconds: float, sd: float, name: str, bounds: CheckSettings) -> list[Remark]:
+    """What is said of a delay that moving the torque hardly mends, but the fit's leftover shows.
+
+    Args:
+        seconds: the torque acts so much later than its stamp; negative: earlier.
+        sd: its standard error [s].
+        name: of the recording.
+        bounds: of the checks.
+    """
+    if abs(seconds) < max(bounds.late_by_fit_s, bounds.late_deviations * sd):
+        return []
+    way = "leads" if seconds > 0 else "lags"
+    text = (
+        f"{name}: what the model leaves is that of torque which {way} the motion by"
+        f" about {abs(seconds):.2g} s (± {sd:.1g} s), as torque that was filtered alone does."
+    )
+    advice = "Record the torque without a filter, or filter positions by the same one."
+    return [Remark("late_torque", (), text, Grade.DOUBTFUL, advice)]
+
+
 def _sliding(probe: Probe, bounds: CheckSettings) -> NDArray[np.bool_]:
     """Where each joint is faster than where it may stick, shape (S, n)."""
     speed = np.abs(probe.motion.qd)
