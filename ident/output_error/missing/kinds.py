@@ -6,6 +6,7 @@ from ident.output_error.search import parts
 from ident.output_error.search.parts import Part
 
 _GIVE = ("compliance", "lag", "link_armature")
+_BEHIND = "link_armature of the rotor's inertia is the link's"
 
 
 @dataclass(frozen=True)
@@ -46,13 +47,14 @@ KINDS = (
         "backlash",
         parts.HALF_PLAY,
         ("half_play", *_GIVE),
-        "no torque passes the gears while |q_rotor,j - q_j| < half_play (half the backlash)",
+        "no torque passes the gears while |q_rotor,j - q_j| < half_play (half the backlash); by d"
+        f" farther, d + lag dd/dt = compliance tau_j; {_BEHIND}",
     ),
     EffectKind(
         "joint_elasticity",
         parts.COMPLIANCE,
         _GIVE,
-        "q_rotor,j - q_j + lag d(q_rotor,j - q_j)/dt = compliance tau_j",
+        f"q_rotor,j - q_j + lag d(q_rotor,j - q_j)/dt = compliance tau_j; {_BEHIND}",
     ),
     EffectKind("torque_offset", parts.OFFSET, ("offset",), "tau_j += offset"),
     EffectKind(
