@@ -133,7 +133,8 @@ def joint_units(torque: str) -> tuple[str, str]:
 
 def quantity_text(name: str) -> str:
     """A parameter of an effect in print."""
-    return {"half_play": "half the backlash"}.get(name, name.replace("_", " "))
+    words = {"half_play": "half the backlash", "link_armature": "rotor's part behind the gears"}
+    return words.get(name, name.replace("_", " "))
 
 
 def input_words(content: Content) -> list[str]:

@@ -157,7 +157,7 @@ def _effects(report: ServoGap) -> list[Block]:
     for e in report.content["effects"]:
         what = f"{report.title(e['name'])}, {report.of(e['joints'])}"
         signature, facts = report.signature(e["name"]), e["evidence"]
-        blocks.append(Text(f"{what[0].upper()}{what[1:]}. In the simulation: `{e['equation']}`."))
+        blocks.append(Text(f"{what[0].upper()}{what[1:]}. In the simulation: `{e['equation']}`"))
         if signature:
             blocks.append(Text(f"How it shows in general: {signature}."))
         gain, asked = (number(facts[f"{k}_nats_per_sample"], 2) for k in ("gain", "asked"))
