@@ -119,8 +119,7 @@ def _samples(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
     """What can be told from stamps, samples, and ranges."""
     found, remarks = [], []
     for one in data:
-        readings = in_degrees(arm.robot, one, bounds)
-        joints = _likelier(arm, one, readings)
+        joints = _likelier(arm, one, in_degrees(arm.robot, one, bounds))
         if joints.any():
             one = _in_rad(one, joints & ~arm.robot.sliding)
             remarks.append(degrees_remark(one, arm.robot, joints))
@@ -140,8 +139,6 @@ def _samples(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
 
 def _likelier(arm: Arm, data: Dataset, readings: Sequence[NDArray[np.bool_]]) -> NDArray[np.bool_]:
     """The joints in degrees with which the arm's model explains most of the torque, shape (n,)."""
-    if not readings:
-        return np.zeros(len(arm.robot.joint_names), dtype=bool)
 
     def error(joints: NDArray[np.bool_]) -> float:
         one = _in_rad(data, joints & ~arm.robot.sliding)

@@ -33,22 +33,22 @@ _MOVES = 0.1
 def in_degrees(robot: Robot, data: Dataset, bounds: CheckSettings) -> list[NDArray[np.bool_]]:
     """Joints that may be in degrees, shape (n,) each: all, or only some where the others may not.
 
-    None where positions lie within the URDF's limits, or taken for degrees do not, either. A joint
-    within its limits that would hardly move in degrees may be in rad. Where most joints would
+    No joint is where positions lie within the URDF's limits, or taken for degrees do not, either. A
+    joint within its limits that would hardly move in degrees may be in rad. Where most joints would
     hardly move, those that pass far more than their whole travel may be in degrees, or none.
     """
     low, high = _range(robot, data)
     as_degrees = _beyond(robot, low * _DEGREE, high * _DEGREE, bounds)
     moves = (high - low) * _DEGREE > bounds.hardly_moves_rad
-    beyond = _beyond(robot, low, high, bounds)
+    beyond, none = _beyond(robot, low, high, bounds), np.zeros_like(moves)
     if not beyond.any() or as_degrees[beyond].any():
-        return []
+        return [none]
     if 2 * moves.sum() < data.moving.sum():
         travel = np.asarray(robot.model.upperPositionLimit - robot.model.lowerPositionLimit)
         far = beyond & moves & (high - low > _FAR * travel)
-        return [far, np.zeros_like(far)] if far.any() and (far == beyond).all() else []
+        return [far, none] if (far == beyond).all() else [none]
     if as_degrees.any():
-        return []
+        return [none]
     some = beyond | moves | ~data.moving
     return [np.ones_like(some)] if some.all() else [np.ones_like(some), some]
 

@@ -1,9 +1,37 @@
 """Torque that only the leftover of a fit shows to be out of time."""
 
+import numpy as np
 import pytest
+from scipy.signal import lfilter
+from wrong_inputs import right
 
 from ident.checks.recorder_faults.delay import late_by_fit
 from ident.checks.settings import DEFAULT
+from ident.workflows.run import run_data
+
+
+def low_pass(x, seconds, rate_hz):
+    a = np.exp(-1.0 / (rate_hz * seconds))
+    return lfilter([1 - a], [1, -a], x, axis=0)
+
+
+def delays_told(filtered_s):
+    """What a run says of torque behind a filter, beside a slow torque that is no arm's."""
+    log = right(joints=3, seconds=80.0)
+    rate_hz = 1.0 / np.median(np.diff(log.t))
+    torque = low_pass(log.tau - log.tau[0], filtered_s, rate_hz) + log.tau[0]
+    slow = np.random.default_rng(0).normal(size=log.tau.shape)
+    for _ in range(2):
+        slow = low_pass(slow, 4.0, rate_hz)
+    one = log.with_(tau=torque + 0.35 * log.tau.std(axis=0) * slow / slow.std(axis=0))
+    remarks = run_data(one.arm(), [one.dataset(one.arm())]).content["remarks"]
+    return [r["sentence"] for r in remarks if r["code"] == "late_torque"]
+
+
+def test_a_run_tells_filtered_torque():
+    (said,) = delays_told(0.13)
+    assert "lags the motion by about 0.12 s" in said
+    assert delays_told(1e-6) == []
 
 
 @pytest.mark.parametrize(("seconds", "way"), [(-0.1, "lags"), (0.08, "leads")])
