@@ -11,6 +11,7 @@ from ident.dynamics.parameters import of_joint
 from ident.effects.candidate import Value
 from ident.effects.catalogue import catalogue
 from ident.effects.events import CONTACT, DROPPED_SAMPLES
+from ident.gap.lack_of_fit.remaining_structure import share_of
 from ident.gap.naming.certainty import Certainty, deviations
 from ident.gap.naming.dependence import Dependence
 from ident.gap.results.error_by_term import Step
@@ -248,16 +249,19 @@ def unexplained_content(found: SearchResult) -> list[Content]:
 
 def _unexplained(found: SearchResult, item: UnexplainedStructure) -> Content:
     left = item.structure
-    nearest: dict[str, float] = {}
-    for score in (*found.last_scores, *found.first_scores):
-        if left.joint in score.candidate.rows and score.gain > _LEAST_SHARE * left.gain:
-            nearest.setdefault(score.candidate.effect, score.gain)
+    nearest: dict[str, Content] = {}
+    for score in found.last_scores:
+        tried = score.candidate
+        if left.joint in tried.rows and score.gain > _LEAST_SHARE * left.gain:
+            joints = [j + 1 for j in tried.joints]
+            entry = {"name": tried.effect, "joints": joints, "evidence": score.gain}
+            nearest.setdefault(tried.effect, entry | {"share_of_residual": share_of(score.gain)})
     return {
         "joint": left.joint + 1,
         "depends_on": left.group,
         "share_of_residual": left.share,
         "unexplained": item.share_of_gap,
-        "nearest": [{"name": k, "evidence": v} for k, v in list(nearest.items())[:_NEAREST]],
+        "nearest": list(nearest.values())[:_NEAREST],
     }
 
 

@@ -1,6 +1,7 @@
 """Replay errors of the SO-101's recordings: `ident run --method simulation` beside MuJoCo's own.
 
-Run: .venv/bin/python scripts/benchmarks/hobby_arm.py FOLDER [--seconds S] [--against ROW ...]
+Run: .venv/bin/python scripts/benchmarks/hobby_arm.py FOLDER [--fitted MOTION ...] [--seconds S]
+[--against ROW ...]
 
 FOLDER holds the tables and `so101_new_calib.xml`. Five motions are fitted, the others judged.
 Beside the tool: the published MJCF (old and new published gains) with the best zero and gain of
@@ -151,6 +152,7 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
+    parser.add_argument("--fitted", nargs="+", default=FITTED, help="motions to fit")
     parser.add_argument("--seconds", type=float)
     parser.add_argument("--seed", type=int, default=1)
     rows = [f"{kind}-{how}" for how, kind in itertools.product(("gains", "cma", "sysid"), GAINS)]
@@ -166,13 +168,13 @@ def main() -> None:
             recordings[table.stem] = ident.Recording.from_bag(log)
     names = next(iter(recordings.values())).joints
     parts = {k: segments_of(r.log, names, k) for k, r in recordings.items()}
-    fitted = [s for k in FITTED for s in parts[k]]
-    judged = [s for k in parts if k not in FITTED for s in parts[k]]
+    fitted = [s for k in asked.fitted for s in parts[k]]
+    judged = [s for k in parts if k not in asked.fitted for s in parts[k]]
     start = time.process_time()
     if asked.judge:
         model = read_servo_model(asked.judge)
     else:
-        model = ident.identify(arm, [recordings[k] for k in FITTED], method="simulation").model
+        model = ident.identify(arm, [recordings[k] for k in asked.fitted], method="simulation").model
     spent = time.process_time() - start
     if asked.model:
         model.save(asked.model)

@@ -197,6 +197,11 @@ def _forward(report: GapReport) -> list[Block]:
     return [row_figure(title, caption, quantity, labels, sizes, joined=joined)]
 
 
+def _nearest(report: GapReport, effect: Content) -> str:
+    explained = share(effect["share_of_residual"], 2)
+    return f"{report.title(effect['name'])} at {report.of(effect['joints'])} ({explained})"
+
+
 def _unexplained(report: GapReport) -> list[Block]:
     return _unless_empty(
         "Structure that no effect of the catalogue explains.",
@@ -206,7 +211,7 @@ def _unexplained(report: GapReport) -> list[Block]:
             "what is left depends on": lambda u: u["depends_on"],
             "share of the residual": lambda u: share(u["share_of_residual"], 2),
             "nearest effects": lambda u: (
-                listed([report.title(n["name"]) for n in u["nearest"]]) or DASH
+                listed([_nearest(report, n) for n in u["nearest"]]) or DASH
             ),
         },
     )

@@ -134,8 +134,13 @@ def _what_is_left(report: GapReport, entry: Content) -> str:
     )
     if entry["unexplained"] < _SMALL:
         return f"{left}: less than {share(_SMALL, 1)} of the gap that was there."
-    nearest = [report.title(n["name"]) for n in entry["nearest"]]
-    return left + (f". The nearest of the catalogue: {listed(nearest)}." if nearest else ".")
+    if not entry["nearest"]:
+        return f"{left}."
+    best = entry["nearest"][0]
+    return (
+        f"{left}. The catalogue explains at most {share(best['share_of_residual'], 2)} of it, and"
+        f" not surely: at {report.of(best['joints'])}, {report.title(best['name'])}."
+    )
 
 
 def _experiment(report: GapReport, effect: Content) -> str:

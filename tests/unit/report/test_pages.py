@@ -556,7 +556,9 @@ def test_what_is_left_of_a_closed_gap_is_told_by_its_share_of_it(gap_report, gap
         "joint": 2,
         "depends_on": "the speed of joint 2",
         "share_of_residual": 0.54,
-        "nearest": [{"name": "stribeck", "joints": [2]}],
+        "nearest": [
+            {"name": "stribeck", "joints": [2], "evidence": 0.1, "share_of_residual": 0.18}
+        ],
     }
 
     def told(share: float) -> str:
@@ -566,8 +568,10 @@ def test_what_is_left_of_a_closed_gap_is_told_by_its_share_of_it(gap_report, gap
     assert "depends on the speed of joint 2: less than 2\u202f% of the gap that was there." in told(
         0.001
     )
-    assert "The nearest of the catalogue" not in told(0.001)
-    assert "depends on the speed of joint 2. The nearest of the catalogue" in told(0.3)
+    assert "The catalogue explains" not in told(0.001)
+    more = "depends on the speed of joint 2. The catalogue explains at most 18\u202f% of it"
+    assert more in told(0.3)
+    assert gap_report.of([2]) in told(0.3)
 
 
 def test_effects_of_one_kind_are_told_once(gap_report, gap_content) -> None:
