@@ -174,7 +174,8 @@ def main() -> None:
     if asked.judge:
         model = read_servo_model(asked.judge)
     else:
-        model = ident.identify(arm, [recordings[k] for k in asked.fitted], method="simulation").model
+        told = [recordings[k] for k in asked.fitted]
+        model = ident.identify(arm, told, method="simulation").model
     spent = time.process_time() - start
     if asked.model:
         model.save(asked.model)
