@@ -154,5 +154,5 @@ def identify(
 
 def _known_load(arm: ArmModel, recording: Recording, load: Sequence[float]) -> KnownLoad:
     change = known_change(f"load={','.join(map(str, load))}")
-    one = recorded(recording)
+    one = recorded(recording, arm.robot.joint_names)
     return KnownLoad(dataset_for(arm, summarise_log(one.log, one.name)), change.load)

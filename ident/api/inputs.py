@@ -26,7 +26,7 @@ def checked_arm(arm: object) -> None:
 
 
 def checked(arm: Arm, recordings: Recording | Sequence[Recording]) -> list[Recording]:
-    """One recording or several, as a list.
+    """One recording or several, as a list, with the arm's names of the joints.
 
     Raises:
         DataError: no recording, or something else where an arm or a recording is wanted.
@@ -35,7 +35,7 @@ def checked(arm: Arm, recordings: Recording | Sequence[Recording]) -> list[Recor
     given = [recordings] if isinstance(recordings, Recording | str) else list(recordings)
     if not given:
         raise DataError("No recording was given; at least one is needed.")
-    return [recorded(one) for one in given]
+    return [recorded(one, arm.joints) for one in given]
 
 
 def by_simulation(method: str) -> bool:
@@ -51,14 +51,14 @@ def by_simulation(method: str) -> bool:
     return method == "simulation"
 
 
-def recorded(given: object) -> Recording:
-    """What was given, if it is a recording.
+def recorded(given: object, joints: Sequence[str]) -> Recording:
+    """What was given, if it is a recording, with an arm's names of the joints.
 
     Raises:
         DataError: it is something else.
     """
     if isinstance(given, Recording):
-        return given
+        return given.named_as(joints)
     text = " ".join(reprlib.repr(given).split())
     raise DataError(
         f"{text} is not an ident.Recording; Recording.from_bag(path) reads one, and"

@@ -1,11 +1,12 @@
 """A recording, from arrays or from a ROS 2 bag."""
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from ident.recordings.joint_names import renamed
 from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import JOINT_STATES, Command, read_recording
@@ -29,7 +30,8 @@ class Recording:
         q_command: commanded positions from each instant on [rad], shape (S, n), for
             `identify(.., method="simulation")`; `tau` may then be left out.
         name: used in messages and reports.
-        bag: the bag that it was read from, if any, with the wanted motion and the attached files.
+        bag: the bag that it was read from, if any, with the wanted motion and the attached files; a
+            copy with other arrays (`dataclasses.replace`) has none.
 
     Raises:
         DataError: arrays that do not fit together; the sentence says which, and how.
@@ -50,6 +52,8 @@ class Recording:
             object.__setattr__(self, key, _numbers(getattr(self, key), f"{self.name}: {key}"))
         if not isinstance(self.joints, str):
             object.__setattr__(self, "joints", tuple(self.joints))
+        if self.bag is not None and not self._is_as_read(self.bag):
+            object.__setattr__(self, "bag", None)
         if self.bag is None:
             _check(self)
 
@@ -74,9 +78,8 @@ class Recording:
         """
         bag = read_recording(path, joint_states, joints=joints, torque=False)
         tau, commanded = _torque(bag, str(path))
-        t = (bag.stamp_ns - bag.stamp_ns[0]) / _NS
         names = tuple(bag.joint_names)
-        return cls(t, bag.q, tau, names, commanded=commanded, name=str(path), bag=bag)
+        return cls(_seconds(bag), bag.q, tau, names, commanded=commanded, name=str(path), bag=bag)
 
     @property
     def log(self) -> Log:
@@ -90,6 +93,27 @@ class Recording:
             return Log(self.joints, stamps, self.q, None, None, command)
         command = None if asked is None else Command(stamps, asked, None, None)
         return Log(self.joints, stamps, self.q, None, tau, command)
+
+    def named_as(self, joints: Sequence[str]) -> "Recording":
+        """The recording with an arm's names of its joints, where they are the same beyond doubt.
+
+        Args:
+            joints: of the arm, such as `panda_joint1` where the recording has `fer_joint1`.
+        """
+        pairs = dict(renamed(self.joints, joints, ()))
+        if not pairs:
+            return self
+        names = tuple(pairs.get(name, name) for name in self.joints)
+        bag = None if self.bag is None else replace(self.bag, joint_names=names)
+        return replace(self, joints=names, bag=bag)
+
+    def _is_as_read(self, bag: Log) -> bool:
+        """Whether the arrays are still those of its bag; a copy with others stands alone."""
+        read = {"t": _seconds(bag), "q": bag.q, "tau": _torque(bag, self.name)[0]}
+        if set(self._given()) != {k for k, x in read.items() if x is not None}:
+            return False
+        same = [np.array_equal(getattr(self, k), read[k], equal_nan=True) for k in self._given()]
+        return all(same) and self.joints == tuple(bag.joint_names)
 
     def _given(self) -> list[str]:
         """The arrays that are there."""
@@ -140,6 +164,10 @@ def _check(r: Recording) -> None:
             f"{r.name}: t runs backwards, from {r.t[row]:.6f} s to {r.t[row + 1]:.6f} s at sample"
             f" {row + 1}; sort the samples by time."
         )
+
+
+def _seconds(bag: Log) -> Array:
+    return (bag.stamp_ns - bag.stamp_ns[0]) / _NS
 
 
 def _torque(bag: Log, name: str) -> tuple[Array | None, bool]:

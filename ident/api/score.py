@@ -62,8 +62,8 @@ def score(model: "Model | ServoModel", recording: Recording) -> Score | list[flo
         from ident.api.servos import replay_error  # only now: half a second
 
         return replay_error(model, recording)
-    recording = recorded(recording)
     arm = arm_of(model)
+    recording = recorded(recording, arm.robot.joint_names)
     data = dataset_for(arm, summarise_log(recording.log, recording.name))
     if model.gains_nm_per_a:
         data = data.with_torque_times(np.array(model.gains_nm_per_a))

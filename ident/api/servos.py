@@ -68,7 +68,7 @@ def replay_error(model: ServoModel, recording: Recording) -> list[float]:
     Raises:
         DataError: a recording without commanded positions, or of other joints.
     """
-    recording = recorded(recording)
+    recording = recorded(recording, model.robot.joint_names)
     parts = segments_of(recording.log, model.robot.joint_names, recording.name)
     left = np.concatenate([s.q - model.replay(s) for s in parts])
     return np.sqrt(np.mean(left**2, axis=0)).tolist()

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -88,6 +89,30 @@ def test_a_script_needs_no_thread_limit_of_its_own(arm, arrays) -> None:
 
 def test_a_model_predicts_a_recording_of_python(fit, arrays) -> None:
     assert fit.model.predict(ident.Recording(**arrays)).shape == arrays["q"].shape
+
+
+def test_joints_of_another_prefix_are_the_arms(arm, fit, arrays) -> None:
+    """As on the command line: what leaves no doubt is no reason to ask."""
+    names = [f"left_{name}" for name in arrays["joints"]]
+    other = ident.Recording(**arrays | {"joints": names})
+    errors = [fit.score(one).relative_error_percent for one in (other, ident.Recording(**arrays))]
+    assert errors[0] == errors[1]
+    again = ident.identify(arm, other)
+    assert again.model.robot.joint_names == fit.model.robot.joint_names
+    assert again.error_percent == fit.error_percent
+
+
+def test_a_copy_of_a_bag_with_other_arrays_is_what_its_arrays_say(arrays) -> None:
+    """A script mends what was read and hands that on: what the file holds must not come back."""
+    bag = ident.Recording(**arrays).log
+    q, tau = arrays["q"], arrays["tau"]
+    seconds = (bag.stamp_ns - bag.stamp_ns[0]) / 1e9
+    read = ident.Recording(seconds, q, tau, bag.joint_names, bag=bag)
+    assert read.log is bag
+    assert replace(read, name="the same").log is bag
+    np.testing.assert_array_equal(replace(read, q=-q).log.q, -q)
+    np.testing.assert_array_equal(replace(read, tau=2 * tau).log.effort, 2 * tau)
+    assert replace(read, q_command=q).log.command is not None
 
 
 def test_a_urdf_is_enough(arrays) -> None:
