@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from xml.etree import ElementTree
 
 import numpy as np
-import pinocchio as pin
 
 from ident.model.identified_model import Model
 from ident.signals.arrays import Array
@@ -83,12 +82,9 @@ def links_of(robot: Robot, viscous: Array, coulomb: Array) -> list[Link]:
         for joint in ElementTree.fromstring(robot.urdf).iter("joint")
         if joint.find("child") is not None
     }
-    data = robot.data()
-    pin.computeJointJacobians(robot.model, data, pin.neutral(robot.model))
     links = []
     for k, name in enumerate(robot.joint_names, 1):
-        motion = pin.getJointJacobian(robot.model, data, k, pin.LOCAL)[:, k - 1]
-        slides = bool(np.linalg.norm(motion[:3]) > 0.5)
+        motion, slides = robot.motion_subspaces[k - 1], bool(robot.sliding[k - 1])
         body, above = robot.model.inertias[k], robot.model.parents[k]
         links.append(
             Link(

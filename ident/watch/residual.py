@@ -193,7 +193,7 @@ class Residual:
         for s in range(S):
             pin.computeJointJacobians(model, self._data, q[s])
             J = pin.getJointJacobian(model, self._data, n, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
-            X[s, :, PAYLOAD : PAYLOAD + FORCE] = -J[:3].T
+            X[s, :, PAYLOAD : PAYLOAD + FORCE] = -J.reshape(6, n)[:3].T
         joints, first = np.arange(n), PAYLOAD + FORCE
         for k, values in enumerate((qd, np.sign(qd), np.ones_like(qd))):
             X[:, joints, first + k * n + joints] = values

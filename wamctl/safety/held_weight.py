@@ -145,7 +145,7 @@ def _tools(robot: Robot, data: pin.Data, tool: str) -> Array:
 
 def _weight(robot: Robot, data: pin.Data, joint: int, point: Array) -> Array:
     """Torque that holds a kilogram at a point of a link, shape (n,) [N m]."""
-    jacobian = pin.getJointJacobian(robot.model, data, joint, pin.LOCAL)
+    jacobian = pin.getJointJacobian(robot.model, data, joint, pin.LOCAL).reshape(6, robot.dof)
     turned = data.oMi[joint].rotation
     at_point = turned @ (jacobian[:3] - pin.skew(point) @ jacobian[3:])
     return -at_point.T @ robot.model.gravity.linear

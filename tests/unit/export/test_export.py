@@ -1,6 +1,7 @@
 """Exported arms, loaded by Pinocchio and MuJoCo, against the model's own inverse dynamics."""
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -105,6 +106,11 @@ def crane(**zero: bool) -> Model:
     return identified(robot, np.eye(2), **zero)
 
 
+def mast(**zero: bool) -> Model:
+    """A single joint, as of a servo on a test bench."""
+    return identified(load_robot(SLIDER, ("slew",)), np.eye(1), **zero)
+
+
 def states(model: Model) -> list[NDArray]:
     rng = np.random.default_rng(8)
     return list(rng.uniform(-3, 3, size=(3, STATES, model.robot.dof)))
@@ -146,10 +152,13 @@ def relative(one: NDArray, other: NDArray) -> float:
     return float(np.abs(one - other).max() / np.abs(other).max())
 
 
-@pytest.mark.parametrize("arm", ["wam", "crane"])
-def test_urdf_gives_the_same_torque_in_pinocchio(arm: str) -> None:
-    options = {"offset": False, "rotor_inertia": False, "motor_friction": False}
-    model = identified(*wam(), **options) if arm == "wam" else crane(**options)
+def whole_wam(**zero: bool) -> Model:
+    return identified(*wam(), **zero)
+
+
+@pytest.mark.parametrize("arm", [whole_wam, crane, mast])
+def test_urdf_gives_the_same_torque_in_pinocchio(arm: Callable[..., Model]) -> None:
+    model = arm(offset=False, rotor_inertia=False, motor_friction=False)
     loaded = pin.buildModelFromXML(to_urdf(model))
     assert tuple(n for n in loaded.names if n != "universe") == model.robot.joint_names
     loaded.gravity = model.robot.model.gravity
@@ -161,9 +170,9 @@ def test_urdf_gives_the_same_torque_in_pinocchio(arm: str) -> None:
     assert relative(torque, model.inverse_dynamics(q, qd, qdd)) < 1e-9
 
 
-@pytest.mark.parametrize("arm", ["wam", "crane"])
-def test_mjcf_gives_the_same_torque_in_mujoco(arm: str) -> None:
-    model = identified(*wam()) if arm == "wam" else crane()
+@pytest.mark.parametrize("arm", [whole_wam, crane, mast])
+def test_mjcf_gives_the_same_torque_in_mujoco(arm: Callable[..., Model]) -> None:
+    model = arm()
     q, qd, qdd = states(model)
     torque = mujoco_torque(to_mjcf(model), q, qd, qdd) + coulomb(model, qd)
     assert relative(torque, model.inverse_dynamics(q, qd, qdd)) < 1e-9
