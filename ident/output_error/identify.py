@@ -66,8 +66,8 @@ def identify_by_simulation(arm: Arm, segments: Sequence[MotionSegment], tell: Te
     parts = _parts(arm.servo, arm.source)
     settings = SearchSettings()
     begun, base = begun_with_delay(prepared(arm, segments), settings)
-    early = answers_early(begun, base, settings)
     search = selected(begun, base, parts, settings, tell)
+    early = answers_early(begun, base, settings) and answers_early(begun, search, settings)
     best, known = _of_all(begun, search, tell)
     if vague := [a for a in search.accepted if is_vague(a, known, settings)]:
         search = without_parts(search, base.fit, vague, begun, settings)

@@ -65,6 +65,7 @@ QUANTITIES = (
     Quantity("link_friction", "1", 0.0, 1.0, 0.0, 0.1, "its part behind gears that give"),
     Quantity("speed_gain", "N m s/rad", 0.0, 1e4, 0.0, 0.1, "torque of the servo per speed"),
     Quantity("link_armature", "1", 0.0, 0.9, 0.0, 0.1, "armature's part behind gears that give"),
+    Quantity("load_side", "1", 0.0, 1.0, 1.0, 1.0, "whose load: 1 the driving side, 0 the link"),
 )
 """In the order of the rows of a settings array, shape (quantities, n)."""
 
@@ -80,6 +81,7 @@ LATER = {
     "speed_gain": 0.0,
     "link_armature": 0.0,
     "stribeck_exponent": 2.0,
+    "load_side": 0.0,
 }
 """Quantities that files of the first version may lack, and what they were then."""
 

@@ -28,6 +28,7 @@ from ident.output_error.servo import (
     LINK_ARMATURE,
     LINK_FRICTION,
     LOAD_FRICTION,
+    LOAD_SIDE,
     NO_PROFILE,
     OFFSET,
     PRESLIDING,
@@ -125,9 +126,10 @@ def simulate(chain, delta, settings, at_link, motion, step, out):
                         aim = goal[i]
                         rate = planned(p, i, wanted, goal, pace, h)
                         wanted = aim
-                    torque[i] = servo(p, i, wanted - here, rate, integral, h) - p[OFFSET, i]
+                    given = servo(p, i, wanted - here, rate, integral, h)
+                    torque[i] = given - p[OFFSET, i]
                     torque[i] -= speed_torque(p, i, speed[i], slowing[i], share[i])
-                    level[i] = h * dry_friction(p, i, speed[i], bias[i])
+                    level[i] = h * dry_friction(p, i, speed[i], passing(p, i, bias[i], given))
                     momentum[i] = -h * (bias[i] + p[SPRING, i] * q[i])
                     for j in range(n):
                         momentum[i] += mass[i, j] * v[j]
@@ -225,9 +227,18 @@ def damped(p, loose, mass, a, slowing, share, turning, h):
 
 
 @compiled
+def passing(p, i, link, motor):
+    """Torque that passes the gears, which their friction is in proportion to [N m].
+
+    Of the two sides' torques that of the one that drives is the larger, by the gears' losses.
+    """
+    return abs(link) + p[LOAD_SIDE, i] * max(abs(motor) - abs(link), 0.0)
+
+
+@compiled
 def dry_friction(p, i, speed, load):
     """Torque that dry friction may take at most [N m]."""
-    dry = p[COULOMB, i] + p[LOAD_FRICTION, i] * abs(load)
+    dry = p[COULOMB, i] + p[LOAD_FRICTION, i] * load
     if p[STRIBECK, i] > 0.0:
         slow = abs(speed) / p[STRIBECK_SPEED, i]
         dry += p[STRIBECK, i] * np.exp(-(slow ** p[STRIBECK_EXPONENT, i]))

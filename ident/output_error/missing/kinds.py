@@ -41,7 +41,9 @@ KINDS = (
         "load_dependent_friction",
         parts.LOAD_FRICTION,
         ("coefficient",),
-        "tau_j += coefficient |tau_gravity,j| sgn(qd_j)",
+        "tau_j += coefficient (|tau_link,j| + driving_side max(|tau_motor,j| - |tau_link,j|, 0))"
+        " sgn(qd_j), tau_link,j by gravity and speeds",
+        "driving_side",
     ),
     EffectKind(
         "backlash",

@@ -1,12 +1,13 @@
 """The verdict: which effects are sure, and whether something is left that none explains."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ident.output_error.fit import Fit
 from ident.output_error.identify import fit_of_all
-from ident.output_error.judging import typical
+from ident.output_error.judging import explained, sureness, typical
 from ident.output_error.missing.forms import middle_form
 from ident.output_error.missing.search import Search
 from ident.output_error.parameters import ROW
@@ -14,8 +15,10 @@ from ident.output_error.prepared import Prepared
 from ident.output_error.search.confirmation import Confirmation, confirmed, doubt, without_parts
 from ident.output_error.search.selection import Accepted, clearly_off
 from ident.output_error.search.settings import SearchSettings
+from ident.output_error.search.trial import Trial
 from ident.output_error.uncertainty import Knowledge, knowledge
 from ident.regression.progress import Tell
+from ident.signals.arrays import Array
 
 
 @dataclass(frozen=True)
@@ -33,11 +36,20 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Suspected:
-    """An effect that helps and is not sure enough to be named: why not."""
+    """An effect that helps and is not sure enough to be named.
+
+    Attributes:
+        effect, evidence: as of a named one.
+        doubt: why it is not named.
+        settings: of the arm with it, shape (quantities, n).
+        sd: their standard deviations, in the same units; NaN where not known.
+    """
 
     effect: Accepted
     evidence: Evidence
     doubt: str
+    settings: Array
+    sd: Array
 
 
 @dataclass(frozen=True)
@@ -95,12 +107,13 @@ def outcome(begun: Prepared, found: Search, settings: SearchSettings, tell: Tell
     tell("confirming each effect beside the others")
     after, known, evidence = _known(begun, found, settings, tell)
     pairs = [(a, e, _doubt(e, settings)) for a, e in zip(found.effects, evidence, strict=True)]
-    suspected = tuple(Suspected(*each) for each in pairs if each[2])
+    suspected = tuple(Suspected(*each, after.settings, known.sd) for each in pairs if each[2])
     if suspected:
         base, doubted = found.base.fit, [s.effect for s in suspected]
         found = replace(found, end=without_parts(found.end, base, doubted, begun, settings))
         after, known, evidence = _known(begun, found, settings, tell)
     left = _left(found, begun, settings)
+    suspected = suspected or _nearly_sure(found, [x.joint for x in left], settings)
     before = fit_of_all(begun, found.base.fit, tell) if found.effects else after
     kind = _kind(found.effects, left)
     return Outcome(kind, found, found.effects, evidence, suspected, left, before, after, known)
@@ -135,6 +148,38 @@ def _doubt(evidence: Evidence, settings: SearchSettings) -> str:
     if evidence.deviations < settings.sure_size:
         return f"its size is only {evidence.deviations:.1f} standard deviations from nothing"
     return doubt(evidence.beside, settings)
+
+
+def _nearly_sure(
+    found: Search, joints: Sequence[int], settings: SearchSettings
+) -> tuple[Suspected, ...]:
+    """What explains most of what is left at some joints, if it helps at all surely."""
+    errors, made = found.end.errors, []
+    for joint in joints:
+        helping = [
+            t
+            for t in found.end.tried
+            if t.part in found.asked
+            and t.places[joint]
+            and t.gain[joint] >= found.least(t.part, settings)
+            and sureness(errors, t.errors)[joint] >= settings.apart
+        ]
+        if helping:
+            best = max(helping, key=lambda t: float(t.gain[joint]))
+            made.append(_unsure(best, joint, found, settings))
+    return tuple(made)
+
+
+def _unsure(trial: Trial, joint: int, found: Search, settings: SearchSettings) -> Suspected:
+    sure, size = (float(of(found.end.errors, trial.errors)[joint]) for of in (sureness, explained))
+    own, least = float(trial.gain[joint]), found.least(trial.part, settings)
+    return Suspected(
+        Accepted(trial.part, joint, own, least, size, None, ()),
+        Evidence(Confirmation((own,), (sure,), sure), np.nan),
+        f"it helps by {sure:.1f} standard errors over stretches of time only",
+        trial.fit.settings,
+        np.full_like(trial.fit.settings, np.nan),
+    )
 
 
 def _left(found: Search, begun: Prepared, settings: SearchSettings) -> tuple[Left, ...]:

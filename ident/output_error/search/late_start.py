@@ -9,11 +9,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.output_error.judging import gain
+from ident.output_error.fit import fit
+from ident.output_error.judging import gain, left_out, sureness_of_all
 from ident.output_error.parameters import ROW
 from ident.output_error.prepared import Prepared, searched
+from ident.output_error.search.parts import BASE
 from ident.output_error.search.selection import Selection, bare
 from ident.output_error.search.settings import SearchSettings
+from ident.output_error.setup import Setup
+from ident.signals.arrays import Array
 
 _DELAYS_S = (0.05, 0.08, 0.12, 0.2, 0.3)
 _NO_DELAY_S = 2e-3
@@ -41,29 +45,46 @@ def begun_with_delay(begun: Prepared, settings: SearchSettings) -> tuple[Prepare
     return best
 
 
-def answers_early(begun: Prepared, base: Selection, settings: SearchSettings) -> float:
+def answers_early(begun: Prepared, found: Selection, settings: SearchSettings) -> float:
     """How much earlier the commands should have been stamped [s]; 0: no delay is below nothing.
 
     Only asked where no joint shows a delay: commands that are stamped late are then taken to act at
-    once.
+    once. A part that the arm has and the model lacks may look the same.
 
     Args:
         begun: arm and recordings.
-        base: the arm with what every joint has.
+        found: the arm with what it was found to have.
         settings: numbers that decide.
     """
     asked = begun.may[ROW["delay"]]
-    if not asked.any() or (base.fit.settings[ROW["delay"], asked] > _NO_DELAY_S).any():
+    if not asked.any() or (found.fit.settings[ROW["delay"], asked] > _NO_DELAY_S).any():
         return 0.0
-    best, errors = 0.0, base.errors
+    best, errors = 0.0, found.errors
     for earlier in _EARLIER_S:
         segments = tuple(
             replace(s, motion=s.motion._replace(stamp=s.motion.stamp - earlier))
             for s in begun.setup.segments
         )
-        tried = replace(begun, setup=replace(begun.setup, segments=segments))
-        found = bare(searched(tried.setup), tried, settings.fit_rounds)
-        if np.mean(gain(errors, found.errors)[asked]) < _CLEARLY:
+        setup = searched(replace(begun.setup, segments=segments))
+        tried = _fitted_anew(setup, begun, found, settings)
+        sure = sureness_of_all(found.errors[:, asked], tried[:, asked]) > settings.sure_size
+        if not sure or np.mean(gain(errors, tried)[asked]) < _CLEARLY:
             break
-        best, errors = earlier, found.errors
+        best, errors = earlier, tried
     return best
+
+
+def _fitted_anew(
+    setup: Setup, begun: Prepared, found: Selection, settings: SearchSettings
+) -> Array:
+    """Errors of blocks that are left out by the better of two fits, shape (B, n).
+
+    One begins with the arm as it was found, one with the first guess of what every joint has.
+    """
+    fresh, basic = found.fit.settings.copy(), [ROW[name] for name in BASE]
+    fresh[basic] = begun.start[basic]
+    made = []
+    for start in (found.fit.settings, fresh):
+        tried = fit(setup, start, found.fit.free, begun.prior, settings.fit_rounds)
+        made.append(left_out(setup, tried, begun.prior))
+    return max(made, key=lambda errors: float(gain(found.errors, errors).sum()))

@@ -72,7 +72,9 @@ INTEGRAL = Part("integral", ("integral",), (0.3, 1.0, 4.0), "stiffness", True, T
 DEAD_ZONE = Part("dead_zone", ("dead_zone",), (2e-3, 5e-3), "", True, True)
 
 ENCODER_OFFSET = Part("encoder_offset", ("zero",), (-0.2, -0.05, 0.05, 0.2))
-LOAD_FRICTION = Part("load_friction", ("load_friction",), (0.05, 0.15, 0.4))
+LOAD_FRICTION = Part(
+    "load_friction", ("load_friction",), (0.05, 0.15, 0.4), form="load_side", forms=(1.0, 0.0)
+)
 STRIBECK = Part(
     "stribeck",
     ("stribeck", "stribeck_speed"),

@@ -33,9 +33,13 @@ def gap_content(begun: Prepared, done: Outcome, settings: SearchSettings) -> Con
     return {
         "method": "simulation",
         "verdict": done.kind,
-        "effects": [_effect(a, e, done) for a, e in zip(done.effects, done.evidence, strict=True)],
+        "effects": [
+            _effect(a, e, done, done.after.settings, done.known.sd)
+            for a, e in zip(done.effects, done.evidence, strict=True)
+        ],
         "suspected": [
-            _effect(s.effect, s.evidence, done) | {"doubt": s.doubt, "in_model": False}
+            _effect(s.effect, s.evidence, done, s.settings, s.sd)
+            | {"doubt": s.doubt, "in_model": False}
             for s in done.suspected
         ],
         "where": _where(begun.setup, done),
@@ -67,7 +71,7 @@ def gap_content(begun: Prepared, done: Outcome, settings: SearchSettings) -> Con
     }
 
 
-def _effect(a: Accepted, found: Evidence, done: Outcome) -> Content:
+def _effect(a: Accepted, found: Evidence, done: Outcome, settings: Array, sd: Array) -> Content:
     deviations, beside = found.deviations, found.beside
     evidence: Content = {
         "gain_nats_per_sample": a.gain,
@@ -86,7 +90,7 @@ def _effect(a: Accepted, found: Evidence, done: Outcome) -> Content:
     return {
         "name": effect_name(a.part),
         "joints": [a.joint + 1],
-        "parameters": _parameters(a, done),
+        "parameters": _parameters(a, settings, sd),
         "equation": KIND_OF[a.part].equation,
         "evidence": evidence,
         "rivals": [
@@ -97,16 +101,16 @@ def _effect(a: Accepted, found: Evidence, done: Outcome) -> Content:
     }
 
 
-def _parameters(a: Accepted, done: Outcome) -> Content:
+def _parameters(a: Accepted, settings: Array, sds: Array) -> Content:
     found = {}
     kind = KIND_OF[a.part]
     named = list(zip(a.part.quantities, kind.reported, strict=True))
     named += [(a.part.form, kind.reported_form)] if a.part.form else []
     for quantity, name in named:
         row = ROW[quantity]
-        sd = float(done.known.sd[row, a.joint])
+        sd = float(sds[row, a.joint])
         found[name] = {
-            "value": float(done.after.settings[row, a.joint]),
+            "value": float(settings[row, a.joint]),
             "sd": sd if np.isfinite(sd) else None,
             "unit": QUANTITIES[row].unit,
         }

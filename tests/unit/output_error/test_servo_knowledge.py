@@ -76,7 +76,7 @@ def test_a_joint_that_lifts_knows_them():
 def test_a_setting_on_its_bound_has_a_derivative(at):
     setup, settings = recorded(-9.81, 4.0)
     row = ROW["load_friction"]
-    settings[row] = getattr(QUANTITIES[row], at)
+    settings[row], settings[ROW["load_side"]] = getattr(QUANTITIES[row], at), 0.0
     free = np.zeros(settings.shape, dtype=bool)
     free[row] = True
     far, near = (columns(setup, settings, free, reach) for reach in (1.0, NEAR))
