@@ -79,7 +79,7 @@ def gap(
             from ident.workflows.output_error.gap import gap_simulation
 
             unfit = {"--model": wanted.model, "--with-suspected": wanted.with_suspected}
-            refuse_with_simulation([name for name, value in unfit.items() if value])
+            refuse_with_simulation([name for name, value in unfit.items() if value], remarks)
             settings = SearchSettings(null_runs=wanted.null_runs)
             if method is Method.SIMULATION and are_driven(logs, robot, reading):
                 text, sentences = gap_driven(logs, robot, out, reading, settings, tell)

@@ -11,7 +11,7 @@ import typer
 import yaml
 from pydantic import BaseModel
 
-from ident.checks.remark import speaks_against_input, verdict_said
+from ident.checks.remark import Remark, speaks_against_input, verdict_said
 from wamctl.arm.command_line import next_step, shipped_names
 from wamctl.arm.config import IdentificationSection
 from wamctl.arm.errors import ConfigurationError, did_you_mean
@@ -183,16 +183,21 @@ def rules_of(renames: list[str] | None) -> tuple[tuple[str, str], ...]:
     return tuple(rules)
 
 
-def refuse_with_simulation(given: Sequence[str]) -> None:
+def refuse_with_simulation(given: Sequence[str], remarks: Sequence[Remark] = ()) -> None:
     """Options of the regression say nothing to a simulation.
+
+    Args:
+        given: the options.
+        remarks: why the simulation was chosen, if nobody asked for it.
 
     Raises:
         ConfigurationError: some were given.
     """
     if given:
-        raise ConfigurationError(
-            "--method simulation", [f"{', '.join(given)} belongs to the regression; leave it out"]
-        )
+        why = " ".join(r.finding for r in remarks)
+        belongs = f"{', '.join(given)} belongs to the regression; leave it out"
+        or_ask = f"{belongs}, or ask for it (--method regression). {why.rstrip('.')}"
+        raise ConfigurationError("--method simulation", [or_ask if remarks else belongs])
 
 
 def verdict_printed(content: Mapping[str, Any], verdict: str = "verdict") -> None:

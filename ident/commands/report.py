@@ -49,6 +49,12 @@ def _content(folder: Path) -> dict[str, Any]:
         ) from error
     except ValueError as error:
         raise DataError(f"{path} is no JSON ({error}): run `ident run` again.") from error
+    if isinstance(content, dict) and content.get("method") == "simulation":
+        raise DataError(
+            f"{path} holds servos that were identified by simulation, and two results of the"
+            " regression are compared; `ident validate` tells how far each model is from a"
+            " recording."
+        )
     if not isinstance(content, dict) or "base_parameters" not in content:
         raise DataError(f"{path} is no result of `ident run`: it has no base parameters.")
     return content

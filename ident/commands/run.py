@@ -89,7 +89,7 @@ def run(
                 refuse_with_simulation(unfit)
                 text = run_logs(logs, robot, out, reading, tell, further=driven_run, **changes)
             else:
-                refuse_with_simulation([*unfit, *(f"--set {name}" for name in changes)])
+                refuse_with_simulation([*unfit, *(f"--set {name}" for name in changes)], remarks)
                 text = run_simulation(logs, robot, out, reading, tell, remarks)
         else:
             text = run_logs(logs, robot, out, reading, tell, fit.effects, fit.load, **changes)

@@ -123,6 +123,7 @@ def automatic(thresholds: Array, slow: Curve, random: Curve) -> float:
     condition number by more than 5 % are out.
     """
     usable = slow.condition <= _MOST_CONDITION * slow.condition[0]
-    gain = np.where(usable, 1 - slow.mse / random.mse, 0.0)
+    usable &= random.mse > 0.0
+    gain = np.where(usable, 1 - slow.mse / np.where(usable, random.mse, 1.0), 0.0)
     enough = gain >= _SHARE_OF_GAIN * gain.max()
     return float(thresholds[int(np.argmax(enough))]) if gain.max() > 0 else float(thresholds[0])

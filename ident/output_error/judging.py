@@ -12,6 +12,7 @@ import numpy as np
 
 from ident.output_error.coordinates import bounds
 from ident.output_error.fit import Fit
+from ident.output_error.parameters import QUANTITIES
 from ident.output_error.setup import MEMORY_S, Prior, Setup
 from ident.output_error.slopes import columns
 from ident.signals.arrays import Array
@@ -21,6 +22,10 @@ BLOCK_S = 1.0
 
 _TOGETHER = 2
 """Blocks that are left out at once: what is beside them would tell of them."""
+
+_FIRST_ORDER = 1.0
+"""Change of a setting's logarithm up to which a simulation's first order says where it goes: a
+limit that the rest of a recording never reaches would leave it without end."""
 
 _TINY = 1e-30
 
@@ -40,6 +45,7 @@ def left_out(setup: Setup, found: Fit, prior: Prior) -> Array:
     pairs, edges = np.argwhere(found.free), blocks(setup)
     made = columns(setup, found.settings, found.free)
     low, high = bounds()
+    logs = np.array([QUANTITIES[row].scale == 0.0 for row in pairs[:, 0]])
     loose = ((low < found.settings) & (found.settings < high))[found.free]
     starts = edges[:-1:_TOGETHER]
     errors = np.empty((len(edges) - 1, found.settings.shape[1]))
@@ -50,7 +56,9 @@ def left_out(setup: Setup, found: Fit, prior: Prior) -> Array:
         hessian = J @ J.T + np.diag(share * prior.sd[pairs[mine, 0], j] ** -2.0)
         for a, b in itertools.pairwise([*starts, edges[-1]]):
             own = J[:, a:b]
-            left[a:b] += own.T @ np.linalg.solve(hessian - own @ own.T, own @ r[a:b])
+            step = np.linalg.solve(hessian - own @ own.T, own @ r[a:b])
+            farthest = np.abs(step[logs[mine]]).max(initial=_FIRST_ORDER)
+            left[a:b] += _FIRST_ORDER / farthest * own.T @ step
         errors[:, j] = np.add.reduceat(left**2, edges[:-1]) / np.diff(edges)
     return np.maximum(errors, setup.resolution**2 / 12.0)
 

@@ -42,6 +42,7 @@ class Prepared:
         prior: what is believed before the data; its centre is the first guess.
         may: what may be fitted, shape (quantities, n): not what is known, nor joints at rest.
         moving: which joints moved, shape (n,).
+        begins: what the arm's file says where to begin with, shape (quantities, n); nothing: None.
     """
 
     arm: Arm
@@ -49,6 +50,7 @@ class Prepared:
     prior: Prior
     may: NDArray[np.bool_]
     moving: NDArray[np.bool_]
+    begins: NDArray[np.bool_] | None = None
 
     @property
     def start(self) -> Array:
@@ -88,7 +90,8 @@ def prepared(arm: Arm, segments: Sequence[MotionSegment]) -> Prepared:
         resolution_of(segments),
     )
     fixed = _given(arm.servo.fixed, n, arm.source)
-    known = np.where(np.isnan(fixed), _given(arm.servo.first, n, arm.source), fixed)
+    first = _given(arm.servo.first, n, arm.source)
+    known = np.where(np.isnan(fixed), first, fixed)
     start = first_guess(setup, known, same_servo=arm.servo.same_servo)
     alike = np.full(len(QUANTITIES), np.inf)
     if arm.servo.same_servo:
@@ -96,7 +99,7 @@ def prepared(arm: Arm, segments: Sequence[MotionSegment]) -> Prepared:
     may = np.isnan(fixed) & moving
     may[ROW["zero"]] &= _weight(setup) > _LEAST_WEIGHT
     prior = Prior(start, np.full(start.shape, _SD), alike)
-    return Prepared(arm, setup, prior, may, moving)
+    return Prepared(arm, setup, prior, may, moving, ~np.isnan(first))
 
 
 def searched(setup: Setup) -> Setup:

@@ -2,7 +2,9 @@
 
 Stribeck friction falls with speed as a bell, or from a peak at rest (exponents of 0.5 to 2:
 Armstrong-Helouvry, Dupont, Canudas de Wit 1994). Near rest, where these differ most, servos stick
-and encoders show no motion: the size at rest is known no better than the form is.
+and encoders show no motion: the size at rest is known no better than the form is. Friction by the load
+of the link, or of the side that drives, differs wherever something moves: a form that fits worse is
+out.
 """
 
 from collections.abc import Sequence
@@ -52,7 +54,8 @@ def middle_form(
         alike = [one for one in tried if one.cost <= least + settings.alike_forms]
         found = alike[(len(alike) - 1) // 2]
         row, most = ROW[part.quantities[0]], np.exp(settings.near_forms) * found.rms[joint]
-        sizes = [one.settings[row, joint] for one in tried if one.rms[joint] <= most]
+        near = alike if part.unlike else [one for one in tried if one.rms[joint] <= most]
+        sizes = [one.settings[row, joint] for one in near]
         away = np.abs(np.array(sizes) - found.settings[row, joint])
         spread[row, joint] = _RECTANGLE * away.max()
     return found, spread

@@ -25,6 +25,7 @@ class Part:
         instead: quantity that grows where the part is left out, because it lags alike.
         form: quantity that is no size, and says which of its forms the part has.
         forms: its values, in order.
+        unlike: whether these differ so much that each is fitted where the part is tried.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Part:
     instead: str = ""
     form: str = ""
     forms: tuple[float, ...] = ()
+    unlike: bool = False
 
     @property
     def felt_elsewhere(self) -> bool:
@@ -73,7 +75,12 @@ DEAD_ZONE = Part("dead_zone", ("dead_zone",), (2e-3, 5e-3), "", True, True)
 
 ENCODER_OFFSET = Part("encoder_offset", ("zero",), (-0.2, -0.05, 0.05, 0.2))
 LOAD_FRICTION = Part(
-    "load_friction", ("load_friction",), (0.05, 0.15, 0.4), form="load_side", forms=(1.0, 0.0)
+    "load_friction",
+    ("load_friction",),
+    (0.05, 0.15, 0.4),
+    form="load_side",
+    forms=(1.0, 0.0),
+    unlike=True,
 )
 STRIBECK = Part(
     "stribeck",

@@ -64,8 +64,25 @@ def trials(
         for group in np.diag(places) if apart else [places]:
             if not group.any():
                 continue
-            began = scanned(setup, best, part, group, prior, alike=same_servo and part.common)
+            alike = same_servo and part.common
+            began = [
+                start
+                for origin in _forms(best, part, group)
+                for start in scanned(setup, origin, part, group, prior, alike=alike)
+            ]
             made.append(_tried(setup, best, judged, part, group, began, prior, settings.fit_rounds))
+    return made
+
+
+def _forms(best: Fit, part: Part, places: Places) -> list[Fit]:
+    """The arm so far, with each form of a part whose forms are too unlike to be told afterwards."""
+    if not part.unlike:
+        return [best]
+    made = []
+    for form in part.forms:
+        settings = best.settings.copy()
+        settings[ROW[part.form], places] = form
+        made.append(replace(best, settings=settings))
     return made
 
 

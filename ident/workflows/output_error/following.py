@@ -78,6 +78,27 @@ def no_better_remark(places: NDArray[np.intp], names: Sequence[str], where: str)
     return Remark("large_error", numbers(places), text, Grade.DOUBTFUL, advice)
 
 
-def on_any_data(places: NDArray[np.intp], names: Sequence[str]) -> Remark:
-    """The same of what was fitted and of what was not."""
-    return no_better_remark(places, names, "On held-out segments or along all recordings,")
+def fit_remarks(
+    fitted: Array, left_out: Array, traces: Sequence[ServoTrace], resolution: Array,
+    moving: NDArray[np.bool_], names: Sequence[str],
+) -> list[Remark]:  # fmt: skip
+    """What is said of joints that the model does not follow, or only where it was fitted.
+
+    Args:
+        fitted: error along all recordings [rad], shape (n,).
+        left_out: error of stretches of time that are left out [rad], shape (n,).
+        traces: the recordings.
+        resolution: smallest step of the positions [rad], shape (n,).
+        moving: the joints that are judged, shape (n,).
+        names: of the joints.
+    """
+    bad, unlike = (hardly_better(e, traces, resolution, moving) for e in (fitted, left_out))
+    said = [no_better_remark(bad, names, "Along all recordings,")] if len(bad) else []
+    if len(unlike := np.setdiff1d(unlike, bad)):
+        text = (
+            f"The model follows {joints(unlike, names)}, but not in stretches of time that are left"
+            " out: some show what no other does, such as a limit of speed or torque."
+        )
+        advice = "Record more of such motion, and fit it together with these recordings."
+        said.append(Remark("poor_motion", numbers(unlike), text, Grade.DOUBTFUL, advice))
+    return said

@@ -5,8 +5,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from ident.checks.remark import Remark, verdict_content
 from ident.model.arm import Arm
 from ident.output_error.identify import model_of
@@ -25,7 +23,7 @@ from ident.report.page import render
 from ident.report.servos.gap_page import ServoGap, servo_gap_page, verdict_sentences
 from ident.report.servos.run_page import ServoTrace
 from ident.workflows.output_error.commands import command_remarks
-from ident.workflows.output_error.following import hardly_better, on_any_data
+from ident.workflows.output_error.following import fit_remarks
 from ident.workflows.output_error.gap_json import gap_content
 from ident.workflows.output_error.logs import glitch_remarks, read_commanded
 from ident.workflows.work import Search, provenance
@@ -122,10 +120,12 @@ def gap_of_servos(
 
 def _of_commands(begun: Prepared, done: Outcome) -> list[Remark]:
     """What is said of commands, and of joints that the model with the effects does not follow."""
-    worst = np.maximum(rms(done.search.end.errors), done.after.rms)
     made = zip(begun.setup.segments, begun.setup.replay(done.after.settings), strict=True)
     traces = [ServoTrace.of(s, q) for s, q in made]
-    bad = hardly_better(worst, traces, begun.setup.resolution, begun.moving)
-    names = begun.arm.robot.joint_names
-    said = command_remarks(traces, begun.moving, names)
-    return [*said, on_any_data(bad, names)] if len(bad) else said
+    names, fitted, left_out = (
+        begun.arm.robot.joint_names,
+        done.after.rms,
+        rms(done.search.end.errors),
+    )
+    judged = fitted, left_out, traces, begun.setup.resolution, begun.moving, names
+    return [*command_remarks(traces, begun.moving, names), *fit_remarks(*judged)]

@@ -22,7 +22,7 @@ from ident.report.page import render
 from ident.report.servos.run_page import ServoTrace, servo_page
 from ident.signals.arrays import Array
 from ident.workflows.output_error.commands import command_remarks, early_remarks, zero_remarks
-from ident.workflows.output_error.following import following, hardly_better, on_any_data
+from ident.workflows.output_error.following import fit_remarks, following
 from ident.workflows.output_error.logs import glitch_remarks, read_commanded
 from ident.workflows.run_json import numbers
 from ident.workflows.work import Work, provenance
@@ -137,10 +137,8 @@ def _remarks(found: Found, names: Sequence[str]) -> list[Remark]:
     said += zero_remarks(found.model, found.moving)
     if not any(r.code == "commands" for r in said):
         said += early_remarks(found.early_s)
-    worst = np.maximum(rms(found.search.errors), found.fit.rms)
-    bad = hardly_better(worst, traces(found), found.model.resolution, found.moving)
-    if len(bad):
-        said.append(on_any_data(bad, names))
+    errors = found.fit.rms, rms(found.search.errors)
+    said += fit_remarks(*errors, traces(found), found.model.resolution, found.moving, names)
     if stalled := _stalled(found):
         joint, where = stalled
         said.append(
