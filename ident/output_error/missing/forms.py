@@ -2,9 +2,8 @@
 
 Stribeck friction falls with speed as a bell, or from a peak at rest (exponents of 0.5 to 2:
 Armstrong-Helouvry, Dupont, Canudas de Wit 1994). Near rest, where these differ most, servos stick
-and encoders show no motion: the size at rest is known no better than the form is. Friction by the load
-of the link, or of the side that drives, differs wherever something moves: a form that fits worse is
-out.
+and encoders show no motion: the size at rest is known no better than the form is. Friction by the
+link's load and by the driving side's differ wherever something moves: what fits worse is out.
 """
 
 from collections.abc import Sequence

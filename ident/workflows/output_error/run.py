@@ -29,6 +29,7 @@ from ident.workflows.work import Work, provenance
 
 _STILL_S = 0.5  # that a joint stands still while the simulated one moves by
 _FAR = 0.05  # rad, more than sticking did on a hobby arm: 0.02
+_HARDLY = 0.1  # rad: a whole motion that is smaller is hardly one
 
 
 @dataclass(frozen=True)
@@ -133,6 +134,10 @@ def _remarks(found: Found, names: Sequence[str]) -> list[Remark]:
                 " fixed).",
             )
         )
+    if (span := max(float(np.ptp(t.measured, axis=0).max()) for t in traces(found))) < _HARDLY:
+        text = f"No joint moves through more than {span:.2g} rad."
+        advice = "Check that positions and commands are in rad, or record larger motions."
+        said.append(Remark("units", (), text, Grade.DOUBTFUL, advice))
     said += command_remarks(traces(found), found.moving, names)
     said += zero_remarks(found.model, found.moving)
     if not any(r.code == "commands" for r in said):

@@ -15,7 +15,8 @@ STEP_RAD = 2 * np.pi / 4096
 
 URDF = f"""<robot name="pendulum"><link name="base"/>
   <link name="arm"><inertial><origin xyz="0 0 {-LEVER}"/><mass value="{MASS}"/>
-    <inertia ixx="{INERTIA}" iyy="{INERTIA}" izz="{INERTIA}" ixy="0" ixz="0" iyz="0"/></inertial></link>
+    <inertia ixx="{INERTIA}" iyy="{INERTIA}" izz="{INERTIA}" ixy="0" ixz="0" iyz="0"/></inertial>
+  </link>
   <joint name="servo" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/>
     <limit lower="-3.2" upper="3.2" effort="2" velocity="12"/></joint></robot>"""
 

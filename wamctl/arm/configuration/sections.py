@@ -147,7 +147,7 @@ class ServoSection(Section):
         default={}, description="quantities that are known, one value or one a joint: not fitted"
     )
     first: dict[str, Finite | Vector] = Field(
-        default={}, description="likewise, where a fit begins"
+        default={}, description="likewise, where a fit begins; parts that stand here are fitted"
     )
 
 
