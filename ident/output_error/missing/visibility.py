@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.output_error.first_guess import smoothed
+from ident.output_error.judging import typical
 from ident.output_error.missing.search import Search
 from ident.output_error.parameters import ROW
 from ident.output_error.search.parts import Part
@@ -32,14 +33,15 @@ def smallest(found: Search, settings: SearchSettings) -> dict[Part, Array]:
     """Size of each effect that would be named, by joint; NaN where none would, shape (n,).
 
     What the arm's other settings can take of an effect is taken, in first order; what remains
-    counts against the noise floor.
+    counts against the noise floor, or against what is left where that is more.
     """
+    beside = np.maximum(found.nulls.floor, typical(found.end.errors))
     setup, end = found.end.setup, found.end.fit
     residuals = setup.residuals(end.settings)
     bases = tangents(setup, end)
     sizes = {}
     for part, places in found.asked.items():
-        need = found.nulls.floor**2 * np.expm1(2.0 * found.least(part, settings))
+        need = beside**2 * np.expm1(2.0 * found.least(part, settings))
         need = np.maximum(need, settings.seen**2 * setup.resolution**2 / 12.0)
         tried, shown = [], []
         for size, moved in at_sizes(end, part, places):
