@@ -12,6 +12,14 @@ from wamctl.arm.recording import LogFile
 _COARSE_LEVELS = 64
 """A torque of fewer different values than this is counted, not measured."""
 
+_WRAPPED = (
+    "its values lie near nothing and near the largest, as negative ones do that were read without"
+    " their sign, 65535 for -1: take 65536 steps from the upper ones in the table, and import it"
+    " again"
+)
+
+_MANY = 8
+
 _NO_TORQUE = (
     "The recordings hold no joint torque, so servos, friction, and gears are identified by"
     " simulating the commanded positions (--method simulation)."
@@ -74,5 +82,13 @@ def _without_torque(path: Path, robot: Path | None, reading: Reading) -> str | N
     if not levels:
         return ""
     if not signed:
-        return "it has no sign"
+        return _WRAPPED if any(map(_is_wrapped, levels)) else "it has no sign"
     return f"it has only {max(map(len, levels))} different values"
+
+
+def _is_wrapped(values: set[float]) -> bool:
+    """Whether many values lie at either end of their range, and none in the middle half of it."""
+    told = np.sort(list(values))
+    k = int(np.diff(told).argmax()) + 1 if len(told) > 1 else 0
+    both = min(k, len(told) - k) >= _MANY
+    return both and bool(told[k] - told[k - 1] > 0.5 * told[-1])

@@ -103,6 +103,15 @@ def test_effort_without_sign_is_left_aside(tmp_path):
     assert method_for([tmp_path / "signed.mcap"], None, Reading()) == ("regression", [])
 
 
+def test_effort_that_lost_its_sign_in_sixteen_bits_is_told(tmp_path):
+    made = recording(4.0)
+    load = np.round(np.random.default_rng(0).normal(0.0, 300.0, size=made.q.shape))
+    write_recording(tmp_path / "wrapped.mcap", replace(made, effort=1e-3 * (load % 2**16)))
+    method, (remark,) = method_for([tmp_path / "wrapped.mcap"], None, Reading())
+    assert method == "simulation"
+    assert "65536" in remark.sentence
+
+
 def test_a_loop_that_commands_torque_is_no_servo():
     """Its simulation takes minutes, and follows the recording no better than the command does."""
     inside = {"config.yaml": b"robot: {}\ncontroller:\n  damping_ratio: 1.0\n"}
