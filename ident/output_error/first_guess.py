@@ -48,10 +48,7 @@ def first_guess(setup: Setup, known: Array, *, same_servo: bool) -> Array:
     settings = np.where(np.isnan(known), start, known)
     betas, stiffness = np.zeros((5, n)), np.full(n, np.nan)
     for j in range(n):
-        moving = np.abs(v[:, j]) > _MOVING * np.abs(v[:, j]).max()
-        columns = [load[:, j], a[:, j], v[:, j], np.sign(v[:, j]), np.ones(len(v))]
-        X = np.column_stack(columns)[moving]
-        error = _errors(setup, j, settings[ROW["delay"], j])[moving]
+        X, error = _rows(setup, j, settings[ROW["delay"], j], v[:, j], a[:, j], load[:, j])
         betas[:, j], weighed = _shares(X, error, setup.seconds / MEMORY_S)
         if weighed:
             stiffness[j] = 1.0 / betas[0, j]
@@ -66,6 +63,41 @@ def first_guess(setup: Setup, known: Array, *, same_servo: bool) -> Array:
     return settings
 
 
+def unexplained(setup: Setup, joint: int, delay: float, zero: Array) -> tuple[float, bool]:
+    """What a linear servo with dry friction leaves of its position errors, for some zeros.
+
+    Args:
+        setup: the recordings.
+        joint: which joint, from 0.
+        delay: of its commands [s].
+        zero: of all joints, the model's position less the recorded one [rad], shape (n,).
+
+    Returns:
+        mean absolute rest [rad], and whether the errors surely grow with the joint's load.
+    """
+    parts = [smoothed(setup, s, zero) for s in setup.segments]
+    _, v, a, load = (np.concatenate(p)[:, joint] for p in zip(*parts, strict=True))
+    X, error = _rows(setup, joint, delay, v, a, load)
+    shares, weighed = _shares(X, error, setup.seconds / MEMORY_S)
+    calm = _calm(X)
+    return float(np.average(np.abs(error - X @ shares), weights=calm)), weighed
+
+
+def _rows(
+    setup: Setup, joint: int, delay: float, v: Array, a: Array, load: Array
+) -> tuple[Array, Array]:
+    """What may explain a joint's position errors while it moves, shape (S, 5), and these errors."""
+    moving = np.abs(v) > _MOVING * np.abs(v).max()
+    X = np.column_stack([load, a, v, np.sign(v), np.ones(len(v))])
+    return X[moving], _errors(setup, joint, delay)[moving]
+
+
+def _calm(X: Array) -> Array:
+    """Weights that are small at hard accelerations, shape (S,)."""
+    hard = np.abs(X[:, 1])
+    return np.minimum(np.median(hard) / np.maximum(hard, _TINY), 1.0) ** 2
+
+
 def _shares(X: Array, error: Array, informed: float) -> tuple[Array, bool]:
     """What each column takes of the error, and whether the first one, the load, is sure of it.
 
@@ -75,8 +107,7 @@ def _shares(X: Array, error: Array, informed: float) -> tuple[Array, bool]:
     columns could be as well, they get it: the load of a joint that lifts nothing is its link's
     inertia, which is a rotor's.
     """
-    hard = np.abs(X[:, 1])
-    calm = np.minimum(np.median(hard) / np.maximum(hard, _TINY), 1.0) ** 2
+    calm = _calm(X)
     shares, left = np.zeros(X.shape[1]), np.ones(len(error))
     spread, own = 1.0, X[:, 0]
     for _ in range(_REWEIGHED):

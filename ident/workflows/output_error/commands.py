@@ -9,6 +9,7 @@ from ident.checks.remark import Grade, Remark, joined, joints, numbers
 from ident.output_error.parameters import ROW
 from ident.output_error.servo_model import ServoModel
 from ident.report.servos.run_page import ServoTrace
+from ident.signals.arrays import Array
 
 _SAME = 1e-6  # rad between a command and a position that is its copy
 _SAG = 0.25  # rad that a joint may lie from its commands throughout
@@ -63,6 +64,27 @@ def zero_remarks(model: ServoModel, moving: NDArray[np.bool_]) -> list[Remark]:
         " stand in; give zeros that are known in the arm's file (servo: fixed)."
     )
     return [Remark("zero_pose", numbers(far), text, Grade.DOUBTFUL, advice)]
+
+
+def turned_remarks(turned: Array, names: Sequence[str]) -> list[Remark]:
+    """Zeros that are right angles from the URDF's.
+
+    Args:
+        turned: what to add to the joints' positions [rad], shape (n,); nothing: 0.
+        names: of the joints.
+    """
+    said = []
+    for j in np.flatnonzero(turned).tolist():
+        text = (
+            f"The zero of {joints([j], names)} appears to be {np.degrees(turned[j]):+.0f} degrees"
+            " from the URDF's: gravity then explains far more of how far the joint lags."
+        )
+        advice = (
+            "Check the URDF's zero pose, and how the arm is mounted; give the zero in the arm's"
+            f" file (servo: fixed: zero, {turned[j]:+.4f} rad here), and repeat this command."
+        )
+        said.append(Remark("zero_pose", (j + 1,), text, Grade.DOUBTFUL, advice))
+    return said
 
 
 def early_remarks(early_s: float) -> list[Remark]:

@@ -17,12 +17,13 @@ from ident.output_error.search.late_start import begun_with_delay
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.servo_model import ServoModel
 from ident.output_error.setup import MotionSegment
+from ident.output_error.zero_poses import turned_zeros
 from ident.recordings.loading import Reading
 from ident.regression.progress import Tell, silent
 from ident.report.page import render
 from ident.report.servos.gap_page import ServoGap, servo_gap_page, verdict_sentences
 from ident.report.servos.run_page import ServoTrace
-from ident.workflows.output_error.commands import command_remarks
+from ident.workflows.output_error.commands import command_remarks, turned_remarks
 from ident.workflows.output_error.following import fit_remarks
 from ident.workflows.output_error.gap_json import gap_content
 from ident.workflows.output_error.logs import glitch_remarks, read_commanded
@@ -128,4 +129,9 @@ def _of_commands(begun: Prepared, done: Outcome) -> list[Remark]:
         rms(done.search.end.errors),
     )
     judged = fitted, left_out, traces, begun.setup.resolution, begun.moving, names
-    return [*command_remarks(traces, begun.moving, names), *fit_remarks(*judged)]
+    turned = turned_zeros(begun.setup, done.after.settings, begun.moving)
+    return [
+        *command_remarks(traces, begun.moving, names),
+        *turned_remarks(turned, names),
+        *fit_remarks(*judged),
+    ]

@@ -16,12 +16,18 @@ from ident.output_error.parameters import QUANTITIES
 from ident.output_error.servo_model import ServoModel
 from ident.output_error.setup import MotionSegment
 from ident.output_error.uncertainty import unknown_factor
+from ident.output_error.zero_poses import turned_zeros
 from ident.recordings.loading import Reading
 from ident.regression.progress import Tell, silent
 from ident.report.page import render
 from ident.report.servos.run_page import ServoTrace, servo_page
 from ident.signals.arrays import Array
-from ident.workflows.output_error.commands import command_remarks, early_remarks, zero_remarks
+from ident.workflows.output_error.commands import (
+    command_remarks,
+    early_remarks,
+    turned_remarks,
+    zero_remarks,
+)
 from ident.workflows.output_error.following import fit_remarks, following
 from ident.workflows.output_error.logs import glitch_remarks, read_commanded
 from ident.workflows.run_json import numbers
@@ -139,7 +145,9 @@ def _remarks(found: Found, names: Sequence[str]) -> list[Remark]:
         advice = "Check that positions and commands are in rad, or record larger motions."
         said.append(Remark("units", (), text, Grade.DOUBTFUL, advice))
     said += command_remarks(traces(found), found.moving, names)
-    said += zero_remarks(found.model, found.moving)
+    said += zero_remarks(found.model, found.moving) or turned_remarks(
+        turned_zeros(found.setup, found.fit.settings, found.moving), names
+    )
     if not any(r.code == "commands" for r in said):
         said += early_remarks(found.early_s)
     errors = found.fit.rms, rms(found.search.errors)

@@ -55,6 +55,23 @@ def test_gears_lose_a_part_of_what_passes_them(bench) -> None:
     assert found.content["held_out"]["rms_q_by_joint"][0] < 0.01
 
 
+def test_a_zero_that_is_a_right_angle_off_is_told(bench, tmp_path) -> None:
+    turned = tmp_path / "turned.urdf"
+    text = URDF.replace(f"0 0 {-LEVER}", f"{LEVER} 0 0")
+    turned.write_text(text, encoding="utf-8")
+    found = ident.identify(ident.Arm.from_urdf(turned), bench[1], method="simulation")
+    (told,) = (r for r in found.content["remarks"] if r["code"] == "zero_pose")
+    assert "+90 degrees" in told["sentence"]
+    urdf = {"urdf": "turned.urdf", "joints": ["servo"]}
+    config = tmp_path / "turned.yaml"
+    config.write_text(
+        f"arm: turned\nrobot: {urdf}\nservo: {{fixed: {{zero: {np.pi / 2}}}}}\n", encoding="utf-8"
+    )
+    mended = ident.identify(ident.Arm.from_config(config), bench[1], method="simulation")
+    assert not mended.remarks
+    assert mended.model.value("load_friction") == pytest.approx(LOSS, abs=0.04)
+
+
 def test_their_loss_is_named(bench) -> None:
     found = ident.find_gap(*bench, method="simulation")
     (effect,) = found.effects
