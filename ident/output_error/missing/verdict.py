@@ -161,6 +161,7 @@ def _nearly_sure(
             for t in found.end.tried
             if t.part in found.asked
             and t.places[joint]
+            and not t.is_nothing(joint)
             and t.gain[joint] >= found.least(t.part, settings)
             and sureness(errors, t.errors)[joint] >= settings.apart
         ]

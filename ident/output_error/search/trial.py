@@ -16,6 +16,7 @@ from ident.output_error.setup import Prior, Setup
 from ident.regression.progress import Tell
 from ident.signals.arrays import Array
 
+_NOTHING = 1e-6  # of a quantity's scale
 _SHARES = (1.0, 0.5, 0.1)  # of what a part stands in for
 
 
@@ -36,6 +37,12 @@ class Trial:
     fit: Fit
     errors: Array
     gain: Array
+
+    def is_nothing(self, joint: int) -> bool:
+        """Whether the part's size came out at nothing: another of its quantities is what helps."""
+        row = ROW[self.part.quantities[0]]
+        q = QUANTITIES[row]
+        return q.low == q.first == 0.0 and self.fit.settings[row, joint] <= _NOTHING * q.scale
 
 
 def trials(

@@ -37,7 +37,7 @@ def winners(
     found = []
     for joint in range(errors.shape[1]):
         ordered = sorted(
-            (t for t in own if t.places[joint]),
+            (t for t in own if t.places[joint] and not t.is_nothing(joint)),
             key=lambda t: t.gain[joint] - settings.per_quantity * t.part.further,
             reverse=True,
         )

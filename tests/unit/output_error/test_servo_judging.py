@@ -137,6 +137,13 @@ def test_no_prediction_is_better_than_the_encoder() -> None:
         assert (-gain(before, after)[0] > lost) == (resolution == 0.0)
 
 
+def sized(settings: np.ndarray, part: Part, size: float = 0.05) -> np.ndarray:
+    """Settings in which a part is of some size."""
+    made = settings.copy()
+    made[ROW[part.quantities[0]]] = size
+    return made
+
+
 def test_what_servos_of_one_kind_have_is_asked_of_all_joints_together() -> None:
     """Half of them say so; where something else comes first, and is not sure, it keeps out none."""
     rng, start = np.random.default_rng(6), neutral(4)
@@ -147,7 +154,7 @@ def test_what_servos_of_one_kind_have_is_asked_of_all_joints_together() -> None:
     for part, gained in gains.items():
         rough = np.exp(rng.standard_normal(before.shape) * (6.0 if part is LIMIT else 0.1))
         after = before * np.exp(-2.0 * gained) * rough
-        found = Fit(start, free, np.zeros((1, 4)), 0.0, 1)
+        found = Fit(sized(start, part), free, np.zeros((1, 4)), 0.0, 1)
         made.append(Trial(part, np.ones(4, dtype=bool), found, after, gained))
     for alike in (True, False):
         begun = SimpleNamespace(same_servo=alike, resolution=np.zeros(4))
@@ -166,7 +173,8 @@ def test_what_gears_have_is_asked_of_all_joints_or_of_one(
     before = np.hstack([errors(rng, 2e-4) for _ in range(4)])
     after = before * np.exp(-2.0 * np.array(gains) + 1.2 * rng.standard_normal(before.shape))
     assert (sureness(before, after)[[0, 1, 3]] < SearchSettings().sure).all()
-    found = Fit(start, np.zeros(start.shape, dtype=bool), np.zeros((1, 4)), 0.0, 1)
+    settings = sized(start, GEARS)
+    found = Fit(settings, np.zeros(start.shape, dtype=bool), np.zeros((1, 4)), 0.0, 1)
     made = [Trial(GEARS, np.ones(4, dtype=bool), found, after, gain(before, after))]
     may = np.ones(start.shape, dtype=bool)
     begun = SimpleNamespace(same_servo=alike, resolution=np.zeros(4), may=may)
@@ -186,20 +194,26 @@ def test_an_unsure_part_of_the_servo_keeps_out_effects_but_no_sure_part_of_it(
     before, made = errors(rng, 2e-4), []
     for part, gained, rough in ((LIMIT, 0.6, 6.0), (second, 0.4, 0.1)):
         after = before * np.exp(-2.0 * gained + rough * rng.standard_normal(before.shape))
-        found = Fit(start, np.zeros(start.shape, dtype=bool), np.zeros((1, 1)), 0.0, 1)
+        found = Fit(sized(start, part), np.zeros(start.shape, dtype=bool), np.zeros((1, 1)), 0.0, 1)
         made.append(Trial(part, np.ones(1, dtype=bool), found, after, np.array([gained])))
     begun = SimpleNamespace(same_servo=False, resolution=np.zeros(1))
     assert [a.part.name for a in winners(made, before, {}, begun, SearchSettings())] == named
 
 
-@pytest.mark.parametrize(("offset", "named"), [(0.58, "offset"), (0.3, "spring")])
-def test_a_spring_is_no_name_for_what_an_offset_explains_as_well(offset: float, named: str) -> None:
-    """It holds an offset, so that it always explains a little more."""
+@pytest.mark.parametrize(
+    ("offset", "spring", "named"),
+    [(0.58, 0.05, "offset"), (0.3, 0.05, "spring"), (0.3, 0.0, "offset")],
+)
+def test_a_spring_is_no_name_for_what_an_offset_explains_as_well(
+    offset: float, spring: float, named: str
+) -> None:
+    """It holds an offset, so that it always explains a little more; without stiffness it is one."""
     rng, start = np.random.default_rng(3), neutral(1)
     before, made = errors(rng, 2e-4), []
     for part, gained in ((SPRING, 0.6), (OFFSET, offset)):
         after = before * np.exp(-2.0 * gained + 0.1 * rng.standard_normal(before.shape))
-        found = Fit(start, np.zeros(start.shape, dtype=bool), np.zeros((1, 1)), 0.0, 1)
+        settings = sized(start, part, spring if part is SPRING else 0.05)
+        found = Fit(settings, np.zeros(start.shape, dtype=bool), np.zeros((1, 1)), 0.0, 1)
         made.append(Trial(part, np.ones(1, dtype=bool), found, after, np.array([gained])))
     begun = SimpleNamespace(same_servo=False, resolution=np.zeros(1))
     assert [a.part.name for a in winners(made, before, {}, begun, SearchSettings())] == [named]
