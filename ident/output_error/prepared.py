@@ -42,7 +42,7 @@ class Prepared:
         prior: what is believed before the data; its centre is the first guess.
         may: what may be fitted, shape (quantities, n): not what is known, nor joints at rest.
         moving: which joints moved, shape (n,).
-        begins: what the arm's file says where to begin with, shape (quantities, n); nothing: None.
+        begins: whether the arm's file says where its fit begins, shape (quantities, n).
     """
 
     arm: Arm
@@ -50,7 +50,7 @@ class Prepared:
     prior: Prior
     may: NDArray[np.bool_]
     moving: NDArray[np.bool_]
-    begins: NDArray[np.bool_] | None = None
+    begins: NDArray[np.bool_]
 
     @property
     def start(self) -> Array:

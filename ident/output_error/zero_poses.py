@@ -31,10 +31,11 @@ def turned_zeros(setup: Setup, settings: Array, moving: NDArray[np.bool_]) -> Ar
         now, weighed = unexplained(setup, j, delay, zero)
         if weighed:
             continue
+        least = min(_FEWER * now, now - setup.resolution[j])
         for turn in _TURNS:
             tried = zero.copy()
             tried[j] += turn
             left, shows = unexplained(setup, j, delay, tried)
-            if shows and left < _FEWER * now and now - left > setup.resolution[j]:
-                turned[j] = turn
+            if shows and left < least:
+                turned[j], least = turn, left
     return turned

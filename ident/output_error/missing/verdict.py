@@ -113,7 +113,7 @@ def outcome(begun: Prepared, found: Search, settings: SearchSettings, tell: Tell
         found = replace(found, end=without_parts(found.end, base, doubted, begun, settings))
         after, known, evidence = _known(begun, found, settings, tell)
     left = _left(found, begun, settings)
-    suspected = suspected or _nearly_sure(found, [x.joint for x in left], settings)
+    suspected = suspected or nearly_sure(found, [x.joint for x in left], settings)
     before = fit_of_all(begun, found.base.fit, tell) if found.effects else after
     kind = _kind(found.effects, left)
     return Outcome(kind, found, found.effects, evidence, suspected, left, before, after, known)
@@ -150,7 +150,7 @@ def _doubt(evidence: Evidence, settings: SearchSettings) -> str:
     return doubt(evidence.beside, settings)
 
 
-def _nearly_sure(
+def nearly_sure(
     found: Search, joints: Sequence[int], settings: SearchSettings
 ) -> tuple[Suspected, ...]:
     """What explains most of what is left at some joints, if it helps at all surely."""

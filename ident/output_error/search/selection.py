@@ -10,7 +10,7 @@ from ident.output_error.fit import Fit, fit
 from ident.output_error.judging import left_out, typical
 from ident.output_error.parameters import ROW
 from ident.output_error.prepared import Prepared
-from ident.output_error.search.parts import BASE, PARTS, SERVO_PARTS, Part
+from ident.output_error.search.parts import BASE, PARTS, Part
 from ident.output_error.search.screening import Places
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.search.trial import Trial
@@ -89,9 +89,8 @@ def bare(setup: Setup, begun: Prepared, rounds: int) -> Selection:
     """The arm with what every joint has, and with the parts that its file begins with."""
     free = np.zeros(begun.may.shape, dtype=bool)
     free[[ROW[name] for name in BASE]] = True
-    if begun.begins is not None:
-        sizes = [ROW[name] for part in (*PARTS, *SERVO_PARTS) for name in part.quantities]
-        free[sizes] |= begun.begins[sizes]
+    sizes = [ROW[name] for part in PARTS for name in part.quantities]
+    free[sizes] |= begun.begins[sizes]
     found = fit(setup, begun.start, free & begun.may, begun.prior, rounds)
     return Selection(setup, found, left_out(setup, found, begun.prior))
 

@@ -19,7 +19,7 @@ from ident.output_error.prepared import prepared
 from ident.output_error.recordings import pieces, segments_of, thinned
 from ident.output_error.servo_model import ServoModel
 from ident.report.servos.run_page import ServoTrace
-from ident.workflows.output_error.following import far_worse, hardly_better
+from ident.workflows.output_error.following import far_worse, fit_remarks, hardly_better
 from wamctl.arm.errors import DataError
 
 MADE = recording(8.0)
@@ -133,6 +133,21 @@ def test_a_simulation_is_judged_beside_what_the_commands_say(offset, wrong) -> N
     rms = np.sqrt(np.mean((simulated - measured) ** 2, axis=0))
     places = hardly_better(rms, [trace], np.full(2, 1.5e-3), np.ones(2, dtype=bool))
     assert places.tolist() == wrong
+
+
+@pytest.mark.parametrize(
+    ("fitted", "left_out", "codes"),
+    [(0.01, 0.02, []), (0.01, 0.4, ["poor_motion"]), (0.4, 0.5, ["large_error"])],
+)
+def test_a_limit_that_one_stretch_shows_is_no_end_stop(fitted, left_out, codes) -> None:
+    """What the model follows, but for stretches that are left out, has nothing in its way."""
+    t = np.arange(600) / 50
+    commanded = np.sin(t)[:, None]
+    trace = ServoTrace("log", t, commanded, 0.5 * commanded, 0.5 * commanded)
+    args = [trace], np.full(1, 1.5e-3), np.ones(1, dtype=bool), ("elbow",)
+    said = fit_remarks(np.array([fitted]), np.array([left_out]), *args)
+    assert [r.code for r in said] == codes
+    assert not any("end stop" in r.sentence for r in said if r.code == "poor_motion")
 
 
 def test_several_short_motions_are_enough() -> None:

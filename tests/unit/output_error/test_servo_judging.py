@@ -10,6 +10,7 @@ from ident.output_error.first_guess import neutral
 from ident.output_error.fit import Fit
 from ident.output_error.identify import is_vague
 from ident.output_error.judging import blocks, explained, gain, left_out, sureness, typical
+from ident.output_error.missing.verdict import nearly_sure
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.search.parts import ENCODER_OFFSET, OFFSET, SERVO_PARTS, SPRING, Part
 from ident.output_error.search.rounds import worth_a_fit
@@ -115,6 +116,46 @@ def test_a_stretch_that_is_left_out_is_predicted_as_a_fit_of_the_others_would() 
         kept[a:b] = False
         off = (told - slopes @ fitted(kept, belief))[a : edges[k + 1]]
         np.testing.assert_allclose(errors[k, 0], np.mean(off**2), rtol=1e-3)
+
+
+@dataclass(frozen=True)
+class ReachedOnce(Setup):
+    """Positions that a torque limit moves from 2 s to 4 s only, and that are 50 mrad off there."""
+
+    def residuals(self, settings: np.ndarray) -> np.ndarray:
+        """Measured less simulated positions [rad], shape (600, 1)."""
+        left = np.zeros((600, 1))
+        left[100:200] = 0.05 - 0.1 * np.log(settings[ROW["torque_limit"]] / 9.0)
+        return left
+
+
+def test_what_one_stretch_alone_shows_is_followed_as_far_as_its_first_order_holds() -> None:
+    """All others know nothing of the limit, which would go anywhere."""
+    t = np.arange(600) / 50
+    motion = Motion(t, t, t[:, None], np.zeros(1), np.zeros(1))
+    segments = (MotionSegment(motion, t[:, None]),)
+    setup = ReachedOnce(None, np.empty(0), np.array([True]), segments, 0.002)
+    settings, free = neutral(1), np.zeros((len(QUANTITIES), 1), dtype=bool)
+    settings[ROW["torque_limit"]], free[ROW["torque_limit"]] = 9.0, True
+    prior = Prior(settings, np.full(settings.shape, 3.0), np.full(len(QUANTITIES), np.inf))
+    made = left_out(setup, Fit(settings, free, setup.residuals(settings), 0.0, 1), prior)
+    assert np.sqrt(made.max()) == pytest.approx(0.15, abs=0.01)
+
+
+def test_what_helps_nearly_surely_is_suspected() -> None:
+    """At joints where something is left; not what came out at nothing."""
+    rng, start = np.random.default_rng(12), neutral(1)
+    before = errors(rng, 2e-4)
+    for size, rough, told in ((0.05, 1.2, True), (0.0, 1.2, False), (0.05, 20.0, False)):
+        noise = rng.standard_normal(before.shape)
+        after = before * np.exp(-0.8 - rough * (noise - noise.mean()))
+        found = Fit(sized(start, GEARS, size), start > 0.0, np.zeros((1, 1)), 0.0, 1)
+        trial = Trial(GEARS, np.ones(1, dtype=bool), found, after, gain(before, after))
+        end = SimpleNamespace(errors=before, tried=(trial,))
+        search = SimpleNamespace(end=end, asked={GEARS: None}, least=lambda *_: 0.03)
+        suspected = nearly_sure(search, [0], SearchSettings())
+        assert [s.effect.part for s in suspected] == [GEARS] * told
+        assert nearly_sure(search, [], SearchSettings()) == ()
 
 
 def test_no_prediction_is_better_than_the_encoder() -> None:

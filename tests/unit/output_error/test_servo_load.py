@@ -63,13 +63,13 @@ def test_a_zero_that_is_a_right_angle_off_is_told(bench, tmp_path) -> None:
     (told,) = (r for r in found.content["remarks"] if r["code"] == "zero_pose")
     assert "+90 degrees" in told["sentence"]
     urdf = {"urdf": "turned.urdf", "joints": ["servo"]}
+    servo = {"fixed": {"zero": np.pi / 2}, "first": {"load_friction": 0.1}}
     config = tmp_path / "turned.yaml"
-    config.write_text(
-        f"arm: turned\nrobot: {urdf}\nservo: {{fixed: {{zero: {np.pi / 2}}}}}\n", encoding="utf-8"
-    )
+    config.write_text(f"arm: turned\nrobot: {urdf}\nservo: {servo}\n", encoding="utf-8")
     mended = ident.identify(ident.Arm.from_config(config), bench[1], method="simulation")
     assert not mended.remarks
     assert mended.model.value("load_friction") == pytest.approx(LOSS, abs=0.04)
+    assert "load_friction" in {p["name"] for p in mended.content["parameters"]}
 
 
 def test_their_loss_is_named(bench) -> None:

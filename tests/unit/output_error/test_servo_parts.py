@@ -44,7 +44,7 @@ def found_parts(truth: dict[str, float], command: np.ndarray, names: tuple[str, 
     prior = Prior(start, np.full(start.shape, 3.0), np.full(len(QUANTITIES), np.inf))
     may, one = np.ones(start.shape, dtype=bool), np.array([True])
     setup = Setup(*links, (told,), 0.002, np.array([STEP_RAD]))
-    begun = Prepared(arm, setup, prior, may, one)
+    begun = Prepared(arm, setup, prior, may, one, ~may)
     settings = SearchSettings()
     begun, base = begun_with_delay(begun, settings)
     return selected(begun, base, [p for p in PARTS if p.name in names], settings, silent)
