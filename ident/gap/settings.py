@@ -29,6 +29,11 @@ class BrokenTime(_Section):
     least_steps: float = _positive(
         0.5, "Steps by which all joints must be ahead or behind [1]: one where a sample is lost."
     )
+    least_pause: float = _positive(
+        0.1,
+        "The same where joints beside the one that shows it most are as far from usual [1]: a"
+        " controller paused by 3 ms moves all of an arm's joints by these.",
+    )
     apart: float = _share(
         0.3, "Of their distance that joints may be apart from one common time [1]: impacts are."
     )

@@ -2,7 +2,8 @@
 
 A reading that was lost, written twice or stamped late moves all joints by the same time at once. No
 torque does that: it changes velocities, and positions go on from where they were. Filtered, such a
-step is a blow at every joint. A step is broken if its mean velocity lies outside of those on its
+step is a blow at every joint. So is a controller that pauses for some milliseconds, which jerks the
+arm more than the samples tell. A step is broken if its mean velocity lies outside of those on its
 two sides, by the same time at all joints, and far beyond what the recording's other steps do. A
 joint that turns round there tells no time, since its velocity may have been any. Broken steps are
 cut out. Where samples are lost so often that no step is unusual, that is a fault of the data, which
@@ -122,7 +123,7 @@ def _remarks(data: Dataset, found: Sequence[Break], count: int) -> list[Remark]:
         f"{data.name}: at {at_s:.3f} s all joints are {abs(worst.off_s) * 1e3:.2g} ms"
         f" {'ahead of' if worst.off_s > 0 else 'behind'} their stamps at once"
         f"{f' ({len(apart)} such steps)' if len(apart) > 1 else ''}, which no torque does: readings"
-        " were lost, repeated or stamped late."
+        " were lost, repeated or stamped late, or the controller paused."
     )
     if len(apart) <= count:
         text += " The search takes what lies before and after for two recordings."
@@ -151,8 +152,11 @@ def _breaks(data: Dataset, number: int, segment: Segment, bounds: BrokenTime) ->
     off = (sure * (here - middle) / usual).sum(axis=1) / speed
     left = np.abs(here - middle * (1 + off[:, None])) - half * (1 + np.abs(off[:, None]))
     same = np.sum((np.maximum(left, 0.0) / usual) ** 2, axis=1) < bounds.apart**2 * off**2 * speed
-    far = np.sqrt(np.sum((beyond / usual) ** 2, axis=1)) > bounds.far
-    broken = far & same & (np.abs(off) * steps > bounds.least_steps)
+    apart = (beyond / usual) ** 2
+    far = apart.sum(axis=1) > bounds.far**2
+    by_others = apart.sum(axis=1) - apart.max(axis=1) > bounds.far**2
+    least = np.where(by_others, min(bounds.least_pause, bounds.least_steps), bounds.least_steps)
+    broken = far & same & (np.abs(off) * steps > least)
     period = data.rate_hz / min(MOTION_HZ, HIGHEST_SHARE * data.rate_hz)
     found = np.flatnonzero(broken | (steps > _PERIOD * period))
     return [

@@ -86,6 +86,30 @@ def test_readings_at_wrong_times_are_cut_out(samples, late, off_ms):
     assert ("ahead of" if off_ms > 0 else "behind") in remark.finding
 
 
+PAUSED = 1720
+
+
+def paused(late_ms):
+    """The recording of an arm whose controller pauses, and catches up within some samples."""
+    found = recording()
+    late = np.zeros(SAMPLES)
+    late[PAUSED + 1 : PAUSED + 1 + len(late_ms)] = np.array(late_ms) / 1e3
+    found.q[:] = moved(WHOLE / HZ - late)[0]
+    return found
+
+
+def test_a_pause_of_the_controller_is_cut_out():
+    found = paused((1.2, 0.9, 0.5, 0.2))
+    ((first, last),), (remark,) = cut(found)
+    assert first <= PAUSED < last < PAUSED + 8
+    assert remark.grade is Grade.TRUSTWORTHY
+    assert "all joints are 1.3 ms behind" in remark.finding  # beside steps that catch up
+    assert "the controller paused" in remark.finding
+    assert cut(found, least_pause=0.5) == ([], [])
+    found.q[:, 1] = moved(WHOLE / HZ)[0][:, 1]  # one joint alone sticks
+    assert cut(found) == ([], [])
+
+
 def test_the_arm_is_left_whole_where_it_moves_as_stamped():
     assert cut(recording()) == ([], [])
     assert cut(recording(noise=1e-4)) == ([], [])
