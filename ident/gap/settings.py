@@ -30,13 +30,9 @@ class BrokenTime(_Section):
         0.5, "Steps by which all joints must be ahead or behind [1]: one where a sample is lost."
     )
     least_pause: float = _positive(
-        0.1,
-        "The same where joints beside the one that shows it most are as far from usual [1]: a"
-        " controller paused by 3 ms moves all of an arm's joints by these.",
+        0.1, "The same where joints beside the one that shows it most are as far from usual [1]."
     )
-    apart: float = _share(
-        0.3, "Of their distance that joints may be apart from one common time [1]: impacts are."
-    )
+    apart: float = _share(0.3, "Of it that joints may be apart from one time [1]: impacts are.")
     least_kept: float = _share(
         0.6, "Of a recording that must be left once the broken steps are cut out [1]."
     )

@@ -205,6 +205,11 @@ def dataset_of(
             f"the recorder wrote each reading {found.copies:.3g} times; the copies were left out,"
             f" and {1 / found.period_s:.4g} Hz are left"
         )
+    if found.jitter_s:
+        facts.append(
+            f"its stamps jitter by {1e3 * found.jitter_s:.2g} ms (rms), and positions are smooth"
+            f" over an even clock of {1 / found.period_s:.4g} Hz, which was taken instead"
+        )
     if len(found.spans_s) > 1:
         holes = ", ".join(f"{start:.3f} s" for start, _ in found.spans_s[1:])
         facts.append(f"holes of more than {GAP_PERIODS} periods end at {holes}")

@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from ident.recordings.copies import Readings, readings_of
+from ident.recordings.even_clock import even_clock, evenly_stamped
 from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import Piece
@@ -21,6 +22,9 @@ _MOST_STEPS = 100_000
 _LOSSY_STEP = 1.75  # median steps from which one holds a missing sample: near two
 """The period is the median of so many steps between stamps at most, evenly thinned."""
 
+
+_MOVES = 0.01
+"""Range of a position from which its joint tells how even a clock is [rad] or [m]."""
 
 _SMALL_BYTES = 64e6
 """Logs of so many bytes of numbers at most are kept as they were read, so as to be read once."""
@@ -53,6 +57,8 @@ class LogSummary:
         lost: number of samples that are missing by the stamps, those of holes among them.
         copies: messages in the log to each reading, where its recorder was faster than its source
             (1: each is one); `pieces` leaves the copies out.
+        jitter_s: by how much its stamps were off an even clock that its samples were taken by,
+            rms [s]; `pieces` has the instants of that. Zero where the stamps are as they were.
         complete: whether the log ends as its writer closed it, not cut off.
         measured, commanded: whether there is a torque of that kind.
         reference: whether there is a wanted motion of these joints.
@@ -72,6 +78,7 @@ class LogSummary:
     repeated: int
     lost: int
     copies: float
+    jitter_s: float
     complete: bool
     measured: bool
     commanded: bool
@@ -89,11 +96,18 @@ def summarise_log(log: LogSource, name: str) -> LogSummary:
         DataError: a log that cannot be read, or whose stamps run backwards.
     """
     found, readings_ns = _summary(log, log.pieces, name)
-    if readings_ns is None:
+    if readings_ns is not None:
+        pieces = partial(readings_of, found.pieces, readings_ns)
+        copies = readings_ns * 1e-9 / found.period_s
+        found = replace(_summary(log, pieces, name)[0], copies=copies)
+    if found.lost or found.repeated or found.commanded or found.reference:
         return found
-    pieces = partial(readings_of, found.pieces, readings_ns)
-    copies = readings_ns * 1e-9 / found.period_s
-    return replace(_summary(log, pieces, name)[0], copies=copies)
+    moving = found.high - found.low > _MOVES
+    clock = even_clock(found.pieces, moving) if moving.any() else None
+    if clock is None:
+        return found
+    even = _summary(log, partial(evenly_stamped, found.pieces, clock), name)[0]
+    return replace(even, copies=found.copies, jitter_s=clock.jitter_s)
 
 
 def _summary(
@@ -141,6 +155,7 @@ def _summary(
         repeated=stamps.repeated,
         lost=stamps.lost,
         copies=1.0,
+        jitter_s=0.0,
         complete=complete,
         measured=measured,
         commanded=commanded,
