@@ -77,6 +77,7 @@ class Effect(ABC, Generic[P]):
         usual_term: the term of an arm's settings that holds it for all joints; empty: none does.
         same_number: a coefficient and a nonlinear parameter that are one number.
         taken_for_granted: what its size rests on that these data cannot test, in a sentence.
+        asks_of_arm: what the arm's file has to say for it to be searched; empty: nothing.
     """
 
     id: ClassVar[str]
@@ -105,6 +106,7 @@ class Effect(ABC, Generic[P]):
     usual_term: ClassVar[str] = ""
     same_number: ClassVar[tuple[str, str] | None] = None
     taken_for_granted: ClassVar[str] = ""
+    asks_of_arm: ClassVar[str] = ""
 
     def candidates(self, arm: ArmFacts) -> list[Candidate[P]]:
         """All places and grid points where the effect may be looked for: each moving joint."""

@@ -56,6 +56,7 @@ class TorqueRipple(Effect[_Period]):
     experiment = "turn the joint slowly, at constant speed, over several motor revolutions"
     motion = ExperimentMotion.SLOW_REVERSALS
     depends_on = ("torque",)
+    asks_of_arm = "how often each motor turns for its joint (`transmission`)"
     Parameters = _Period
     nonlinear = (
         NonlinearParameter(

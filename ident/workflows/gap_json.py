@@ -327,6 +327,10 @@ def visibility_content(seen: MinimumDetectable) -> tuple[list[Content], Content]
         {"name": name, "joints": [j + 1 for j in joints]}
         for name, joints in seen.unobservable.items()
     ]
+    unobservable += [
+        {"name": name, "joints": [], "lacks": catalogue()[name].asks_of_arm}
+        for name in seen.unsearched
+    ]
     sizes = {
         name: {str(j + 1): size for j, size in sorted(by.items())}
         for name, by in seen.sizes.items()

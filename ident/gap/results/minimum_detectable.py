@@ -27,10 +27,12 @@ class MinimumDetectable:
         sizes: smallest first coefficient [its SI unit], by effect and joint (from 0).
         unobservable: joints (from 0) at which this motion does not show an effect, by effect; empty
             where it shows on no joint.
+        unsearched: effects for which the arm's file does not say enough.
     """
 
     sizes: dict[str, dict[int, float]]
     unobservable: dict[str, tuple[int, ...]]
+    unsearched: tuple[str, ...]
 
 
 def minimum_detectable(found: SearchResult) -> MinimumDetectable:
@@ -53,7 +55,8 @@ def minimum_detectable(found: SearchResult) -> MinimumDetectable:
     medians = {e: {j: float(np.median(s)) for j, s in by.items()} for e, by in sizes.items()}
     seen = {e: {j: s for j, s in by.items() if np.isfinite(s)} for e, by in medians.items()}
     unobservable = _unobservable(set(sizes), seen, facts.dof)
-    return MinimumDetectable({e: by for e, by in seen.items() if by}, unobservable)
+    unsearched = tuple(n for n, e in catalogue().items() if e.asks_of_arm and n not in sizes)
+    return MinimumDetectable({e: by for e, by in seen.items() if by}, unobservable, unsearched)
 
 
 def _unobservable(

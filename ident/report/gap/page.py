@@ -258,6 +258,10 @@ def _seen(report: GapReport) -> list[Block]:
         blocks.append(Text(f"Held still, so they show nothing: {report.of(sorted(held))}."))
     hidden = []
     for entry in content["not_observable"]:
+        if "lacks" in entry:
+            asked = f"{report.title(entry['name'])}, which asks of the arm's file {entry['lacks']}"
+            blocks.append(Text(f"Not looked for: {asked}."))
+            continue
         joints = [j for j in entry["joints"] if j not in held]
         if joints or not entry["joints"]:
             where = f" at {report.of(joints)}" if joints else ""

@@ -134,13 +134,23 @@ def _what_is_left(report: GapReport, entry: Content) -> str:
     )
     if entry["unexplained"] < _SMALL:
         return f"{left}: less than {share(_SMALL, 1)} of the gap that was there."
+    more = _unsearched_ripple(report, entry)
     if not entry["nearest"]:
-        return f"{left}."
+        return f"{left}.{more}"
     best = entry["nearest"][0]
     return (
         f"{left}. The catalogue explains at most {share(best['share_of_residual'], 2)} of it, and"
-        f" not surely: at {report.of(best['joints'])}, {report.title(best['name'])}."
+        f" not surely: at {report.of(best['joints'])}, {report.title(best['name'])}.{more}"
     )
+
+
+def _unsearched_ripple(report: GapReport, entry: Content) -> str:
+    """What the arm's file lacks where a torque comes again with a joint's angle."""
+    lacking = {n["name"]: n["lacks"] for n in report.content["not_observable"] if "lacks" in n}
+    wave = catalogue()["torque_ripple"]
+    if wave.id not in lacking or not entry["depends_on"].startswith("the angle of"):
+        return ""
+    return f" Not looked for: {wave.title}, which asks of the arm's file {lacking[wave.id]}."
 
 
 def _experiment(report: GapReport, effect: Content) -> str:
@@ -217,7 +227,8 @@ def steps_text(report: GapReport) -> list[Step]:
         steps.append(Step("Simulate the arm with them:", simulate))
     steps.append(Step("Test the model on a recording that was not used here:", check))
     if not content["effects"]:
-        hidden = [n["name"] for n in content["not_observable"]][:1] or [_slow_effect()]
+        unseen = [n["name"] for n in content["not_observable"] if "lacks" not in n]
+        hidden = unseen[:1] or [_slow_effect()]
         steps.append(
             Step("Record a motion that shows what this one could not:", [*design, *hidden])
         )

@@ -189,6 +189,7 @@ def test_what_could_not_be_seen_and_what_could(nothing_hidden):
     # a rotor about the vertical axis is the link's own inertia
     assert 0 in seen.unobservable["rotor_inertia"]
     assert seen.unobservable["payload"] == ()
+    assert seen.unsearched == (() if "torque_ripple" in known else ("torque_ripple",))
     sizes = seen.sizes["stribeck"]
     assert set(sizes) == set(range(7))
     assert all(0.0 < size < 1.0 for size in sizes.values())

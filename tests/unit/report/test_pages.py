@@ -551,6 +551,29 @@ def test_an_effect_of_a_light_joint_is_told_at_that_joint(gap_report, gap_conten
     assert "0.0509" not in sentences
 
 
+def test_a_torque_that_comes_again_asks_for_what_the_arms_file_lacks(
+    gap_report, gap_content
+) -> None:
+    left = {
+        "joint": 2,
+        "depends_on": "the angle of joint 2, periodically, about every 0.26 rad",
+        "share_of_residual": 0.99,
+        "unexplained": 0.3,
+        "nearest": [],
+    }
+    ripple = catalogue()["torque_ripple"]
+    entry = {"name": ripple.id, "joints": [], "lacks": ripple.asks_of_arm}
+
+    def told(*unseen: dict[str, Any]) -> str:
+        content = gap_content | {"unexplained": [left], "not_observable": list(unseen)}
+        report = replace(gap_report, content=content)
+        return " ".join(verdict_sentences(report)) + render(gap_page(report))
+
+    assert ripple.asks_of_arm in told(entry)
+    assert told(entry).count("Not looked for: torque ripple") == 3  # summary, page, its table
+    assert "Not looked for" not in told()
+
+
 def test_what_is_left_of_a_closed_gap_is_told_by_its_share_of_it(gap_report, gap_content) -> None:
     left = {
         "joint": 2,
