@@ -61,7 +61,7 @@ def even_clock(
 ) -> EvenClock | None:
     """The clock that a log's samples were taken by, if its stamps only jitter about one.
 
-    None where other messages come at instants of their own, or positions are no smoother over it.
+    None where commands come at instants of their own, or positions are no smoother over it.
 
     Args:
         pieces: reads the log, of which no sample is missing.
@@ -69,7 +69,7 @@ def even_clock(
     """
     stamps, positions, kept = [], [], 0
     for piece in pieces():
-        if piece.commands is not None or piece.reference is not None:
+        if piece.commands is not None:
             return None
         if piece.states is None:
             continue

@@ -100,7 +100,7 @@ def summarise_log(log: LogSource, name: str) -> LogSummary:
         pieces = partial(readings_of, found.pieces, readings_ns)
         copies = readings_ns * 1e-9 / found.period_s
         found = replace(_summary(log, pieces, name)[0], copies=copies)
-    if found.lost or found.repeated or found.commanded or found.reference:
+    if found.lost or found.repeated or found.commanded:
         return found
     moving = found.high - found.low > _MOVES
     clock = even_clock(found.pieces, moving) if moving.any() else None

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ident.gap.data.experiment import Experiment
 from ident.gap.data.noise_regions import Region
+from ident.gap.data.rounding import RMS_OF_LARGEST, torque_resolution
 from ident.gap.regression.current_model import CurrentFit
 from ident.gap.regression.design_matrix import DesignMatrix
 from ident.gap.regression.residuals import Residual, residuals
@@ -53,14 +54,15 @@ def sliding_noise(
 ) -> Array | None:
     """Rms noise of each joint while it slides [N m], shape (n,); None without repeats.
 
-    Not-a-number for joints without repeats. Errors of a reference model count as noise: they
-    repeat, but nothing has changed.
+    Not-a-number for joints without repeats. Rounding counts as noise where torque is recorded in
+    steps, and so do errors of a reference model: they repeat, but nothing has changed.
     """
     design = current.design(rows)
     noise = pure_error(source, rows, design, residuals(design, current.fit), repeats)
     if noise is None:
         return None
-    sliding = noise[:, Region.SLIDING]
+    rounding = RMS_OF_LARGEST * torque_resolution(source)
+    sliding = np.maximum(noise[:, Region.SLIDING], rounding)
     if rows.reference_error is None:
         return sliding
     return np.fmax(sliding, lack_of_fit.reference_error_factor * rows.reference_error)

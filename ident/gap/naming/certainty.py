@@ -14,6 +14,7 @@ import numpy as np
 
 from ident.effects.candidate import Candidate, Value
 from ident.gap.data.experiment import Experiment
+from ident.gap.data.rounding import torque_resolution
 from ident.gap.data.segments import FOLDS
 from ident.gap.naming.across_recordings import across_recordings, with_spread
 from ident.gap.regression.design_matrix import DesignMatrix
@@ -25,8 +26,6 @@ from ident.gap.selection.estimates import (
 )
 from ident.gap.selection.state import AcceptedEffect, SelectionState
 from ident.gap.settings import GapSettings, Naming
-from ident.recordings.samples import smallest_step
-from ident.signals.arrays import Array
 
 
 @dataclass(frozen=True)
@@ -250,20 +249,6 @@ def deviations(h: Candidate, values: Mapping[str, Value]) -> float:
     known = [n for n in (defining or coefficients) if n in values]
     chosen = [values[n] for n in known] or [v for v in values.values() if v.sd > 0.0]
     return max((abs(v.value) / v.sd if v.sd > 0.0 else np.inf for v in chosen), default=0.0)
-
-
-def torque_resolution(source: Experiment) -> Array:
-    """Largest rounding error of each joint's recorded torque [N m], shape (n,): half its step."""
-    steps = np.full(source.arm.robot.dof, np.inf)
-    for data in source.datasets:
-        for segment in data.segments:
-            for j, tau in enumerate(np.abs(np.diff(segment.tau, axis=0)).T):
-                rounding = _ROUNDING * np.abs(segment.tau[:, j]).max()
-                steps[j] = min(steps[j], smallest_step(tau, rounding))
-    return np.where(np.isfinite(steps), steps / 2, 0.0)
-
-
-_ROUNDING = 1e-6  # of the largest torque: smaller changes are of arithmetic
 
 
 def _peak(design: DesignMatrix, found: Fit, index: int) -> tuple[float, int]:
