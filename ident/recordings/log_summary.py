@@ -49,7 +49,7 @@ class LogSummary:
         joint_names: of its columns, N of them.
         attachments: files inside the log.
         first_ns: its first stamp [ns].
-        period_s: the median step of its stamps [s].
+        period_s: the usual step of its stamps [s].
         spans_s: first and last instant since the first stamp of each unbroken stretch [s].
         bridged_s: first and last instant of longer steps inside these stretches, the longest [s].
         low, high: range of the positions [rad], shape (N,) each.
@@ -210,7 +210,7 @@ class _Stamps:
 
     @property
     def period_ns(self) -> float:
-        """The median step [ns].
+        """The median step [ns], or the mean one of an even clock that is told in whole ones.
 
         Raises:
             DataError: fewer than two different stamps.
@@ -220,7 +220,10 @@ class _Stamps:
                 f"{self._name} holds {self._count} samples with one and the same stamp, from which"
                 " nothing can be learned: write the sampling instants into the headers' stamps."
             )
-        return float(np.median(self._steps))
+        usual, whole = float(np.median(self._steps)), self._last - self.first
+        if np.ptp(self._steps) <= 1 and round(whole / usual) == self._count - 1:
+            return whole / (self._count - 1)
+        return usual
 
     @property
     def lost(self) -> int:
