@@ -134,7 +134,7 @@ def _what_is_left(report: GapReport, entry: Content) -> str:
     )
     if entry["unexplained"] < _SMALL:
         return f"{left}: less than {share(_SMALL, 1)} of the gap that was there."
-    more = _unsearched_ripple(report, entry)
+    more = _unsearched(report, entry)
     if not entry["nearest"]:
         return f"{left}.{more}"
     best = entry["nearest"][0]
@@ -144,13 +144,15 @@ def _what_is_left(report: GapReport, entry: Content) -> str:
     )
 
 
-def _unsearched_ripple(report: GapReport, entry: Content) -> str:
-    """What the arm's file lacks where a torque comes again with a joint's angle."""
-    lacking = {n["name"]: n["lacks"] for n in report.content["not_observable"] if "lacks" in n}
-    wave = catalogue()["torque_ripple"]
-    if wave.id not in lacking or not entry["depends_on"].startswith("the angle of"):
+def _unsearched(report: GapReport, entry: Content) -> str:
+    """What was not looked for where a torque comes again with a joint's angle, and why."""
+    if not entry["depends_on"].startswith("the angle of"):
         return ""
-    return f" Not looked for: {wave.title}, which asks of the arm's file {lacking[wave.id]}."
+    return "".join(
+        f" Not looked for: {report.title(n['name'])}, which asks of the arm's file {n['lacks']}."
+        for n in report.content["not_observable"]
+        if "lacks" in n
+    )
 
 
 def _experiment(report: GapReport, effect: Content) -> str:
