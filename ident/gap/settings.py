@@ -32,7 +32,7 @@ class BrokenTime(_Section):
     least_pause: float = _positive(
         0.1, "The same where joints beside the one that shows it most are as far from usual [1]."
     )
-    apart: float = _share(0.3, "Of it that joints may be apart from one time [1]: impacts are.")
+    apart: float = _share(0.3, "Part of a shift by which joints may disagree [1]: impacts do.")
     least_kept: float = _share(
         0.6, "Of a recording that must be left once the broken steps are cut out [1]."
     )

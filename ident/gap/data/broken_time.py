@@ -152,10 +152,10 @@ def _breaks(data: Dataset, number: int, segment: Segment, bounds: BrokenTime) ->
     off = (sure * (here - middle) / usual).sum(axis=1) / speed
     left = np.abs(here - middle * (1 + off[:, None])) - half * (1 + np.abs(off[:, None]))
     same = np.sum((np.maximum(left, 0.0) / usual) ** 2, axis=1) < bounds.apart**2 * off**2 * speed
-    apart = (beyond / usual) ** 2
-    far = apart.sum(axis=1) > bounds.far**2
-    by_others = apart.sum(axis=1) - apart.max(axis=1) > bounds.far**2
-    least = np.where(by_others, min(bounds.least_pause, bounds.least_steps), bounds.least_steps)
+    squares = (beyond / usual) ** 2
+    far = squares.sum(axis=1) > bounds.far**2
+    by_others = squares.sum(axis=1) - squares.max(axis=1) > bounds.far**2
+    least = np.where(by_others, bounds.least_pause, bounds.least_steps)
     broken = far & same & (np.abs(off) * steps > least)
     period = data.rate_hz / min(MOTION_HZ, HIGHEST_SHARE * data.rate_hz)
     found = np.flatnonzero(broken | (steps > _PERIOD * period))

@@ -5,7 +5,13 @@ from collections.abc import Callable, Mapping, Sequence
 from ident.report.figures import row_figure
 from ident.report.gap.blocks import VERDICT_WORDS, parameter_table, rival_blocks, where_blocks
 from ident.report.gap.report import GapReport
-from ident.report.gap.words import evidence_text, leaning_texts, steps_text, verdict_sentences
+from ident.report.gap.words import (
+    evidence_text,
+    leaning_texts,
+    steps_text,
+    unsearched_texts,
+    verdict_sentences,
+)
 from ident.report.page import (
     Block,
     Page,
@@ -257,11 +263,8 @@ def _seen(report: GapReport) -> list[Block]:
     if held:
         blocks.append(Text(f"Held still, so they show nothing: {report.of(sorted(held))}."))
     hidden = []
-    for entry in content["not_observable"]:
-        if "lacks" in entry:
-            asked = f"{report.title(entry['name'])}, which asks of the arm's file {entry['lacks']}"
-            blocks.append(Text(f"Not looked for: {asked}."))
-            continue
+    blocks += [Text(text) for text in unsearched_texts(report)]
+    for entry in (e for e in content["not_observable"] if "lacks" not in e):
         joints = [j for j in entry["joints"] if j not in held]
         if joints or not entry["joints"]:
             where = f" at {report.of(joints)}" if joints else ""

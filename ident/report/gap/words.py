@@ -148,11 +148,16 @@ def _unsearched(report: GapReport, entry: Content) -> str:
     """What was not looked for where a torque comes again with a joint's angle, and why."""
     if not entry["depends_on"].startswith("the angle of"):
         return ""
-    return "".join(
-        f" Not looked for: {report.title(n['name'])}, which asks of the arm's file {n['lacks']}."
+    return "".join(f" {text}" for text in unsearched_texts(report))
+
+
+def unsearched_texts(report: GapReport) -> list[str]:
+    """What was not looked for, and what the arm's file would have to say for it."""
+    return [
+        f"Not looked for: {report.title(n['name'])}, which asks of the arm's file {n['lacks']}."
         for n in report.content["not_observable"]
         if "lacks" in n
-    )
+    ]
 
 
 def _experiment(report: GapReport, effect: Content) -> str:

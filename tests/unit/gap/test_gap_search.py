@@ -189,7 +189,11 @@ def test_what_could_not_be_seen_and_what_could(nothing_hidden):
     # a rotor about the vertical axis is the link's own inertia
     assert 0 in seen.unobservable["rotor_inertia"]
     assert seen.unobservable["payload"] == ()
-    assert seen.unsearched == (() if "torque_ripple" in known else ("torque_ripple",))
+    assert seen.unsearched == ()
+    end = nothing_hidden.end
+    facts = replace(end.model.facts, motor_from_joint=None)
+    unknown = replace(end, model=replace(end.model, facts=facts))
+    assert minimum_detectable(replace(nothing_hidden, end=unknown)).unsearched == ("torque_ripple",)
     sizes = seen.sizes["stribeck"]
     assert set(sizes) == set(range(7))
     assert all(0.0 < size < 1.0 for size in sizes.values())
