@@ -13,12 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.effects.candidate import Candidate, Value
+from ident.effects.catalogue import catalogue
 from ident.gap.data.experiment import Experiment
 from ident.gap.data.rounding import torque_resolution
 from ident.gap.data.segments import FOLDS
 from ident.gap.naming.across_recordings import across_recordings, with_spread
 from ident.gap.regression.design_matrix import DesignMatrix
 from ident.gap.regression.weighted_fit import Fit, fit, mean_squares
+from ident.gap.selection.acceptance import next_effects
 from ident.gap.selection.estimates import (
     estimates_with_fixed_parameters,
     final_estimates,
@@ -121,7 +123,8 @@ def set_apart(
 
     The others leave one at a time, the least sure first, since the rest may be surer without it.
     One beside which another effect is sure, and without which it would not be, stays in the model,
-    and so does one of which only the size is unsure.
+    and so does one of which only the size is unsure. Where one leaves, a special case of it may be
+    sure in its place: the torque of a spring at zero, say, if not its stiffness.
     """
     apart: list[Suspected] = []
     needed: list[AcceptedEffect] = []
@@ -136,11 +139,28 @@ def set_apart(
         sure = [s.effect for s in found if not s.doubt]
         if any(s.doubt and _holds(sure, s.effect) for s in again):
             needed.append(worst.effect)
-        else:
-            apart.append(worst)
-            state, found = without, again
+            continue
+        apart.append(worst)
+        state, found = without, again
+        simpler = _special_case(source, state, worst.candidate, settings)
+        if simpler is not None:
+            state, found = simpler
     kept = [replace(s, in_model=True) for s in found if s.doubt]
     return state, (*kept, *apart)
+
+
+def _special_case(
+    source: Experiment, state: SelectionState, unsure: Candidate, settings: GapSettings
+) -> tuple[SelectionState, list[Suspected]] | None:
+    """The state with a special case of an effect that left, and all doubts, if it is sure."""
+    contained = catalogue()[unsure.effect].contains
+    simpler = [catalogue()[name].at((j,)) for name in contained for j in unsure.joints]
+    fresh, _ = next_effects(state, simpler, settings) if simpler else ([], ())
+    if not fresh:
+        return None
+    larger = state.with_only([*state.accepted, *fresh])
+    found = _judged(source, larger, settings)
+    return None if any(s.doubt and _holds(fresh, s.effect) for s in found) else (larger, found)
 
 
 def _holds(effects: Sequence[AcceptedEffect], effect: AcceptedEffect) -> bool:

@@ -42,7 +42,12 @@ def terms_on_demand(
     least = least_threshold(settings.thresholds, source.reference_model is not None)
     before, named = state, len(state.accepted)
     state = replace(state, threshold=least, dropped=frozenset())
-    carried = {s.effect.place for s in suspected if (s.certainty.across or 0.0) > 0.0}
+    surely = {a.place for a in before.accepted}
+    carried = {
+        s.effect.place
+        for s in suspected
+        if (s.certainty.across or 0.0) > 0.0 and not surely & _special_cases(s.effect.place)
+    }
     left = [
         h
         for h in all_candidates(state.current.model.facts)
@@ -62,6 +67,12 @@ def terms_on_demand(
     return tuple(
         t if t.doubt or t.effect.place in known else _judged(t, before, confirmed) for t in terms
     )
+
+
+def _special_cases(place: Place) -> set[Place]:
+    """The places of an effect's special cases, at each of its joints."""
+    effect, joints = place
+    return {(name, (j,)) for name in catalogue()[effect].contains for j in joints}
 
 
 def _judged(term: Suspected, before: SelectionState, confirmed: Set[Place]) -> Suspected:

@@ -157,6 +157,16 @@ def test_a_sure_effect_stays_and_one_without_size_is_set_apart(two_accepted):
     assert not apart[0].in_model
 
 
+def test_of_a_spring_without_stiffness_the_torque_at_zero_is_named(source, plain):
+    source, state = beside_an_offset(source, plain, "joint_spring")
+    kept, apart = set_apart(source, state.with_only(state.accepted[1:]), SETTINGS)
+    assert [a.place for a in kept.accepted] == [("torque_offset", (4,))]
+    assert [s.effect.place for s in apart] == [("joint_spring", (4,))]
+    asking = [replace(s, certainty=replace(SURE, across=0.3)) for s in apart]
+    terms = terms_on_demand(source, kept, asking, SETTINGS)
+    assert ("joint_spring", (4,)) not in [t.effect.place for t in terms]
+
+
 def test_an_effect_without_which_a_sure_one_would_fall_stays_in_the_model(
     two_accepted, monkeypatch
 ):
