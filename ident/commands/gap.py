@@ -18,6 +18,7 @@ from ident.commands.options import (
     Output,
     Robot,
     hold,
+    recordings_told,
     refuse_with_simulation,
     verdict_printed,
     with_input,
@@ -91,6 +92,7 @@ def gap(
             arm = (robot, wanted.model)
             text, sentences = gap_logs(logs, arm, out, reading, options, tell)
     content = json.loads(text)
+    recordings_told(content)
     if output.as_json:
         typer.echo(text.rstrip())
     else:

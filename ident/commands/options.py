@@ -200,6 +200,13 @@ def refuse_with_simulation(given: Sequence[str], remarks: Sequence[Remark] = ())
         raise ConfigurationError("--method simulation", [or_ask if remarks else belongs])
 
 
+def recordings_told(content: Mapping[str, Any]) -> None:
+    """Say on standard error what was repaired or left out of each recording."""
+    for log in content.get("logs", []):
+        for remark in log.get("remarks", []):
+            typer.echo(f"{log['name']}: {remark}.", err=True)
+
+
 def verdict_printed(content: Mapping[str, Any], verdict: str = "verdict") -> None:
     """Print the verdict of a result file, and its remarks."""
     sentences = [r["sentence"] for r in content["remarks"]]

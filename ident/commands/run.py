@@ -18,6 +18,7 @@ from ident.commands.options import (
     Settings,
     hold,
     next_after,
+    recordings_told,
     refuse_with_simulation,
     settings_of,
     verdict_printed,
@@ -94,9 +95,7 @@ def run(
         else:
             text = run_logs(logs, robot, out, reading, tell, fit.effects, fit.load, **changes)
     content = json.loads(text)
-    for log in content["logs"]:
-        for remark in log.get("remarks", []):
-            typer.echo(f"{log['name']}: {remark}.", err=True)
+    recordings_told(content)
     if output.as_json:
         typer.echo(text.rstrip())
     else:

@@ -67,7 +67,7 @@ from ident.workflows.gap_json import (
 )
 from ident.workflows.model_errors import errors_on
 from ident.workflows.run import cutoff_chosen
-from ident.workflows.work import Search, provenance, write_refusal
+from ident.workflows.work import Search, provenance, recordings_content, write_refusal
 from wamctl.arm.errors import DataError
 from wamctl.arm.joint_labels import joint_labels
 
@@ -153,7 +153,7 @@ def gap_logs(
     try:
         done = gap_of(source, options, tell, paths)
     except RefusedError as refusal:
-        content = refused_gap(source.arm, refusal, time.perf_counter() - start)
+        content = refused_gap(source, refusal, time.perf_counter() - start)
         write_refusal(out, "gap", refusal, content, source.arm.name)
         raise
     done.content["seconds"] = time.perf_counter() - start
@@ -302,6 +302,7 @@ def _content(outcome: _Outcome) -> dict[str, Any]:
         "settings": found.options.content(),
         "arm": source.arm.name,
         "joints": list(source.arm.robot.joint_names),
+        "logs": recordings_content(source.datasets),
     }
 
 

@@ -11,6 +11,7 @@ from ident.dynamics.parameters import of_joint
 from ident.effects.candidate import Value
 from ident.effects.catalogue import catalogue
 from ident.effects.events import CONTACT, DROPPED_SAMPLES
+from ident.gap.data.experiment import Experiment
 from ident.gap.lack_of_fit.remaining_structure import share_of
 from ident.gap.naming.certainty import Certainty, deviations
 from ident.gap.naming.dependence import Dependence
@@ -23,9 +24,9 @@ from ident.gap.selection.estimates import FinalEstimates
 from ident.gap.selection.scoring import Score
 from ident.gap.selection.state import AcceptedEffect
 from ident.gap.transients.detect import Transient
-from ident.model.arm import Arm
 from ident.signals.arrays import Array
 from ident.workflows.run_json import numbers
+from ident.workflows.work import recordings_content
 
 Content = dict[str, Any]
 
@@ -39,9 +40,9 @@ def trust_content(remarks: Sequence[Remark]) -> Content:
     return {"trust": found["verdict"], "remarks": found["remarks"]}
 
 
-def refused_gap(arm: Arm, refusal: RefusedError, seconds: float) -> Content:
+def refused_gap(source: Experiment, refusal: RefusedError, seconds: float) -> Content:
     """The content of `gap.json` where the recordings are refused: every field, and no effect."""
-    dof = arm.robot.dof
+    arm, dof = source.arm, source.arm.robot.dof
     nothing = {"relative_error_percent": None, "rms_by_joint": [None] * dof}
     still = {"rms_q_by_joint": [None] * dof}
     return trust_content(refusal.remarks) | {
@@ -57,6 +58,7 @@ def refused_gap(arm: Arm, refusal: RefusedError, seconds: float) -> Content:
         "detectable_units": {},
         "arm": arm.name,
         "joints": list(arm.robot.joint_names),
+        "logs": recordings_content(source.datasets),
         "seconds": seconds,
     }
 

@@ -141,8 +141,13 @@ def refused_run(arm: Arm, data: Sequence[Dataset], refusal: RefusedError) -> dic
         "samples": sum(d.samples for d in data),
         "joints": list(arm.robot.joint_names),
         "sample_rate_hz": data[0].rate_hz,
-        "logs": [{"name": d.name, "samples": d.samples, "remarks": list(d.facts)} for d in data],
+        "logs": recordings_content(data),
     }
+
+
+def recordings_content(data: Sequence[Dataset]) -> list[dict[str, Any]]:
+    """The recordings of a search or a refusal, and what was repaired or left out of each."""
+    return [{"name": d.name, "samples": d.samples, "remarks": list(d.facts)} for d in data]
 
 
 def write_refusal(

@@ -105,6 +105,8 @@ def test_gap_json_holds_every_field_of_the_contract(results):
     assert {"name": "payload", "joints": []} in content["not_observable"]
     assert content["minimum_detectable"]["stribeck"]["4"] < 0.5
     assert content["detectable_units"]["stribeck"] == "N m"
+    (log,) = content["logs"]
+    assert log["samples"] > 0
     assert content["seconds"] > 0.0
 
 

@@ -1,6 +1,7 @@
 """The page of `ident gap`: what is missing, where it shows, and what is left after it was added."""
 
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 
 from ident.report.figures import row_figure
 from ident.report.gap.blocks import VERDICT_WORDS, parameter_table, rival_blocks, where_blocks
@@ -36,6 +37,7 @@ from ident.report.words import (
     quantity_text,
     share,
     unit_text,
+    whole,
 )
 from wamctl.arm.joint_labels import listed
 
@@ -80,6 +82,7 @@ def gap_page(report: GapReport) -> Page:
         Section("Structure without a name", [*_unexplained(report), *report.left]),
         Section("Other explanations, and how to tell", rival_blocks(report)),
         *([seen] if report.named else []),
+        Section("The recordings", _recordings(report)),
         provenance_section(content),
     ]
     status, word = VERDICT_WORDS[content["verdict"]]
@@ -241,6 +244,18 @@ def _unless_empty(
     caption: str, items: Sequence[Content], cells: Mapping[str, Callable[[Content], str]]
 ) -> list[Block]:
     return [table_of(caption, items, cells)] if items else []
+
+
+def _recordings(report: GapReport) -> list[Block]:
+    return _unless_empty(
+        "What was searched, and what was repaired or left out before.",
+        report.content["logs"],
+        {
+            "recording": lambda log: Path(log["name"]).name,
+            "samples": lambda log: whole(log["samples"]),
+            "remarks": lambda log: "; ".join(log["remarks"]) or DASH,
+        },
+    )
 
 
 def _seen(report: GapReport) -> list[Block]:

@@ -212,6 +212,7 @@ def gap_content(run_content: dict[str, Any]) -> dict[str, Any]:
             "after": {"rms_q_by_joint": [0.001, 0.003, None]},
         },
         "minimum_detectable": {"stribeck": {"1": 0.02, "2": 0.03}},
+        "logs": [{"name": "gap/a.mcap", "samples": 1500, "remarks": ["3 samples were left out"]}],
         "seconds": 12.3,
         "provenance": run_content["provenance"],
     }

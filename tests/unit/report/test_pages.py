@@ -325,6 +325,7 @@ def test_gap_page_has_the_numbers_of_gap_json(pages: dict[str, str]) -> None:
         " is faster: ident design --for coupled_friction:1."
     ) in text
     assert "Not to be told by this motion: a base that is not level" in text
+    assert "a.mcap 1 500 3 samples were left out" in text
 
 
 def test_gap_page_shows_the_error_step_by_step(
