@@ -58,7 +58,8 @@ class HeldOut:
     Attributes:
         before, after: of the nominal model, and with the effects.
         noise_floor: None where no motion is repeated.
-        closed: share of the gap above the floor that the effects close at their joints.
+        closed: share of the gap above the floor that the effects close, at their joints and those
+            at which structure is left.
         others_before, others_after: on each recording by fits to the others: what another motion
             may be expected to show. None for one recording.
     """
@@ -112,12 +113,14 @@ def held_out(found: SearchResult, both: BeforeAfter) -> HeldOut:
     torque = found.rows.measured_torque
     before, after = (_errors(torque, side, kept) for side in (both.before, both.after))
     floor = None if both.floor is None else _floor(both, torque, kept)
-    joints = sorted({j for e in found.verdict.effects for j in e.joints})
-    joints = sorted({*joints, *(j for b in found.verdict.transients for j in b.joints)})
+    explained = [*found.verdict.effects, *found.verdict.transients]
+    joints = {j for e in explained for j in e.joints}
+    if explained:
+        joints |= {n.structure.joint for n in found.verdict.unexplained}
     if floor is not None:
         floor = below_the_error(floor, after, found.options.settings.repeats.chance_ratio)
     believed = both if floor is not None else replace(both, floor=None)
-    closed = _closed(found, believed, kept, joints)
+    closed = _closed(found, believed, kept, sorted(joints))
     return HeldOut(before, after, floor, closed, *_other_recordings(found))
 
 
@@ -197,14 +200,21 @@ def _noise(both: BeforeAfter, joint: int) -> Array:
 def _closed(
     found: SearchResult, both: BeforeAfter, kept: NDArray[np.bool_], joints: Sequence[int]
 ) -> float:
-    """Share of the squared gap at some joints that is closed, in units of the fit's noise."""
+    """Share of the squared gap at some joints that is closed, in units of the fit's noise.
+
+    Where structure is left, that noise holds it; the pure error does not.
+    """
+    unexplained = {n.structure.joint for n in found.verdict.unexplained}
     gap = rest = 0.0
     for j in joints:
         old, new = both.before[j], both.after[j]
         if len(new.values) == 0:
             continue
-        weight = 1 / found.end.fit.sigma[j][new.region[kept]] ** 2
         noise = _noise(both, j)[new.region[kept]] ** 2
+        left = found.end.fit.sigma[j][new.region[kept]] ** 2
+        if j in unexplained:
+            left = np.where(noise > 0.0, np.minimum(noise, left), left)
+        weight = 1 / left
         gap += max(float(weight @ (old.values[kept] ** 2 - noise)), 0.0)
         rest += max(float(weight @ (new.values[kept] ** 2 - noise)), 0.0)
     return float(np.clip(1 - rest / gap, 0.0, 1.0)) if gap > 0.0 else 0.0

@@ -1,6 +1,7 @@
 """An effect must hold on every part of the data that can speak of it."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,7 +9,12 @@ import pytest
 from ident.effects.catalogue import catalogue
 from ident.gap.regression.current_model import extend, nominal_fit
 from ident.gap.regression.rows import ColumnCache
-from ident.gap.results.held_out_error import Errors, below_the_error
+from ident.gap.results.held_out_error import (
+    Errors,
+    before_and_after,
+    below_the_error,
+    held_out,
+)
 from ident.gap.selection.candidates import examine
 from ident.gap.selection.cross_validation import excites, passes_cross_validation
 from ident.gap.settings import CrossValidation, Scoring
@@ -66,3 +72,26 @@ def test_a_noise_floor_does_not_lie_above_the_error(floor, told):
     errors = [Errors(percent, np.array([percent])) for percent in (floor, 1.0)]
     found = below_the_error(*errors, chance_ratio=1.3)
     assert (found and found.relative_percent) == told
+
+
+def test_what_keeps_its_structure_is_a_part_of_the_gap_that_is_not_closed(nothing_hidden):
+    """A gap of one joint is closed, and another joint keeps one of the same size."""
+    found = nothing_hidden
+    quiet = before_and_after(found, found.start.fit.x, found.end.fit.x)
+    sigma = found.end.fit.sigma
+    loud = [replace(r, values=9.0 * sigma[j][r.region]) for j, r in enumerate(quiet.after)]
+    other = 1
+    both = replace(
+        quiet,
+        before=[loud[j] if j in (JOINT, other) else r for j, r in enumerate(quiet.before)],
+        after=[loud[j] if j == other else r for j, r in enumerate(quiet.after)],
+    )
+    effect = SimpleNamespace(joints=(JOINT,))
+    left = SimpleNamespace(structure=SimpleNamespace(joint=other))
+
+    def closed(*unexplained):
+        verdict = replace(found.verdict, effects=(effect,), unexplained=unexplained)
+        return held_out(replace(found, verdict=verdict), both).closed
+
+    assert closed() > 0.9
+    assert 0.3 < closed(left) < 0.7

@@ -455,6 +455,21 @@ def test_an_unknown_gap_begins_with_what_it_looks_like(
     assert "falls from 3.21" in page.verdict.more[0]
 
 
+@pytest.mark.parametrize(
+    ("joint", "after", "begins"), [(2, 3.2, "Most of"), (3, 3.2, "Part of"), (3, 1.3, "Most of")]
+)
+def test_light_joints_are_not_most_of_a_gap_that_a_heavy_one_keeps(
+    joint: int, after: float, begins: str, gap_report: GapReport, gap_content: dict[str, Any]
+) -> None:
+    error = gap_content["held_out"]["after"] | {"relative_error_percent": after}
+    held_out = gap_content["held_out"] | {"closed_fraction": 0.9, "after": error}
+    left = {"joint": joint, "depends_on": "its position", "share_of_residual": 0.9, "nearest": []}
+    left |= {"unexplained": 0.9}
+    content = gap_content | {"verdict": "unknown", "held_out": held_out, "unexplained": [left]}
+    page = gap_page(replace(gap_report, content=content))
+    assert page.verdict.sentence.startswith(f"{begins} what the model misses looks like ")
+
+
 def test_design_page_says_how_near_the_limits_are(
     pages: dict[str, str], design_report: DesignReport
 ) -> None:
