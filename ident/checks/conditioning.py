@@ -74,16 +74,26 @@ def _unseen(case: Case, bounds: CheckSettings) -> list[Remark]:
     return [Remark("poor_motion", (), text, grade, advice)]
 
 
-def _on_one_line(case: Case, bounds: CheckSettings) -> list[Remark]:
-    """Joints that all follow one of them: what acts at one looks like what acts at another."""
+def moves_as_one(case: Case, bounds: CheckSettings) -> bool:
+    """Whether all joints follow one of them: what acts at one looks like what acts at another."""
+    return _beside_line(case) <= bounds.aside_of_line
+
+
+def _beside_line(case: Case) -> float:
+    """Share of the joints' motion, each of length one, that lies beside one line."""
     places = np.flatnonzero(case.probe.moving)
     if len(places) < 2:
-        return []
+        return 1.0
     q = case.probe.motion.q[:, places]
     q = (q - q.mean(axis=0)) / np.maximum(q.std(axis=0), 1e-12)
-    aside = 1.0 - np.linalg.eigvalsh(q.T @ q)[-1] / max(float(np.sum(q**2)), 1e-300)
-    if aside > bounds.aside_of_line:
+    return float(1.0 - np.linalg.eigvalsh(q.T @ q)[-1] / max(float(np.sum(q**2)), 1e-300))
+
+
+def _on_one_line(case: Case, bounds: CheckSettings) -> list[Remark]:
+    """That all joints move as one."""
+    if not moves_as_one(case, bounds):
         return []
+    places, aside = np.flatnonzero(case.probe.moving), _beside_line(case)
     listed = joints(places, case.robot.joint_names)
     text = (
         f"Of the motion of {listed}, {100 * (1.0 - aside):.3g} % lies on one line: all move as one,"

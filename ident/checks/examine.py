@@ -9,7 +9,12 @@ from numpy.typing import NDArray
 
 from ident.checks.base_motion import base_remarks
 from ident.checks.case import Case
-from ident.checks.conditioning import conditioning_remarks, scaled_condition, tells_too_little
+from ident.checks.conditioning import (
+    conditioning_remarks,
+    moves_as_one,
+    scaled_condition,
+    tells_too_little,
+)
 from ident.checks.currents import current_remarks, drive_gains
 from ident.checks.gains import gains
 from ident.checks.hypotheses import by_weight, least_error, scanned
@@ -205,7 +210,7 @@ def _physics(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
     parts = [[c for c in chunks if c.log == log] for log in range(len(data))]
     cases = [replace(together, probe=_probe(own, judged)) for own in parts]
     bound, both = bounds.condition_doubtful, list(zip(data, cases, strict=True))
-    enough = [not tells_too_little(c, bounds) for c in cases]
+    enough = [not (tells_too_little(c, bounds) or moves_as_one(c, bounds)) for c in cases]
     tells = [
         e and not remarks and scaled_condition(arm, [d], c) < bound
         for e, (d, c) in zip(enough, both, strict=True)
@@ -257,7 +262,7 @@ def _of_one(
     if not in_ampere:
         sizes = gains(case)
         factor = unit_factor(sizes, bounds) or 1.0
-        of_size = unit_remarks(case, sizes, bounds)
+        of_size = unit_remarks(case, sizes, judge, bounds)
     remarks += _factors_once(of_arm, of_size)
     if judge:
         remarks += shifted_torque_zero(case, bounds)

@@ -194,7 +194,8 @@ def feeding_turned(
     """What to do about joints whose friction is negative: each by itself, or else all together.
 
     Nothing where the fit predicts the torque no better than no model does: it then knows as little
-    of the friction. No position is called reversed where the motion does not tell parameters apart.
+    of the friction. Where the motion does not tell parameters apart, no position is called reversed,
+    and no torque is turned whose error does not fall by it.
     """
     wrong = np.flatnonzero(feeding(case, bounds) & (case.error < 1.0))
     found, signs, remarks = case, np.ones(case.robot.dof), []
@@ -206,7 +207,8 @@ def feeding_turned(
         all_ = np.ones(case.robot.dof)
         all_[wrong] = -1.0
         without = case.with_torque(all_)
-        if _brakes(case, without, wrong, bounds):
+        falls = without.error < _CHANGES * case.error
+        if (tells or falls) and _brakes(case, without, wrong, bounds):
             names = case.robot.joint_names
             text = f"The torque of {joints(wrong, names)} has the wrong sign and was inverted"
             text = f"{text} ({_figures(case, without)})."
@@ -230,7 +232,8 @@ def _turned(
     names = case.robot.joint_names
     faults = [torque_sign(case, k), *([position_sign(case, k)] if tells else [])]
     best, without = nearest(case, faults)
-    if _brakes(case, without, k, bounds):
+    falls = without.error < _CHANGES * case.error
+    if (tells or falls) and _brakes(case, without, k, bounds):
         change = 1.0 if best.torque_signs is None else best.torque_signs
         rival = [f.without(case) for f in faults if f.torque_signs is None and f is not best]
         if any(alike(r, without) and _brakes(case, r, k, bounds) for r in rival):

@@ -42,12 +42,20 @@ def _outside(found: Gains, bounds: CheckSettings) -> bool:
     return believed and not 1 / bounds.gain_bounds < size < bounds.gain_bounds
 
 
-def unit_remarks(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark]:
-    """What is said of the torque's size; a sure unit is converted, and its result doubtful."""
+def unit_remarks(case: Case, found: Gains, tells: bool, bounds: CheckSettings) -> list[Remark]:
+    """What is said of the torque's size; a sure unit is converted, and its result doubtful.
+
+    Args:
+        case: the recording.
+        found: its torque beside the URDF's.
+        tells: whether its motion tells the arm's parameters apart; the URDF's inertia may be what
+            is wrong where it does not.
+        bounds: of the checks.
+    """
     factor = unit_factor(found, bounds)
     if factor is not None:
         text = (
-            f"The torque is {abs(found.common):.4g} times what the arm's own weight requires, so it"
+            f"The torque is {abs(found.common):.4g} times what the URDF's links require, so it"
             f" was taken to be in {UNITS[factor]} and converted."
         )
         return [Remark("units", (), text, Grade.DOUBTFUL, "Record the torque in N m.")]
@@ -56,22 +64,23 @@ def unit_remarks(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark
         light = load.mass_kg is None or load.mass_kg < bounds.load_masses * _mass_kg(case)
         if light and load.explains(bounds.load_ratio) and load.left < bounds.load_left:
             text = (
-                f"The torque is {abs(found.common):.3g} times what the arm's own weight requires:"
+                f"The torque is {abs(found.common):.3g} times what the URDF's links require:"
                 f" {_lacking(load)}."
             )
             return [Remark("cad_disagrees", (), text, Grade.DOUBTFUL, _GIVE_LOAD)]
         near = [name for u, name in UNITS.items() if 0.5 < abs(found.common) / u < 2.0]
         like = f" ({joined(near).replace(' and ', ' or ')}?)" if near else ""
         text = (
-            f"The torque is {abs(found.common):.3g} times what the arm's own weight requires: it is"
-            f" in another unit{like}, measured before the gears, or a current."
+            f"The torque is {abs(found.common):.3g} times what the URDF's links require: it is in"
+            f" another unit{like}, measured before the gears, or a current, or the URDF's masses or"
+            " inertias are wrong."
         )
         advice = (
             "Give joint torque in N m (a current times torque constant and gear ratio), or set"
             " torque_unit: A in the identification section of the arm's file to have the gains"
             " estimated."
         )
-        return [Remark("units", (), text, Grade.REFUSED, advice)]
+        return [Remark("units", (), text, Grade.REFUSED if tells else Grade.DOUBTFUL, advice)]
     apart = _apart(case, found, bounds)
     if not apart and (size := _size_apart(found, bounds)):
         return size

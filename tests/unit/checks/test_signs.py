@@ -4,10 +4,12 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from wrong_inputs import right, turned
+import pytest
+from wrong_inputs import on_one_line, right, scaled, turned
 
 from ident.checks import signs
 from ident.checks.examine import examine
+from ident.checks.remark import Grade
 from ident.checks.settings import DEFAULT
 
 
@@ -19,6 +21,11 @@ def signs_of(*logs):
         (_, part), *_ = mended.read()
         ratios.append(np.sign(part.tau[len(part.tau) // 2] / log.tau[len(log.tau) // 2]).tolist())
     return ratios, [r for r in found.remarks if r.code == "sign"]
+
+
+def examined(log):
+    arm = log.arm()
+    return examine(arm, [log.dataset(arm)]).remarks
 
 
 def hidden(log, joint):
@@ -77,3 +84,38 @@ def test_joints_that_share_a_load_are_turned_together(monkeypatch):
     _, factors, remarks = signs.feeding_turned(whole, True, DEFAULT)
     assert factors.tolist() == [1, -1, -1]
     assert [r.joints for r in remarks] == [(2, 3)]
+
+
+class Alike(Coupled):
+    """A joint whose friction seems to drive, and whose sign costs no error either way."""
+
+    def __init__(self, factors=(1.0, 1.0, 1.0)):
+        self.factors, self.error = np.array(factors), 0.1
+
+    def with_torque(self, factors):
+        return Alike(self.factors * factors)
+
+
+def test_where_the_motion_tells_little_only_a_falling_error_turns_a_torque(monkeypatch):
+    monkeypatch.setattr(signs, "feeding", lambda c, _: (c.factors > 0) & [False, True, False])
+    monkeypatch.setattr(signs, "nearest", lambda c, tried: (tried[0], tried[0].without(c)))
+    case: Any = Alike()
+    _, factors, (remark,) = signs.feeding_turned(case, False, DEFAULT)
+    assert factors.tolist() == [1, 1, 1]
+    assert "Friction at joint 2 (b) would drive the motion" in remark.finding
+
+
+@pytest.mark.parametrize(
+    ("log", "grade"), [(right(), Grade.REFUSED), (on_one_line(0.001), Grade.DOUBTFUL)]
+)
+def test_a_size_refuses_no_recording_that_moves_as_one(log, grade):
+    """The URDF's inertia may be what is wrong: this motion tells it from weight too little."""
+    (remark,) = [r for r in examined(scaled(0.2, log)) if r.code == "units"]
+    assert remark.grade == grade
+
+
+def test_a_recording_that_moves_as_one_counts_no_joint_the_other_way_round():
+    """Its position and torque are turned; by its motion that is an arm with other links."""
+    log = on_one_line(0.001)
+    turned_round = log.with_(q=log.q * [1, -1, 1], tau=log.tau * [1, -1, 1])
+    assert [r.code for r in examined(turned_round)] == ["poor_motion"]
