@@ -194,8 +194,8 @@ def feeding_turned(
     """What to do about joints whose friction is negative: each by itself, or else all together.
 
     Nothing where the fit predicts the torque no better than no model does: it then knows as little
-    of the friction. Where the motion does not tell parameters apart, no position is called reversed,
-    and no torque is turned whose error does not fall by it.
+    of the friction. Where the motion does not tell parameters apart, no position is called
+    reversed, and no torque is turned whose error does not fall by it.
     """
     wrong = np.flatnonzero(feeding(case, bounds) & (case.error < 1.0))
     found, signs, remarks = case, np.ones(case.robot.dof), []

@@ -16,30 +16,17 @@ from ident.effects.bound_effects import load_model
 from ident.effects.simulated_model import with_loads
 from ident.gap.data.broken_time import unbroken
 from ident.gap.data.experiment import Experiment, read_experiment, with_reference_model
-from ident.gap.naming.across_recordings import spread_over_recordings
 from ident.gap.naming.dependence import dependences
 from ident.gap.options import Options
-from ident.gap.regression.feasible_fit import FeasibleModel, feasible_fit
 from ident.gap.results.error_by_term import error_by_term
-from ident.gap.results.forward_simulation import ForwardSimulation, forward_simulations, rms
-from ident.gap.results.full_model import fitted_beside, model_with
-from ident.gap.results.held_out_error import (
-    BeforeAfter,
-    before_and_after,
-    gap_location,
-    held_out,
-)
+from ident.gap.results.forward_simulation import rms
+from ident.gap.results.held_out_error import gap_location, held_out
 from ident.gap.results.minimum_detectable import minimum_detectable
-from ident.gap.results.outcome import SearchResult
 from ident.gap.search import search
-from ident.gap.selection.estimates import FinalEstimates, final_estimates
-from ident.gap.transients.cut_out import cut_out
 from ident.identification.term_selection import ON_DEMAND
 from ident.identification.validation import arm_of
 from ident.model.identified_model import Model
-from ident.recordings.dataset import Dataset
 from ident.recordings.loading import Reading
-from ident.recordings.steady_state import only_steady_state
 from ident.report.gap.figures import (
     effect_figures,
     left_figure,
@@ -65,6 +52,7 @@ from ident.workflows.gap_json import (
     visibility_content,
     where_content,
 )
+from ident.workflows.gap_outcome import Outcome, counted, outcome_of, written_model
 from ident.workflows.model_errors import errors_on
 from ident.workflows.run import cutoff_chosen
 from ident.workflows.work import Search, provenance, recordings_content, write_refusal
@@ -74,28 +62,6 @@ from wamctl.arm.joint_labels import joint_labels
 Tell = Callable[[str], None]
 
 _MOST_JOINTS = 3
-
-
-@dataclass(frozen=True)
-class _Outcome:
-    """A search with its final estimates and simulations.
-
-    Attributes:
-        found: the search.
-        final: values of the effects on all data.
-        whole: the feasible arm with all effects, on all data.
-        both: residuals before and after, of fits on the searched folds.
-        before, after: simulations of the recordings.
-        remarks: fits that took another way than the usual one.
-    """
-
-    found: SearchResult
-    final: FinalEstimates
-    whole: FeasibleModel
-    both: BeforeAfter
-    before: list[ForwardSimulation]
-    after: list[ForwardSimulation]
-    remarks: tuple[Remark, ...]
 
 
 @dataclass(frozen=True)
@@ -193,7 +159,7 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
         options = replace(options, terms_on_demand=False)
     outcome = searched(source, options, remarks, tell)
     tell("fitting the arm beside the effects")
-    model, stopped = written_model(outcome)
+    outcome, model, stopped = written_model(outcome, tell)
     if source.reference_model is not None:
         remarks = _but_of_loads(remarks, source, model)
     content = _content(outcome) | trust_content((*remarks, *outcome.remarks, *stopped))
@@ -214,44 +180,16 @@ def _but_of_loads(remarks: Sequence[Remark], source: Experiment, model: Model) -
     return [r for r in remarks if r.code not in OF_LOADS or r.code in left]
 
 
-def written_model(outcome: _Outcome) -> tuple[Model, tuple[Remark, ...]]:
-    """The arm as `ident run` fits it beside the effects, and a remark where that cannot be done.
-
-    The search's own fit is the model then, and so it is beside a reference model, which stays.
-    """
-    found, final = outcome.found, outcome.final
-    source, arm = found.source, found.source.arm
-    model = model_with(source, outcome.whole, final.fit, final.effects)
-    if source.reference_model is not None:
-        return model, ()
-    plain = tuple(t for t in arm.settings.terms if t != ON_DEMAND)
-    more = (ON_DEMAND,) if found.options.terms_on_demand else ()
-    arm = arm.with_settings(terms=(*plain, *more))
-    named = {e.place for e in found.verdict.effects}
-    pushes = found.verdict.transients
-    data = [cut_out(d, log, pushes) for log, d in enumerate(counted(source))]
-    try:
-        return fitted_beside(model, named, data, arm), ()
-    except (DataError, np.linalg.LinAlgError) as error:
-        return model, (no_fit(f"The fit beside the effects failed: {error}", Grade.DOUBTFUL),)
-
-
-def counted(source: Experiment) -> list[Dataset]:
-    """The recordings of a search, in the periods that `ident run` and `ident validate` count."""
-    pairs = zip(source.datasets, source.recordings, strict=True)
-    return [only_steady_state(data, recording, data.name) for data, recording in pairs]
-
-
 def searched(
     source: Experiment, options: Options, remarks: Sequence[Remark], tell: Tell
-) -> _Outcome:
+) -> Outcome:
     """The search, and the fits with what it found.
 
     Raises:
         RefusedError: what stopped it, as a remark beside the others.
     """
     try:
-        return _outcome(search(source, options, tell), tell)
+        return outcome_of(search(source, options, tell), tell)
     except np.linalg.LinAlgError:
         stop = undetermined()
     except DataError as error:
@@ -259,26 +197,7 @@ def searched(
     raise RefusedError((stop, *remarks))
 
 
-def _outcome(found: SearchResult, tell: Tell) -> _Outcome:
-    tell("fitting all data")
-    asked = found.options.settings
-    named = found.verdict.effects
-    final = final_estimates(found.rows, found.end, asked.significance, named, systematic=True)
-    final = spread_over_recordings(found.rows, found.end, final, asked.cross_validation)
-    b = len(found.rows.base_parameters)
-    before, after = (feasible_fit(found.source, p.fit, b) for p in (found.start, found.end))
-    last = final.fit if found.end.accepted else found.end.fit
-    whole = feasible_fit(found.source, last, b, near_cad=True)
-    tell("simulating the recordings")
-    old = forward_simulations(found.source, before, ())
-    new = forward_simulations(found.source, whole, final.effects) if found.end.accepted else old
-    both = before_and_after(found, before.x, after.x)
-    notes = dict.fromkeys(f.note for f in (before, after, whole) if f.note)
-    remarks = tuple(no_fit(note, Grade.DOUBTFUL) for note in notes)
-    return _Outcome(found, final, whole, both, old, new, remarks)
-
-
-def _content(outcome: _Outcome) -> dict[str, Any]:
+def _content(outcome: Outcome) -> dict[str, Any]:
     """The content of `gap.json`, but for provenance and time."""
     found, both = outcome.found, outcome.both
     source = found.source
@@ -306,7 +225,7 @@ def _content(outcome: _Outcome) -> dict[str, Any]:
     }
 
 
-def _report(outcome: _Outcome, content: dict[str, Any]) -> GapReport:
+def _report(outcome: Outcome, content: dict[str, Any]) -> GapReport:
     found, both = outcome.found, outcome.both
     labels = joint_labels(found.source.arm.robot.joint_names)
     joints = list(dict.fromkeys(w["joint"] - 1 for w in content["where"]))

@@ -44,7 +44,8 @@ from ident.identification.identify import identify, model_of
 from ident.identification.standard_errors import QUANTILE_90
 from ident.model.identified_model import Model, NoEffects
 from ident.model.records import EffectRecord
-from ident.workflows.gap import Gap, counted, gap_of
+from ident.workflows.gap import Gap, gap_of
+from ident.workflows.gap_outcome import counted
 from ident.workflows.model_errors import errors_on
 from sim_bus.assembly import load_simulation
 from sim_bus.plant.truth import Truth

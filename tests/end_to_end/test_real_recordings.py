@@ -14,7 +14,7 @@ import pytest
 from ident.cli import main
 from ident.effects.bound_effects import load_model
 from ident.gap.data.experiment import read_experiment
-from ident.workflows.gap import counted
+from ident.workflows.gap_outcome import counted
 from ident.workflows.model_errors import errors_on
 
 pytestmark = pytest.mark.data

@@ -19,6 +19,7 @@ from ident.gap.data.rounding import torque_resolution
 from ident.gap.data.segments import FOLDS
 from ident.gap.naming.across_recordings import across_recordings, with_spread
 from ident.gap.regression.design_matrix import DesignMatrix
+from ident.gap.regression.feasible_fit import feasible_fit
 from ident.gap.regression.weighted_fit import Fit, fit, mean_squares
 from ident.gap.selection.acceptance import next_effects
 from ident.gap.selection.estimates import (
@@ -28,6 +29,7 @@ from ident.gap.selection.estimates import (
 )
 from ident.gap.selection.state import AcceptedEffect, SelectionState
 from ident.gap.settings import GapSettings, Naming
+from ident.signals.arrays import Array
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,9 @@ class Certainty:
         across: gain on recordings that it was not fitted to [nats per sample]; None for one
             recording.
         held: its size in standard deviations with its nonlinear parameters held; None without any.
+        moved: how far its size moves beside links that are physically possible, in standard
+            deviations.
+        in_bounds: whether its coefficients are such as the effect can have.
     """
 
     deviations: float
@@ -54,6 +59,8 @@ class Certainty:
     residual: float
     across: float | None = None
     held: float | None = None
+    moved: float = 0.0
+    in_bounds: bool = True
 
     def is_there(self, settings: GapSettings) -> bool:
         """Whether all that is unsure is how large it is.
@@ -73,6 +80,13 @@ class Certainty:
             return (
                 f"its size is {told:.1f} standard deviations from zero, and"
                 f" {asked.z:g} are asked for"
+            )
+        if not self.in_bounds:
+            return "beside the others its size is none that such an effect can have"
+        if self.moved > asked.z:
+            return (
+                f"beside links that are physically possible its size is {self.moved:.1f} standard"
+                " deviations from this one: the two trade with each other"
             )
         if self.peak < self.resolution:
             return (
@@ -233,6 +247,8 @@ def certainties(
     source: Experiment, state: SelectionState, settings: GapSettings
 ) -> list[tuple[dict[str, Value], Certainty]]:
     """Values, and how sure they are, of each accepted effect."""
+    if not state.accepted:
+        return []
     rows, end = state.rows, state.current
     final = final_estimates(rows, end, settings.significance, state.accepted)
     design = replace(end, accepted=final.effects).design(rows)
@@ -242,6 +258,7 @@ def certainties(
     if any(map(free_parameters, final.effects)):
         tuned = replace(end, accepted=final.effects)
         fixed = estimates_with_fixed_parameters(rows, tuned, settings.significance)
+    possible = feasible_fit(source, final.fit, len(rows.base_parameters)).effects
     judged = []
     for i, (h, values) in enumerate(zip(final.effects, final.parameters, strict=True)):
         wider = with_spread(h, values, across[i])
@@ -257,6 +274,8 @@ def certainties(
             float(np.sqrt(mean_squares(final.fit)[at])),
             across[i].gain,
             deviations(h, with_spread(h, fixed[i], across[i])) if free_parameters(h) else None,
+            _moved(h, wider, final.fit.effects[i], possible[i]),
+            _in_bounds(h, wider, final.fit.effects[i]),
         )
         judged.append((wider, certainty))
     return judged
@@ -269,6 +288,30 @@ def deviations(h: Candidate, values: Mapping[str, Value]) -> float:
     known = [n for n in (defining or coefficients) if n in values]
     chosen = [values[n] for n in known] or [v for v in values.values() if v.sd > 0.0]
     return max((abs(v.value) / v.sd if v.sd > 0.0 else np.inf for v in chosen), default=0.0)
+
+
+def _moved(h: Candidate, values: Mapping[str, Value], free: Array, possible: Array) -> float:
+    """How far an effect's coefficients move beside possible links, in standard deviations.
+
+    Args:
+        h: the effect.
+        values: as reported.
+        free: its coefficients with links of any kind, shape (k,).
+        possible: the same beside physically possible links, shape (k,).
+    """
+    surest = deviations(h, values)
+    chosen = [k for k, c in enumerate(h.coefficients) if c.defining] or range(len(free))
+    k = max(chosen, key=lambda k: abs(free[k]), default=None)
+    if k is None or free[k] == 0.0 or not np.isfinite(surest):
+        return 0.0
+    return float(surest * abs(possible[k] / free[k] - 1.0))
+
+
+def _in_bounds(h: Candidate, values: Mapping[str, Value], coefficients: Array) -> bool:
+    """Whether all coefficients, shape (k,), are plausible within one standard deviation."""
+    near = [values[c.name].sd if c.name in values else 0.0 for c in h.coefficients]
+    limits = zip(h.coefficients, coefficients, near, strict=True)
+    return all(c.lower - sd <= x <= c.upper + sd for c, x, sd in limits)
 
 
 def _peak(design: DesignMatrix, found: Fit, index: int) -> tuple[float, int]:

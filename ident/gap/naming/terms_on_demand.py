@@ -102,7 +102,9 @@ def _that_carry_over(
 
 
 def _carried(effect: AcceptedEffect, c: Certainty) -> float:
-    """Gain on other recordings; none where that is not known, or the size may have either sign."""
+    """Gain on other recordings; none where that is not known, or the size makes no sense."""
+    if not c.in_bounds:
+        return 0.0
     if catalogue()[effect.candidate.effect].usual_term:
         return 1.0 if c.across is None else c.across
     return c.across if c.across is not None and c.deviations > 1.0 else 0.0

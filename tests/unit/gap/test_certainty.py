@@ -55,6 +55,8 @@ SURE = Certainty(5.0, 1.0, 0.1, 0.5, 2.0, 1.0, 0.3)
         ({"peak": 0.09}, "resolution"),
         ({"peak": 0.015, "resolution": 0.01, "explained": 0.2}, "friction"),
         ({"across": -0.01}, "recording"),
+        ({"moved": 3.5}, "physically possible"),
+        ({"in_bounds": False}, "can have"),
         ({"across": None}, ""),
     ],
 )
@@ -94,10 +96,10 @@ def test_what_changes_with_time_yields_to_what_does_not():
     assert yields_to_constant(unsettled, [drag.score, rotor], SETTINGS.rivals)
 
 
-def beside_an_offset(source, plain, name, drag=0.0):
+def beside_an_offset(source, plain, name, drag=0.0, stiffness=0.0):
     """Recordings with a real offset, and a state with it and another effect at the same joint."""
     speed = plain.command.qd * (OFFSET > 0.0)
-    more = OFFSET + drag * np.abs(speed) * speed
+    more = OFFSET + drag * np.abs(speed) * speed + stiffness * np.eye(7)[4] * plain.q
     command = replace(plain.command, effort=plain.command.effort + more)
     shifted = source_of(replace(plain, command=command))
     parts = segments(shifted.datasets, windows_for(500.0, 10.0))

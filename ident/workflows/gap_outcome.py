@@ -1,0 +1,157 @@
+"""A search with its final fits, and the model that is written of it."""
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ident.checks.remark import Grade, Remark, no_fit
+from ident.effects.catalogue import catalogue
+from ident.gap.data.experiment import Experiment
+from ident.gap.naming.across_recordings import spread_over_recordings
+from ident.gap.regression.current_model import extend
+from ident.gap.regression.feasible_fit import FeasibleModel, feasible_fit
+from ident.gap.results.forward_simulation import ForwardSimulation, forward_simulations
+from ident.gap.results.full_model import fitted_beside, model_with
+from ident.gap.results.held_out_error import BeforeAfter, before_and_after
+from ident.gap.results.outcome import SearchResult
+from ident.gap.selection.estimates import FinalEstimates, final_estimates
+from ident.gap.selection.state import Place
+from ident.gap.transients.cut_out import cut_out
+from ident.identification.term_selection import ON_DEMAND
+from ident.identification.validation import arm_of, predict
+from ident.model.identified_model import Model
+from ident.recordings.dataset import Dataset
+from ident.recordings.steady_state import only_steady_state
+from wamctl.arm.errors import DataError
+
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A search with its final estimates and simulations.
+
+    Attributes:
+        found: the search.
+        final: values of the effects on all data.
+        whole: the feasible arm with all effects, on all data.
+        both: residuals before and after, of fits on the searched folds.
+        before, after: simulations of the recordings.
+        remarks: fits that took another way than the usual one.
+    """
+
+    found: SearchResult
+    final: FinalEstimates
+    whole: FeasibleModel
+    both: BeforeAfter
+    before: list[ForwardSimulation]
+    after: list[ForwardSimulation]
+    remarks: tuple[Remark, ...]
+
+
+def outcome_of(found: SearchResult, tell: Tell) -> Outcome:
+    """The final fits of a search, and simulations with them."""
+    tell("fitting all data")
+    final, whole = _final_fits(found)
+    b = len(found.rows.base_parameters)
+    before, after = (feasible_fit(found.source, p.fit, b) for p in (found.start, found.end))
+    tell("simulating the recordings")
+    old = forward_simulations(found.source, before, ())
+    new = forward_simulations(found.source, whole, final.effects) if found.end.accepted else old
+    both = before_and_after(found, before.x, after.x)
+    notes = dict.fromkeys(f.note for f in (before, after, whole) if f.note)
+    remarks = tuple(no_fit(note, Grade.DOUBTFUL) for note in notes)
+    return Outcome(found, final, whole, both, old, new, remarks)
+
+
+def _final_fits(found: SearchResult) -> tuple[FinalEstimates, FeasibleModel]:
+    """Values of the effects on all data, and the feasible arm with them."""
+    asked = found.options.settings
+    named = found.verdict.effects
+    final = final_estimates(found.rows, found.end, asked.significance, named, systematic=True)
+    final = spread_over_recordings(found.rows, found.end, final, asked.cross_validation)
+    last = final.fit if found.end.accepted else found.end.fit
+    return final, feasible_fit(found.source, last, len(found.rows.base_parameters), near_cad=True)
+
+
+def written_model(outcome: Outcome, tell: Tell) -> tuple[Outcome, Model, tuple[Remark, ...]]:
+    """The arm as `ident run` fits it beside the effects, and a remark where that cannot be done.
+
+    The search's own fit is the model then, and so it is beside a reference model, which stays. What
+    is in the model without a name has to predict the unfiltered torque no worse: without what does
+    not, the final fits are made again.
+
+    Args:
+        outcome: of a search.
+        tell: is told the progress.
+
+    Returns:
+        the outcome of what is in the model, the model, and remarks.
+    """
+    model, remarks = _fitted(outcome.found, outcome.final, outcome.whole)
+    rough = set() if remarks else _rough(outcome.found, model)
+    if not rough:
+        return outcome, model, remarks
+    outcome = outcome_of(_without(outcome.found, rough), tell)
+    return outcome, *_fitted(outcome.found, outcome.final, outcome.whole)
+
+
+def _rough(found: SearchResult, model: Model) -> set[Place]:
+    """What is in the model without a name, and with which unfiltered torque is predicted worse.
+
+    A torque that rings or jumps may help where it is filtered, and spoil what it is added to.
+    """
+    inside = {s.effect.place for s in found.verdict.suspected if s.in_model}
+    asked = {place for place in inside if not catalogue()[place[0]].usual_term}
+    if not asked or found.source.reference_model is not None:
+        return set()
+    data = counted(found.source)
+    whole = _unfiltered_error(model, data)
+    less = {place: _without(found, {place}) for place in asked}
+    others = {place: _fitted(rest, *_final_fits(rest))[0] for place, rest in less.items()}
+    return {place for place, other in others.items() if _unfiltered_error(other, data) < whole}
+
+
+def _unfiltered_error(model: Model, data: Sequence[Dataset]) -> float:
+    """Mean relative error of unfiltered torque over recordings [%]."""
+    arm = arm_of(model)
+    errors = [predict(model, arm, d).raw[model.estimator] for d in data]
+    return float(np.mean([e.relative_percent for e in errors]))
+
+
+def _without(found: SearchResult, places: Collection[Place]) -> SearchResult:
+    """The search without effects that were in the model without a name."""
+    accepted = [h for h in found.end.accepted if (h.effect, h.joints) not in places]
+    end = extend(found.rows, replace(found.end, accepted=()), accepted)
+    suspected = tuple(
+        replace(s, in_model=False) if s.effect.place in places else s
+        for s in found.verdict.suspected
+    )
+    return replace(found, end=end, verdict=replace(found.verdict, suspected=suspected))
+
+
+def _fitted(
+    found: SearchResult, final: FinalEstimates, whole: FeasibleModel
+) -> tuple[Model, tuple[Remark, ...]]:
+    """The model of a search, and a remark where the fit beside the effects failed."""
+    source, arm = found.source, found.source.arm
+    model = model_with(source, whole, final.fit, final.effects)
+    if source.reference_model is not None:
+        return model, ()
+    plain = tuple(t for t in arm.settings.terms if t != ON_DEMAND)
+    more = (ON_DEMAND,) if found.options.terms_on_demand else ()
+    arm = arm.with_settings(terms=(*plain, *more))
+    named = {e.place for e in found.verdict.effects}
+    pushes = found.verdict.transients
+    data = [cut_out(d, log, pushes) for log, d in enumerate(counted(source))]
+    try:
+        return fitted_beside(model, named, data, arm), ()
+    except (DataError, np.linalg.LinAlgError) as error:
+        return model, (no_fit(f"The fit beside the effects failed: {error}", Grade.DOUBTFUL),)
+
+
+def counted(source: Experiment) -> list[Dataset]:
+    """The recordings of a search, in the periods that `ident run` and `ident validate` count."""
+    pairs = zip(source.datasets, source.recordings, strict=True)
+    return [only_steady_state(data, recording, data.name) for data, recording in pairs]
