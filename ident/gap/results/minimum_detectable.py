@@ -1,9 +1,11 @@
 """Minimum detectable size of each effect at each joint, and effects that are not observable."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
 from ident.gap.data.segments import SEARCHED
 from ident.gap.regression.design_matrix import DesignMatrix
@@ -54,19 +56,27 @@ def minimum_detectable(found: SearchResult) -> MinimumDetectable:
             sizes.setdefault(h.effect, {}).setdefault(j, []).append(size)
     medians = {e: {j: float(np.median(s)) for j, s in by.items()} for e, by in sizes.items()}
     seen = {e: {j: s for j, s in by.items() if np.isfinite(s)} for e, by in medians.items()}
-    unobservable = _unobservable(set(sizes), seen, facts.dof)
+    unobservable = _unobservable(set(sizes), seen, end.accepted, facts.dof)
     unsearched = tuple(n for n, e in catalogue().items() if e.asks_of_arm and n not in sizes)
     return MinimumDetectable({e: by for e, by in seen.items() if by}, unobservable, unsearched)
 
 
 def _unobservable(
-    searched: set[str], seen: dict[str, dict[int, float]], dof: int
+    searched: set[str],
+    seen: dict[str, dict[int, float]],
+    accepted: Sequence[Candidate],
+    dof: int,
 ) -> dict[str, tuple[int, ...]]:
+    """Joints at which an effect does not show; what is in the model has shown itself."""
+    shown: dict[str, set[int]] = {}
+    for h in accepted:
+        shown.setdefault(h.effect, set()).update(h.joints or h.rows)
     found: dict[str, tuple[int, ...]] = {}
     for name, effect in catalogue().items():
         if not effect.needs_reference_model and name not in searched:
             continue  # it has no place on this arm, as a ripple where motors are unknown
-        missing = tuple(j for j in range(dof) if j not in seen.get(name, {}))
+        there = {*seen.get(name, {}), *shown.get(name, ())}
+        missing = tuple(j for j in range(dof) if j not in there)
         if len(missing) == dof:
             found[name] = ()
         elif missing and not effect.acts_on_pairs:

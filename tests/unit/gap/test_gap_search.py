@@ -14,6 +14,7 @@ from ident.gap.data.noise_regions import Region
 from ident.gap.data.segments import SEARCHED
 from ident.gap.lack_of_fit.repeatability import repeated_rows
 from ident.gap.options import Options
+from ident.gap.regression.current_model import extend
 from ident.gap.regression.design_matrix import build_design_matrix
 from ident.gap.regression.feasible_fit import feasible_fit
 from ident.gap.regression.model_columns import joint_columns
@@ -197,6 +198,17 @@ def test_what_could_not_be_seen_and_what_could(nothing_hidden):
     sizes = seen.sizes["stribeck"]
     assert set(sizes) == set(range(7))
     assert all(0.0 < size < 1.0 for size in sizes.values())
+
+
+def test_what_is_in_the_model_is_not_called_unobservable(nothing_hidden):
+    """Its columns are all in the model, which is no lack of motion."""
+    rows, start = nothing_hidden.rows, nothing_hidden.start
+    spring, tilt = (catalogue()[name] for name in ("joint_spring", "gravity_tilt"))
+    whole = next(iter(tilt.candidates(start.model.facts)))
+    end = extend(rows, start, [spring.at((3,)), whole])
+    seen = minimum_detectable(replace(nothing_hidden, end=end))
+    assert 3 not in seen.unobservable.get("joint_spring", ())
+    assert "gravity_tilt" not in seen.unobservable
 
 
 def test_repeated_samples_are_mended_and_no_fault(plain):
