@@ -113,11 +113,16 @@ def current_remarks(
     unknown = [k for k in places if not np.isfinite(found.relative_sd[k])]
     code, remarks = "current_not_torque", []
     if not np.isfinite(found.common_sd):
-        ratios = joined([f"{found.value[k]:.3g} at joint {k + 1}" for k in places])
+        coupled = [k for k in places if found.source[k] == "links"]
+        told = "all parameters are known only up to one common factor"
+        if coupled:
+            ratios = joined([f"{found.value[k]:.3g} at joint {k + 1}" for k in coupled])
+            told = f"{told} (gains beside that of the joint with most torque: {ratios})"
+        elif len(places) > 1:
+            told = "those of each joint are known only up to a factor of its own"
         text = (
             "The efforts are currents [A], and the masses in the URDF do not determine the drives'"
-            " gains: all parameters are known only up to one common factor (relative gains in"
-            f" N m/A: {ratios})."
+            f" gains: {told}."
         )
         return [Remark(code, (), text, Grade.DOUBTFUL, _GIVE_GAINS)]
     if known:

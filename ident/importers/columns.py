@@ -195,12 +195,14 @@ def _finite(source: Path, chosen: dict[str, Array], rows: NDArray[np.intp]) -> N
 
 
 def _stamps(source: Path, plan: Mapping, column: Array) -> NDArray[np.int64]:
+    """Stamps of a log [ns]; where times count from a trigger, they begin at the first one."""
     ns = column * _NS[plan.time.unit]
-    if ns.min() < 0 or ns.max() >= _LATEST_S * 1e9:
+    if ns.max() >= _LATEST_S * 1e9:
         raise DataError(
-            f"{source}: the time column runs from {ns.min() * 1e-9:g} s to {ns.max() * 1e-9:g} s;"
-            f" a log holds 0 s to {_LATEST_S} s."
+            f"{source}: the time column runs to {ns.max() * 1e-9:g} s; a log holds 0 s to"
+            f" {_LATEST_S} s."
         )
+    ns -= min(ns.min(), 0.0)
     back = np.flatnonzero(np.diff(ns) < -_BACK_NS)
     if len(back):
         before, after = ns[back[0] : back[0] + 2] * 1e-9

@@ -232,6 +232,8 @@ def closed_text(held_out: Content, of: Callable[[Sequence[int]], str], count: in
         if _LOWER * ratios[worst] < 1.0:
             old, new = (with_unit(x, "N m") for x in pairs[worst])
             rises = f", and that of {of([worst + 1])} rises from {old} to {new}"
+        if after > _LOWER * before:
+            rises += f"; that of the whole arm rises from {percent(before)} to {percent(after)}"
     closed = closed_share(held_out["closed_fraction"])
     return (
         f"Adding {it} closes {closed} of the gap: on held-out data, the error{where} falls from"

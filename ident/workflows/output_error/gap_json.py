@@ -30,6 +30,9 @@ def gap_content(begun: Prepared, done: Outcome, settings: SearchSettings) -> Con
     held = held_by_weight(begun.setup, done.after.settings)
     for a in done.effects:
         seen[a.part][a.joint] = np.nan
+    for part, sizes in seen.items():
+        if part.quantities[0] == "half_play":
+            sizes[held] = np.nan  # of no size would it have shown
     return {
         "method": "simulation",
         "verdict": done.kind,

@@ -424,11 +424,18 @@ def test_rows_and_times_that_do_not_serve(tmp_path: Path) -> None:
     assert refused(source, BASIC | {"rows": {"first": 51}}, DataError) == (
         f"{source} has 50 rows; rows.first is 51."
     )
-    columns = {"t": T - 0.1, "q1": T, "q2": T, "u1": T, "u2": T}
-    source = table(tmp_path / "early.csv", columns)
+    columns = {"t": 1e10 + T, "q1": T, "q2": T, "u1": T, "u2": T}
+    source = table(tmp_path / "late.csv", columns)
     assert refused(source, BASIC, DataError) == (
-        f"{source}: the time column runs from -0.1 s to 0.096 s; a log holds 0 s to 2147483648 s."
+        f"{source}: the time column runs to 1e+10 s; a log holds 0 s to 2147483648 s."
     )
+
+
+def test_times_that_count_from_a_trigger_begin_at_the_first(tmp_path: Path) -> None:
+    columns = {"t": T - 0.1, "q1": T, "q2": T, "u1": T, "u2": T}
+    stamps = imported(table(tmp_path / "early.csv", columns), BASIC).stamp_ns
+    assert stamps[0] == 0
+    assert stamps[-1] == pytest.approx(0.196e9, abs=1.0)
 
 
 def test_the_arm_travels_inside_the_log(tmp_path: Path) -> None:

@@ -79,3 +79,5 @@ def test_an_arm_without_effects_misses_nothing():
     assert gap.content["minimum_detectable"]["torque_offset"]["2"] < 0.1
     assert gap.content["detectable_units"]["torque_offset"] == "N m"
     assert gap.content["held_by_weight"] == [1]  # the elbow swings past the vertical
+    assert "1" not in gap.content["minimum_detectable"]["backlash"]
+    assert "2" in gap.content["minimum_detectable"]["backlash"]

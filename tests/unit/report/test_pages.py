@@ -625,18 +625,25 @@ def test_effects_of_one_kind_are_told_once(gap_report, gap_content) -> None:
 
 
 @pytest.mark.parametrize(
-    ("after", "sentence"),
+    ("after", "sentence", "whole"),
     [
-        ([1.47, 2.0], "Adding it does not lower the error on held-out data (5.00 % before, 5.00 %"),
-        ([0.54, 1.99], "the error of joint 1 falls from 1.47 N·m to 0.540 N·m."),
-        ([0.54, 2.4], "to 0.540 N·m, and that of joint 2 rises from 2.00 N·m to 2.40 N·m."),
+        (
+            [1.47, 2.0],
+            "Adding it does not lower the error on held-out data (5.00 % before, 5.00 %",
+            5.0,
+        ),
+        ([0.54, 1.99], "the error of joint 1 falls from 1.47 N·m to 0.540 N·m.", 5.0),
+        ([0.54, 2.4], "to 0.540 N·m, and that of joint 2 rises from 2.00 N·m to 2.40 N·m.", 5.0),
+        ([0.54, 2.0], "that of the whole arm rises from 5.00 % to 6.20 %.", 6.2),
     ],
 )
-def test_joints_at_which_an_effect_does_nothing_or_harm(after: list[float], sentence: str) -> None:
-    sides = ([1.47, 2.0], after)
+def test_joints_at_which_an_effect_does_nothing_or_harm(
+    after: list[float], sentence: str, whole: float
+) -> None:
+    sides = ([5.0, [1.47, 2.0]], [whole, after])
     held_out: dict[str, Any] = {
-        name: {"relative_error_percent": 5.0, "rms_by_joint": rms}
-        for name, rms in zip(("before", "after"), sides, strict=True)
+        name: {"relative_error_percent": percent, "rms_by_joint": rms}
+        for name, (percent, rms) in zip(("before", "after"), sides, strict=True)
     }
     said = closed_text(held_out | {"closed_fraction": 0.0}, lambda joints: f"joint {joints[0]}")
     assert sentence in said.replace("\u202f", " ")
