@@ -43,6 +43,7 @@ from ident.output_error.servo import (
     TURNING_SPEED,
     ZERO,
     commanded,
+    gathered,
     planned,
     servo,
 )
@@ -100,6 +101,9 @@ def simulate(chain, delta, settings, at_link, motion, step, out):
         loose, q, rotor, speed, torque, free, level, slowing, share, turning, bent, edge, rub
     )
     inverse_dynamics(chain, delta, q, still, still, w, bias)
+    for i in range(n):
+        load = bias[i] + p[SPRING, i] * q[i]
+        integral[i] = gathered(p, i, goal[i] - motion.start[i], load, motion.speed[i])
     twisted(p, at_link, loose, bias, q, rotor)
     for k in range(samples - 1):
         whole = motion.t[k + 1] - motion.t[k]

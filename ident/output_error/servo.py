@@ -20,6 +20,12 @@ NO_PROFILE = 1e5
 ) = range(30)  # fmt: skip
 """Rows of a settings array, in the order of `QUANTITIES`."""
 
+_BEFORE_S = 10.0
+"""How long a servo has been on where a recording begins [s]."""
+
+_SLOW = 0.02
+"""Speed below which friction may push either way [rad/s]."""
+
 
 class Motion(NamedTuple):
     """Commands and when they came.
@@ -78,6 +84,22 @@ def servo(p, i, error, rate, integral, h):
     given = min(max(wanted, -p[TORQUE_LIMIT, i]), p[TORQUE_LIMIT, i])
     integral[i] -= wanted - given if p[INTEGRAL, i] > 0.0 else 0.0
     return given
+
+
+@compiled
+def gathered(p, i, error, load, speed):
+    """What the servo's integral holds where a recording begins [N m]: it carries the load.
+
+    That of a servo which has held or moved its arm for some seconds, so that a weak one holds a
+    part of it.
+    """
+    if p[INTEGRAL, i] <= 0.0:
+        return 0.0
+    felt = error - min(max(error, -p[DEAD_ZONE, i]), p[DEAD_ZONE, i])
+    friction = p[DAMPING, i] * speed + p[COULOMB, i] * speed / (abs(speed) + _SLOW)
+    held = load + p[OFFSET, i] + friction - p[STIFFNESS, i] * felt
+    share = 1.0 - np.exp(-_BEFORE_S * p[INTEGRAL, i] / p[STIFFNESS, i])
+    return share * min(max(held, -p[TORQUE_LIMIT, i]), p[TORQUE_LIMIT, i])
 
 
 @compiled

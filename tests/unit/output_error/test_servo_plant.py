@@ -63,6 +63,12 @@ def test_a_coarse_step_does_not_pass_for_inertia_or_delay():
     assert np.abs(q - wanted[::40]).max() < 1e-3
 
 
+@pytest.mark.parametrize(("integral", "sag"), [(0.0, 0.5 / 20.0), (20.0, 0.0)])
+def test_an_integral_carries_the_load_where_a_recording_begins(integral, sag):
+    _, q = replay(lambda x: 0.0, stiffness=20.0, damping=0.6, offset=0.5, integral=integral)
+    assert np.abs(q).max() == pytest.approx(sag, rel=0.2, abs=1e-4)
+
+
 def test_friction_holds_what_the_servo_cannot_move():
     _, q = replay(lambda x: 0.01, stiffness=20.0, coulomb=0.25)
     assert np.abs(q).max() < 1e-6
