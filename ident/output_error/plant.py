@@ -89,8 +89,7 @@ def simulate(chain, delta, settings, at_link, motion, step, out):
     slowing, edge, rub = np.zeros(n), np.zeros(n), np.zeros(n)
     was, ahead, before = motion.speed.copy(), np.zeros(n), 1.0
     loose = np.empty(n, dtype=np.bool_)
-    at = np.zeros(n, dtype=np.int64)
-    goal, pace = np.empty(n), motion.speed.copy()
+    at, goal, pace = np.zeros(n, dtype=np.int64), np.empty(n), motion.speed.copy()
     for i in range(n):
         loose[i] = p[HALF_PLAY, i] > 0.0 or p[COMPLIANCE, i] > 0.0
         q[i] = motion.start[i] + p[ZERO, i]
@@ -101,9 +100,7 @@ def simulate(chain, delta, settings, at_link, motion, step, out):
         loose, q, rotor, speed, torque, free, level, slowing, share, turning, bent, edge, rub
     )
     inverse_dynamics(chain, delta, q, still, still, w, bias)
-    for i in range(n):
-        load = bias[i] + p[SPRING, i] * q[i]
-        integral[i] = gathered(p, i, goal[i] - motion.start[i], load, motion.speed[i])
+    gathered(p, motion, goal, bias, integral)
     twisted(p, at_link, loose, bias, q, rotor)
     for k in range(samples - 1):
         whole = motion.t[k + 1] - motion.t[k]

@@ -87,19 +87,21 @@ def servo(p, i, error, rate, integral, h):
 
 
 @compiled
-def gathered(p, i, error, load, speed):
-    """What the servo's integral holds where a recording begins [N m]: it carries the load.
+def gathered(p, motion, goal, bias, integral):
+    """What the servos' integrals hold where a recording begins [N m]: they carry the load.
 
-    That of a servo which has held or moved its arm for some seconds, so that a weak one holds a
-    part of it.
+    Those of servos which have held or moved their arm for some seconds, so that a weak one holds a
+    part of it. `bias` is the load of the links at rest [N m], shape (n,).
     """
-    if p[INTEGRAL, i] <= 0.0:
-        return 0.0
-    felt = error - min(max(error, -p[DEAD_ZONE, i]), p[DEAD_ZONE, i])
-    friction = p[DAMPING, i] * speed + p[COULOMB, i] * speed / (abs(speed) + _SLOW)
-    held = load + p[OFFSET, i] + friction - p[STIFFNESS, i] * felt
-    share = 1.0 - np.exp(-_BEFORE_S * p[INTEGRAL, i] / p[STIFFNESS, i])
-    return share * min(max(held, -p[TORQUE_LIMIT, i]), p[TORQUE_LIMIT, i])
+    for i in range(integral.size):
+        if p[INTEGRAL, i] > 0.0:
+            error, speed = goal[i] - motion.start[i], motion.speed[i]
+            felt = error - min(max(error, -p[DEAD_ZONE, i]), p[DEAD_ZONE, i])
+            friction = p[DAMPING, i] * speed + p[COULOMB, i] * speed / (abs(speed) + _SLOW)
+            spring = p[SPRING, i] * (motion.start[i] + p[ZERO, i])
+            held = bias[i] + spring + p[OFFSET, i] + friction - p[STIFFNESS, i] * felt
+            share = 1.0 - np.exp(-_BEFORE_S * p[INTEGRAL, i] / p[STIFFNESS, i])
+            integral[i] = share * min(max(held, -p[TORQUE_LIMIT, i]), p[TORQUE_LIMIT, i])
 
 
 @compiled
