@@ -297,9 +297,7 @@ class Repeats(_Section):
 class Naming(_Section):
     """What an effect in the final fit needs beside its gain to be named, not only suspected."""
 
-    z: float = _positive(
-        3.0, "Standard errors of its size beside all others [1]: 0.3 % of a normal distribution."
-    )
+    z: float = _positive(3.0, "Standard errors of its size beside all others [1]: 0.3 % by chance.")
     min_friction_share: float = _share(
         0.01,
         "Its largest torque, as a share of the joint's Coulomb friction [1]. Less is told by no"
@@ -309,8 +307,9 @@ class Naming(_Section):
         0.25, "Rms torque that it explains, as a share of the residual [1]: enough instead."
     )
     leaning_share: float = _share(
-        0.05, "Change of a value from which it leans on an effect without which it is fitted [1]."
+        0.05, "Change without another effect, on which it leans then [1]."
     )
+    possible_share: float = _share(0.1, "Change beside possible links that counts as none [1].")
 
 
 class Verdict(_Section):

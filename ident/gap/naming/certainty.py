@@ -274,7 +274,7 @@ def certainties(
             float(np.sqrt(mean_squares(final.fit)[at])),
             across[i].gain,
             deviations(h, with_spread(h, fixed[i], across[i])) if free_parameters(h) else None,
-            _moved(h, wider, final.fit.effects[i], possible[i]),
+            _moved(h, wider, final.fit.effects[i], possible[i], settings.naming),
             _in_bounds(h, wider, final.fit.effects[i]),
         )
         judged.append((wider, certainty))
@@ -290,21 +290,30 @@ def deviations(h: Candidate, values: Mapping[str, Value]) -> float:
     return max((abs(v.value) / v.sd if v.sd > 0.0 else np.inf for v in chosen), default=0.0)
 
 
-def _moved(h: Candidate, values: Mapping[str, Value], free: Array, possible: Array) -> float:
-    """How far an effect's coefficients move beside possible links, in standard deviations.
+def _moved(
+    h: Candidate, values: Mapping[str, Value], free: Array, possible: Array, asked: Naming
+) -> float:
+    """How far an effect's surest coefficient moves beside possible links, in standard deviations.
 
     Args:
         h: the effect.
         values: as reported.
         free: its coefficients with links of any kind, shape (k,).
         possible: the same beside physically possible links, shape (k,).
+        asked: of a name.
     """
     surest = deviations(h, values)
     chosen = [k for k, c in enumerate(h.coefficients) if c.defining] or range(len(free))
-    k = max(chosen, key=lambda k: abs(free[k]), default=None)
+
+    def sureness(k: int) -> float:
+        own = values.get(h.coefficients[k].name)
+        return abs(own.value) / own.sd if own is not None and own.sd > 0.0 else 0.0
+
+    k = max(chosen, key=sureness, default=None)
     if k is None or free[k] == 0.0 or not np.isfinite(surest):
         return 0.0
-    return float(surest * abs(possible[k] / free[k] - 1.0))
+    change = abs(possible[k] / free[k] - 1.0)
+    return float(surest * change) if change > asked.possible_share else 0.0
 
 
 def _in_bounds(h: Candidate, values: Mapping[str, Value], coefficients: Array) -> bool:
