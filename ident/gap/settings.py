@@ -307,9 +307,9 @@ class Naming(_Section):
         0.25, "Rms torque that it explains, as a share of the residual [1]: enough instead."
     )
     leaning_share: float = _share(
-        0.05, "Change without another effect, on which it leans then [1]."
+        0.05, "Change of a value from which it leans on an effect without which it is fitted [1]."
     )
-    possible_share: float = _share(0.1, "Change beside possible links that counts as none [1].")
+    possible_share: float = _share(0.1, "Change of size beside possible links that is none [1].")
 
 
 class Verdict(_Section):

@@ -1,5 +1,6 @@
 """A search with its final fits, and the model that is written of it."""
 
+import contextlib
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
@@ -23,6 +24,7 @@ from ident.identification.validation import arm_of, predict
 from ident.model.identified_model import Model
 from ident.recordings.dataset import Dataset
 from ident.recordings.steady_state import only_steady_state
+from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 
 Tell = Callable[[str], None]
@@ -107,17 +109,26 @@ def _rough(found: SearchResult, model: Model) -> set[Place]:
     if not asked or found.source.reference_model is not None:
         return set()
     data = counted(found.source)
-    whole = _unfiltered_error(model, data)
-    less = {place: _without(found, {place}) for place in asked}
-    others = {place: _fitted(rest, *_final_fits(rest))[0] for place, rest in less.items()}
-    return {place for place, other in others.items() if _unfiltered_error(other, data) < whole}
+    whole = _unfiltered_errors(model, data)
+    rough = set()
+    for place in asked:
+        less = _without(found, {place})
+        other, failed = _fitted(less, *_final_fits(less))
+        if not failed and np.nanmean(_unfiltered_errors(other, data) - whole) < 0.0:
+            rough.add(place)
+    return rough
 
 
-def _unfiltered_error(model: Model, data: Sequence[Dataset]) -> float:
-    """Mean relative error of unfiltered torque over recordings [%]."""
-    arm = arm_of(model)
-    errors = [predict(model, arm, d).raw[model.estimator] for d in data]
-    return float(np.mean([e.relative_percent for e in errors]))
+def _unfiltered_errors(model: Model, data: Sequence[Dataset]) -> Array:
+    """Relative error of unfiltered torque on each recording [%], shape (L,).
+
+    NaN for one that is too short to say what the model's effects do in it.
+    """
+    arm, errors = arm_of(model), np.full(len(data), np.nan)
+    for k, recording in enumerate(data):
+        with contextlib.suppress(DataError):
+            errors[k] = predict(model, arm, recording).raw[model.estimator].relative_percent
+    return errors
 
 
 def _without(found: SearchResult, places: Collection[Place]) -> SearchResult:

@@ -65,41 +65,32 @@ def test_a_drive_that_makes_up_for_viscous_friction_is_not_reversed():
 
 
 class Coupled:
-    """An arm whose joints 2 and 3 share a load, so that turning one of them alone costs error."""
+    """An arm whose joints 2 and 3 share a load: turning one of them alone may cost error."""
 
     robot = SimpleNamespace(dof=3, joint_names=("a", "b", "c"))
 
-    def __init__(self, factors=(1.0, 1.0, 1.0)):
-        self.factors = np.array(factors)
-        self.error = 0.1 if factors[1] == factors[2] else 0.5
+    def __init__(self, factors=(1.0, 1.0, 1.0), alone=0.5):
+        self.factors, self.alone = np.array(factors), alone
+        self.error = 0.1 if factors[1] == factors[2] else alone
 
     def with_torque(self, factors):
-        return Coupled(self.factors * factors)
+        return Coupled(self.factors * factors, self.alone)
 
 
-def test_joints_that_share_a_load_are_turned_together(monkeypatch):
+@pytest.mark.parametrize("tells", [True, False])
+def test_joints_that_share_a_load_are_turned_together_if_the_motion_tells_it(monkeypatch, tells):
     monkeypatch.setattr(signs, "feeding", lambda c, _: (c.factors > 0) & [False, True, True])
     monkeypatch.setattr(signs, "nearest", lambda c, tried: (tried[0], tried[0].without(c)))
     whole: Any = Coupled()
-    _, factors, remarks = signs.feeding_turned(whole, True, DEFAULT)
-    assert factors.tolist() == [1, -1, -1]
-    assert [r.joints for r in remarks] == [(2, 3)]
-
-
-class Alike(Coupled):
-    """A joint whose friction seems to drive, and whose sign costs no error either way."""
-
-    def __init__(self, factors=(1.0, 1.0, 1.0)):
-        self.factors, self.error = np.array(factors), 0.1
-
-    def with_torque(self, factors):
-        return Alike(self.factors * factors)
+    _, factors, remarks = signs.feeding_turned(whole, tells, DEFAULT)
+    assert factors.tolist() == ([1, -1, -1] if tells else [1, 1, 1])
+    assert [r.joints for r in remarks] == ([(2, 3)] if tells else [(2,), (3,)])
 
 
 def test_where_the_motion_tells_little_only_a_falling_error_turns_a_torque(monkeypatch):
     monkeypatch.setattr(signs, "feeding", lambda c, _: (c.factors > 0) & [False, True, False])
     monkeypatch.setattr(signs, "nearest", lambda c, tried: (tried[0], tried[0].without(c)))
-    case: Any = Alike()
+    case: Any = Coupled(alone=0.1)
     _, factors, (remark,) = signs.feeding_turned(case, False, DEFAULT)
     assert factors.tolist() == [1, 1, 1]
     assert "Friction at joint 2 (b) would drive the motion" in remark.finding

@@ -11,6 +11,7 @@ from ident.gap.naming.terms_on_demand import terms_on_demand
 from ident.gap.regression.current_model import extend
 from ident.gap.settings import GapSettings
 from ident.workflows import gap_outcome
+from wamctl.arm.errors import DataError
 
 SETTINGS = GapSettings()
 DRAG = ("nonlinear_viscous", (4,))
@@ -58,11 +59,16 @@ def test_what_spoils_unfiltered_torque_is_not_in_the_model_without_a_name(
     found = replace(nothing_hidden, end=end, verdict=verdict)
     errors = []
 
-    def unfiltered(model, _data):
+    def predicted(model, _arm, data):
+        if data.name == "short":
+            raise DataError("too short")
         errors.append(with_it if model.effects.records else 1.0)
-        return errors[-1]
+        return SimpleNamespace(raw={model.estimator: SimpleNamespace(relative_percent=errors[-1])})
 
-    monkeypatch.setattr(gap_outcome, "_unfiltered_error", unfiltered)
+    known = gap_outcome.counted(found.source)
+    short = [replace(data, name="short") for data in known]
+    monkeypatch.setattr(gap_outcome, "counted", lambda _: [*known, *short])
+    monkeypatch.setattr(gap_outcome, "predict", predicted)
     outcome = gap_outcome.outcome_of(found, lambda _: None)
     outcome, model, remarks = gap_outcome.written_model(outcome, lambda _: None)
     assert remarks == ()
