@@ -36,8 +36,9 @@ def segments_of(
 ) -> tuple[MotionSegment, ...]:
     """Commands and positions of a recording between its holes, joints in the robot's order.
 
-    Positions that no motion can reach are left out, and counted with the first segment. Of faster
-    recordings about a hundred positions a second are taken; commands are all kept.
+    Positions before the first command are left out: nobody knows what they followed. So are those
+    that no motion can reach, which are counted with the first segment. Of faster recordings about a
+    hundred positions a second are taken; commands are all kept.
 
     Raises:
         DataError: a loop that is no servo, no commanded positions, other joints, or too few
@@ -50,6 +51,8 @@ def segments_of(
     columns = [recording.joint_names.index(j) for j in joint_names]
     stamp_ns, wanted = _commands(recording, name)
     new = np.diff(recording.stamp_ns, prepend=recording.stamp_ns[0] - 1) > 0
+    new &= recording.stamp_ns >= stamp_ns[0]
+    _check_follows(int(new.sum()), stamp_ns[0] - recording.stamp_ns[0], name)
     zero = recording.stamp_ns[0]
     t, q = (recording.stamp_ns[new] - zero) * 1e-9, recording.q[new][:, columns]
     q = np.unwrap(q, axis=0)  # an encoder of one turn
@@ -149,6 +152,15 @@ def _check_is_of_servos(recording: Recording, name: str) -> None:
             f"{name} was recorded by wamctl, which commands torque (computed torque and PD);"
             " identification by simulation fits position servos. Use regression, the usual method:"
             " the log holds the torque."
+        )
+
+
+def _check_follows(count: int, late_ns: int, name: str) -> None:
+    """Refuse a recording of which too few positions follow the first command."""
+    if count < _SHORTEST:
+        raise DataError(
+            f"{name}: its first command is stamped {late_ns * 1e-9:.4g} s after its first position,"
+            f" and only {count} positions follow; stamp both by the same clock."
         )
 
 

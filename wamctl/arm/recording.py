@@ -200,6 +200,7 @@ class _Pass:
         self._states = JointTopic(f"{log.path}: {log.joint_states}", log.joints)
         self._commands: JointTopic | None = None
         self._early: list[JointSeries] = []
+        self._measured: list[JointSeries] = []
         self._motion = CommandedMotion(f"{log.path}: {log.joint_commands}")
 
     def pieces(self) -> Iterator[Piece]:
@@ -226,6 +227,7 @@ class _Pass:
         states = self._states.taken(self._blocks(batch, log.joint_states))
         if states is not None and states.q is None:
             raise DataError(f"{log.path}: {log.joint_states} carries no positions.")
+        self._measured = [*self._measured[-1:], *([states] if states else [])]
         self._early += self._asked(batch, log.joint_commands)
         if not self._states.joints:
             return Piece(reference=self._reference(batch))
@@ -243,7 +245,18 @@ class _Pass:
         """Commands, of either type."""
         if topic not in batch.messages or not self._is(topic, TRAJECTORY_TYPE):
             return self._blocks(batch, topic)
-        return self._renamed(self._motion.taken(batch.messages[topic], batch.log_ns[topic]))
+        messages, log_ns = batch.messages[topic], batch.log_ns[topic]
+        return self._renamed(self._motion.taken(messages, log_ns, self._where))
+
+    def _where(self, names: tuple[str, ...], ns: int) -> Array | None:
+        """Where joints, as the messages name them, were read last before an instant."""
+        given = dict(self._log.renamed)
+        wanted = [given.get(name, name) for name in names]
+        for series in reversed(self._measured):
+            k = int(np.searchsorted(series.stamp_ns, ns, side="right")) - 1
+            if k >= 0 and set(wanted) <= set(series.joint_names):
+                return series.positions[k, [series.joint_names.index(n) for n in wanted]]
+        return None
 
     def _renamed(self, blocks: list[JointSeries]) -> list[JointSeries]:
         if not self._log.renamed:

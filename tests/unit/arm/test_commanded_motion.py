@@ -105,6 +105,37 @@ def test_a_stream_of_single_points_is_taken_as_it_came(tmp_path: Path) -> None:
     np.testing.assert_allclose(asked(path, times), [[t, -t] for t in times], atol=1e-9)
 
 
+def test_the_first_trajectory_begins_where_the_joints_are(tmp_path: Path) -> None:
+    data = trajectory(2.0, (1.0, [0.0, 4.0]))
+    found = asked(bag(tmp_path / "a.mcap", [(2.0, data)]), [2.0, 2.5, 3.0])
+    np.testing.assert_allclose(found, [[2.0, 2.0], [1.0, 3.0], [0.0, 4.0]], atol=1e-9)
+
+
+def test_cubics_begin_as_fast_as_the_motion_before(tmp_path: Path) -> None:
+    rest = trajectory(2.0, (1.0, [4.0, 2.0], [3.0, 0.0]))  # 2 + 3 t^2 - t^3
+    line = trajectory(3.0, (1.0, [8.0, 2.0]))
+    bent = trajectory(3.5, (1.0, [11.0, 2.0], [6.0, 0.0]))  # 6 + 4 t + t^2
+    path = bag(tmp_path / "a.mcap", [(2.0, rest), (3.0, line), (3.5, bent)])
+    found = asked(path, [2.5, 3.25, 4.0])
+    np.testing.assert_allclose(found[:, 0], [2.625, 5.0, 8.25], atol=1e-9)
+
+
+def test_a_stream_of_points_that_lie_ahead_is_followed(tmp_path: Path) -> None:
+    times = np.arange(1.0, 3.0, 0.02).tolist()
+    stream = [(t, trajectory(t, (0.04, [np.sin(t + 0.04), 1.0]))) for t in times]
+    found = asked(bag(tmp_path / "a.mcap", stream), [1.5, 2.0, 2.5])
+    np.testing.assert_allclose(found[:, 0], np.sin([1.5, 2.0, 2.5]), atol=0.05)
+
+
+def test_positions_before_the_first_command_are_left_out(tmp_path: Path) -> None:
+    late = bag(tmp_path / "a.mcap", [(2.0, trajectory(2.0, (0.5, [1.0, 1.0])))])
+    (stretch,) = segments_of(read_recording(late, torque=False), JOINTS, "a")
+    assert stretch.q[0] == pytest.approx([2.0, 2.0])
+    after = bag(tmp_path / "b.mcap", [(9.0, trajectory(9.0, (0.5, [1.0, 1.0])))])
+    with pytest.raises(DataError, match=r"first command is stamped 8 s after its first position"):
+        segments_of(read_recording(after, torque=False), JOINTS, "b")
+
+
 def test_other_joints_commands_are_passed_over_and_a_simulation_gets_its_own(
     tmp_path: Path,
 ) -> None:

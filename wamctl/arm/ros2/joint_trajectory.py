@@ -2,10 +2,11 @@
 
 A message replaces what is left of the one before. Between points a controller interpolates: by
 cubics where both points have velocities, else by straight lines (`joint_trajectory_controller`'s
-documentation, "Trajectory Representation").
+documentation, "Trajectory Representation"). A trajectory begins where the one before has come and
+as fast, or at rest where the joints are.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -22,6 +23,9 @@ TRAJECTORY_TYPE = "trajectory_msgs/msg/JointTrajectory"
 _PERIOD_NS = 10_000_000
 _LONGEST_NS = 3_600_000_000_000
 _NS = 1_000_000_000
+
+Measured = Callable[[tuple[str, ...], int], Array | None]
+"""Positions of some joints at an instant [ns]; None: not known."""
 
 
 class _Point(NamedTuple):
@@ -47,12 +51,15 @@ class CommandedMotion:
         self._where = where
         self._plans: dict[tuple[str, ...], list[_Point]] = {}
 
-    def taken(self, messages: Sequence[bytes], log_ns: Sequence[int]) -> list[JointSeries]:
+    def taken(
+        self, messages: Sequence[bytes], log_ns: Sequence[int], measured: Measured
+    ) -> list[JointSeries]:
         """Positions up to the last message's beginning, every 10 ms and at each point.
 
         Args:
             messages: CDR.
             log_ns: instants of recording [ns], which stand in for headers without a stamp.
+            measured: where the joints were.
 
         Raises:
             DataError: a message that is no JointTrajectory, or points that cannot be followed.
@@ -67,7 +74,7 @@ class CommandedMotion:
             plan = self._plans.get(names, [])
             samples = made.setdefault(names, _Samples([], []))
             _follow(plan, start, samples)
-            self._plans[names] = _begun(plan, start) + points
+            self._plans[names] = _begun(plan, start, names, measured) + points
         return [_series(names, samples) for names, samples in made.items() if samples.ns]
 
     def rest(self) -> list[JointSeries]:
@@ -110,21 +117,26 @@ def _follow(plan: list[_Point], until: int, samples: _Samples) -> None:
             samples.q.append(_between(a, b, ns)[0])
 
 
-def _begun(plan: list[_Point], start: int) -> list[_Point]:
-    """Where the plan so far has the joints when a new one begins; nothing before the first."""
+def _begun(
+    plan: list[_Point], start: int, names: tuple[str, ...], measured: Measured
+) -> list[_Point]:
+    """Where a new plan begins: where the one before has the joints, or where they are."""
     if not plan or start < plan[0].ns:
-        return []
+        where = measured(names, start)
+        return [] if where is None else [_Point(start, where, np.zeros(len(where)))]
     if start >= plan[-1].ns:
-        return [_Point(start, plan[-1].q, plan[-1].qd)]
+        return [_Point(start, plan[-1].q, np.zeros(len(names)))]
     k = next(i for i, p in enumerate(plan) if p.ns > start)
     return [_Point(start, *_between(plan[k - 1], plan[k], start))]
 
 
-def _between(a: _Point, b: _Point, ns: int) -> tuple[Array, Array | None]:
-    """Position and, along cubics, velocity between two points."""
-    span, part = (b.ns - a.ns) / _NS, (ns - a.ns) / max(b.ns - a.ns, 1)
-    if span == 0.0 or a.qd is None or b.qd is None:
-        return a.q + part * (b.q - a.q), None
+def _between(a: _Point, b: _Point, ns: int) -> tuple[Array, Array]:
+    """Position and velocity between two points."""
+    if a is b:
+        return a.q, np.zeros(len(a.q))
+    span, part = (b.ns - a.ns) / _NS, (ns - a.ns) / (b.ns - a.ns)
+    if a.qd is None or b.qd is None:
+        return a.q + part * (b.q - a.q), (b.q - a.q) / span
     rise, rest = b.q - a.q, 1.0 - part
     bent = part * rest * span * (rest * a.qd - part * b.qd)
     q = a.q + part * part * (3.0 - 2.0 * part) * rise + bent
