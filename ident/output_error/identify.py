@@ -11,6 +11,7 @@ from ident.output_error.fit import Fit, fit
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.prepared import Prepared, prepared
 from ident.output_error.search.confirmation import confirmed, doubt, without_parts
+from ident.output_error.search.exchanged import exchanged_joints
 from ident.output_error.search.late_start import answers_early, begun_with_delay
 from ident.output_error.search.parts import PARTS, Part
 from ident.output_error.search.rounds import extended
@@ -40,6 +41,7 @@ class Found:
         known: how well the settings are known.
         moving: which joints moved, shape (n,).
         early_s: how much earlier the commands should have been stamped [s]; 0: not at all.
+        exchanged: two joints whose columns appear to be exchanged, from 0; None: none do.
     """
 
     model: ServoModel
@@ -49,6 +51,7 @@ class Found:
     known: Knowledge
     moving: NDArray[np.bool_]
     early_s: float
+    exchanged: tuple[int, int] | None
 
 
 def identify_by_simulation(arm: Arm, segments: Sequence[MotionSegment], tell: Tell) -> Found:
@@ -68,12 +71,13 @@ def identify_by_simulation(arm: Arm, segments: Sequence[MotionSegment], tell: Te
     begun, base = begun_with_delay(prepared(arm, segments), settings)
     search = selected(begun, base, parts, settings, tell)
     early = answers_early(begun, base, settings) and answers_early(begun, search, settings)
+    exchanged = exchanged_joints(begun, search, settings)
     best, known = _of_all(begun, search, tell)
     if vague := [a for a in search.accepted if is_vague(a, known, settings)]:
         search = without_parts(search, base.fit, vague, begun, settings)
         best, known = _of_all(begun, search, tell)
     model = model_of(begun, best, known)
-    return Found(model, begun.setup, best, search, known, begun.moving, early)
+    return Found(model, begun.setup, best, search, known, begun.moving, early, exchanged)
 
 
 def is_vague(accepted: Accepted, known: Knowledge, settings: SearchSettings) -> bool:

@@ -77,7 +77,9 @@ def prepared(arm: Arm, segments: Sequence[MotionSegment]) -> Prepared:
     """
     n = arm.robot.dof
     span = np.ptp(np.concatenate([s.q for s in segments]), axis=0)
-    _check_unit(arm, span, segments[0].name)
+    _check_unit(arm, span, f"{segments[0].name}: ", "moves")
+    asked = np.concatenate([s.motion.command for s in segments])
+    _check_unit(arm, np.ptp(asked, axis=0), f"{segments[0].name}: the command of ", "goes")
     moving = span > _MOVES
     if not moving.any():
         raise DataError(f"No joint moves by more than {_MOVES} rad; nothing can be learned.")
@@ -107,17 +109,17 @@ def searched(setup: Setup) -> Setup:
     return replace(setup, segments=thinned(setup.segments), step=SLOPE_STEP_S)
 
 
-def _check_unit(arm: Arm, span: Array, name: str) -> None:
-    """Refuse positions that span far more than the URDF allows; zeros may lie anywhere."""
+def _check_unit(arm: Arm, span: Array, whose: str, does: str) -> None:
+    """Refuse angles that span far more than the URDF allows; zeros may lie anywhere."""
     model = arm.robot.model
     allowed = np.asarray(model.upperPositionLimit) - np.asarray(model.lowerPositionLimit)
     wild = np.flatnonzero((allowed > 0.0) & (span > _TOO_FAR * allowed))
     if len(wild):
         joint = int(wild[0])
         raise DataError(
-            f"{name}: {arm.robot.joint_names[joint]} moves through {span[joint]:.4g}, and its URDF"
-            f" allows {allowed[joint]:.4g}; give positions and commands in rad (unit: deg in the"
-            " mapping of ident import converts them)."
+            f"{whose}{arm.robot.joint_names[joint]} {does} through {span[joint]:.4g}, and its URDF"
+            f" allows {allowed[joint]:.4g} rad; give positions and commands in rad (in the mapping"
+            " of ident import, unit: deg converts degrees, scale and offset what is normalised)."
         )
 
 

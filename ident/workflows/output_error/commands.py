@@ -87,6 +87,19 @@ def turned_remarks(turned: Array, names: Sequence[str]) -> list[Remark]:
     return said
 
 
+def order_remarks(exchanged: tuple[int, int] | None, names: Sequence[str]) -> list[Remark]:
+    """Two joints, from 0, whose columns appear to be exchanged; None: none do."""
+    if exchanged is None:
+        return []
+    text = (
+        f"The columns of {joints(exchanged, names)} appear to be exchanged: with commands and"
+        " positions of one taken for those of the other, the URDF's links explain the motion far"
+        " better."
+    )
+    advice = "Check the order of the joints where the columns are named."
+    return [Remark("joint_order", numbers(exchanged), text, Grade.DOUBTFUL, advice)]
+
+
 def early_remarks(early_s: float) -> list[Remark]:
     """Commands that are stamped after the arm has answered them, by so much [s]."""
     if early_s == 0.0:

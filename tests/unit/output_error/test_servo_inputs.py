@@ -51,10 +51,21 @@ def test_positions_in_degrees_are_refused() -> None:
         identified(t, np.degrees(MADE.q), np.degrees(COMMAND))
 
 
-def test_commands_in_degrees_are_doubted() -> None:
-    found = identified(np.arange(160) / 50, MADE.q[:160], np.degrees(COMMAND[:160]))
+def test_commands_in_degrees_are_refused_and_in_an_unlikely_unit_doubted() -> None:
+    t, q, command = np.arange(160) / 50, MADE.q[:160], COMMAND[:160]
+    with pytest.raises(DataError, match=r"strange: the command of shoulder goes through \d+"):
+        identified(t, q, np.degrees(command))
+    found = identified(t, q, 3.0 * command)
     assert found.content["verdict"] != "trustworthy"
     assert "large_error" in [r["code"] for r in found.content["remarks"]]
+
+
+def test_columns_that_are_exchanged_are_told_and_right_ones_are_not() -> None:
+    t = np.arange(len(MADE.q)) / 50
+    right, wrong = (identified(t, MADE.q[:, k], COMMAND[:, k]).content for k in ([0, 1], [1, 0]))
+    assert "joint_order" not in [r["code"] for r in right["remarks"]]
+    (told,) = (r for r in wrong["remarks"] if r["code"] == "joint_order")
+    assert told["joints"] == [1, 2]
 
 
 def test_a_simulation_that_runs_away_has_an_error_and_no_warning() -> None:
