@@ -9,7 +9,6 @@ from wamctl.arm.errors import DataError
 from wamctl.arm.joint_labels import joint_labels, joints_text
 
 _LACKING = ("large_error", "impossible_torque")  # of models that lack something, not on their input
-_SOUND = "the checks found nothing that speaks against this result."
 
 
 class Grade(IntEnum):
@@ -114,10 +113,10 @@ def verdict_lines(remarks: Iterable[Remark]) -> list[str]:
     return verdict_said(verdict_of(ordered).word, [r.sentence for r in ordered])
 
 
-def verdict_said(word: str, sentences: Sequence[str]) -> list[str]:
-    """A verdict in print: its word with the gravest remark, then the others."""
+def verdict_said(word: str, sentences: Sequence[str], of: str = "this result") -> list[str]:
+    """A verdict in print: its word with the gravest remark, then the others; and what it is of."""
     if word == Grade.TRUSTWORTHY.word:
-        return [f"Trustworthy: {_SOUND}", *sentences]
+        return [f"Trustworthy: the checks found nothing that speaks against {of}.", *sentences]
     return [f"{word.capitalize()}: {sentences[0]}", *sentences[1:]]
 
 

@@ -96,7 +96,7 @@ def gap(
     if output.as_json:
         typer.echo(text.rstrip())
     else:
-        verdict_printed(content, "trust")
+        verdict_printed(content)
         for sentence in sentences:
             typer.echo(sentence)
         typer.echo(f"{out / 'report.html'}")

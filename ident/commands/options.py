@@ -207,10 +207,11 @@ def recordings_told(content: Mapping[str, Any]) -> None:
             typer.echo(f"{log['name']}: {remark}.", err=True)
 
 
-def verdict_printed(content: Mapping[str, Any], verdict: str = "verdict") -> None:
-    """Print the verdict of a result file, and its remarks."""
+def verdict_printed(content: Mapping[str, Any]) -> None:
+    """Print the verdict of a result file, and its remarks; of a search, that on its recordings."""
     sentences = [r["sentence"] for r in content["remarks"]]
-    for sentence in verdict_said(content[verdict], sentences):
+    of = "these recordings" if "trust" in content else "this result"
+    for sentence in verdict_said(content.get("trust", content["verdict"]), sentences, of):
         typer.echo(sentence)
 
 

@@ -26,7 +26,14 @@ from ident.report.page import (
 from ident.report.provenance_section import provenance_section
 from ident.report.servos.run_page import ServoTrace
 from ident.report.style import AFTER, BEFORE, FLOOR, WITH, WITHOUT
-from ident.report.words import Content, kinds_text, number, part_of_what_is_missing, share
+from ident.report.words import (
+    Content,
+    kinds_text,
+    number,
+    part_of_what_is_missing,
+    plus_minus,
+    share,
+)
 from wamctl.arm.joint_labels import listed
 
 _WHERE = "Squared error of the simulation without effects, in units of the noise."
@@ -248,12 +255,15 @@ def _seen(report: ServoGap) -> list[Block]:
 def _servo(report: ServoGap) -> list[Block]:
     rows = []
     for q in report.content["servo"]:
-        for side, words in (("before", "without"), ("after", "with effects")):
-            if side == "before" or report.content["effects"]:
-                cells = (number(q[side][j]) for j in report.moving)
-                rows.append([f"{q['name'].replace('_', ' ')}, {words}", q["unit"], *cells])
+        name, sd = q["name"].replace("_", " "), q.get("sd", [None] * len(q["after"]))
+        if report.content["effects"]:
+            cells = (number(q["before"][j]) for j in report.moving)
+            rows.append([f"{name}, without effects", q["unit"], *cells])
+            name += ", with effects"
+        ended = [plus_minus(*pair) for pair in zip(q["after"], sd, strict=True)]
+        rows.append([name, q["unit"], *(ended[j] for j in report.moving)])
     heads = ["what", "unit", *(report.labels[j] for j in report.moving)]
-    return [Table(f"Settings of the {report.model}.", heads, rows)]
+    return [Table(f"Settings of the {report.model} (± standard error).", heads, rows)]
 
 
 def _steps(content: Content) -> list[Step]:

@@ -184,7 +184,8 @@ def position_errors(rms: Array, motion: Array, moving: NDArray[np.bool_]) -> Con
 
 
 def _servo(done: Outcome) -> list[Content]:
-    """What the servo model without effects was fitted with."""
+    """What the servo model was fitted with, and standard errors of what it ends with."""
+    sd = [[float(x) if np.isfinite(x) else None for x in row] for row in done.known.sd]
     rows = np.flatnonzero(done.before.free.any(axis=1))
     return [
         {
@@ -193,6 +194,7 @@ def _servo(done: Outcome) -> list[Content]:
             "meaning": QUANTITIES[i].text,
             "before": done.before.settings[i].tolist(),
             "after": done.after.settings[i].tolist(),
+            "sd": sd[i],
         }
         for i in rows
     ]
