@@ -61,8 +61,8 @@ def validate(
                 typer.echo(f"{log['name']}: rms position error by joint {errors} mrad")
                 continue
             typer.echo(
-                f"{log['name']}: relative torque error {log['relative_error_percent']:.2f} %"
-                f" (raw torque {log['raw_torque']['relative_error_percent']:.2f} %)"
+                f"{log['name']}: relative torque error {log['relative_error_percent']:.2f} % below"
+                f" {log['cutoff_hz']:.3g} Hz (raw torque {log['raw_torque']['relative_error_percent']:.2f} %)"
             )
         typer.echo(f"{out / 'report.html'}")
     recordings = with_input(logs, None, reading)

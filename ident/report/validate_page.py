@@ -100,7 +100,8 @@ def _with_sd(errors: Content) -> str:
 def _summary(content: Content) -> Table:
     chosen = content["estimator"]
     return table_of(
-        "Relative torque error of the model (± standard error).",
+        "Relative torque error of the model (± standard error). Errors of two models compare at one"
+        " cut-off (--cutoff), or on unfiltered torque.",
         content["logs"],
         {
             "recording": lambda log: Path(log["name"]).name,

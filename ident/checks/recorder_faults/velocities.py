@@ -3,8 +3,9 @@
 Positions that stay the same meanwhile are those of an encoder that is stuck.
 
 The way is compared, not the speed: noise and the low-pass of a velocity hardly change its integral.
-Which of the two is wrong the log cannot tell. Velocities in another unit of angle are let be: they
-are used for nothing else.
+Which of the two is wrong the log cannot tell. Velocities in another unit of angle are let be, and
+differences of positions that the recorder held, whose copies were left out: they are used for
+nothing else.
 """
 
 from collections.abc import Iterator, Sequence
@@ -47,7 +48,8 @@ def velocity_remarks(
         off = data.moving & (np.abs(factor - 1) > bounds.scale_off)
         off &= left < bounds.believed_ratio * np.minimum(apart, whole)
     wrong = np.flatnonzero(off).tolist()
-    if not wrong or any(np.ptp([*factor[wrong], u]) < bounds.scale_off * u for u in _UNITS):
+    known = *_UNITS, data.source.copies
+    if not wrong or any(np.ptp([*factor[wrong], u]) < bounds.scale_off * u for u in known):
         return []
     told = [f"{factor[j]:.3g} times that of its positions at {joints([j], names)}" for j in wrong]
     if np.ptp(factor[wrong]) < bounds.scale_off:

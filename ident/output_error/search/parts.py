@@ -68,10 +68,9 @@ SERVO_PARTS = (
     ),
     Part("rate_gain", ("rate_gain",), (0.15, 0.4, 0.8), "damping", True, True),
     Part("profile_speed", ("profile_speed",), (0.5, 1.0, 2.0, 4.0), "", True, True),
+    Part("integral", ("integral",), (0.3, 1.0, 4.0), "stiffness", True, True),
+    Part("dead_zone", ("dead_zone",), (2e-3, 5e-3), "", True, True),
 )
-
-INTEGRAL = Part("integral", ("integral",), (0.3, 1.0, 4.0), "stiffness", True, True)
-DEAD_ZONE = Part("dead_zone", ("dead_zone",), (2e-3, 5e-3), "", True, True)
 
 ENCODER_OFFSET = Part("encoder_offset", ("zero",), (-0.2, -0.05, 0.05, 0.2))
 LOAD_FRICTION = Part(
@@ -106,8 +105,6 @@ SKEW = Part("skew", ("skew",), (-0.5, -0.15, 0.15, 0.5), "damping")
 PARTS = (
     ZEROS,
     *SERVO_PARTS,
-    INTEGRAL,
-    DEAD_ZONE,
     *(replace(p, gears=True) for p in (LOAD_FRICTION, STRIBECK, HALF_PLAY, COMPLIANCE)),
     OFFSET,
 )

@@ -61,6 +61,17 @@ def test_noise_of_a_resting_joint_is_no_motion():
         assert share * speed * 5.0 > 0.2 * np.ptp(q[:, 2])
 
 
+def test_differences_of_positions_that_the_recorder_held_are_let_be():
+    """Each reading stands there three times, so that its difference is three times too fast."""
+    held = np.arange(len(LOG.t)) // 3 * 3
+    q, tau = LOG.q[held], LOG.tau[held]
+    qd = np.diff(q, axis=0, prepend=q[:1]) / np.median(np.diff(LOG.t))
+    bag = Recording(LOG.names, STAMPS, q, qd, tau)
+    read = dataset(bag, LOG.names, "log")
+    assert read.source.copies == pytest.approx(3.0)
+    assert velocity_remarks(read, LOG.names, np.zeros(4, dtype=bool), DEFAULT) == []
+
+
 def filtered(x, share=0.3):
     """A velocity as a driver tells it: through a low-pass of the first order."""
     y = x.copy()
