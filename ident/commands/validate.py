@@ -60,9 +60,10 @@ def validate(
                 errors = ", ".join(f"{1e3 * x:.2f}" for x in log["rms_q_by_joint"])
                 typer.echo(f"{log['name']}: rms position error by joint {errors} mrad")
                 continue
+            raw = log["raw_torque"]["relative_error_percent"]
             typer.echo(
                 f"{log['name']}: relative torque error {log['relative_error_percent']:.2f} % below"
-                f" {log['cutoff_hz']:.3g} Hz (raw torque {log['raw_torque']['relative_error_percent']:.2f} %)"
+                f" {log['cutoff_hz']:.3g} Hz (raw torque {raw:.2f} %)"
             )
         typer.echo(f"{out / 'report.html'}")
     recordings = with_input(logs, None, reading)

@@ -13,6 +13,7 @@ from ident.output_error.missing.search import Search
 from ident.output_error.parameters import ROW
 from ident.output_error.prepared import Prepared
 from ident.output_error.search.confirmation import Confirmation, confirmed, doubt, without_parts
+from ident.output_error.search.fewest import fewest
 from ident.output_error.search.selection import Accepted, clearly_off
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.search.trial import Trial
@@ -105,6 +106,8 @@ def outcome(begun: Prepared, found: Search, settings: SearchSettings, tell: Tell
         tell: hears what is being done.
     """
     tell("confirming each effect beside the others")
+    fewer = fewest(found.end, found.base.fit, found.effects, begun, settings)
+    found = replace(found, end=fewer)
     after, known, evidence = _known(begun, found, settings, tell)
     pairs = [(a, e, _doubt(e, settings)) for a, e in zip(found.effects, evidence, strict=True)]
     suspected = tuple(Suspected(*each, after.settings, known.sd) for each in pairs if each[2])

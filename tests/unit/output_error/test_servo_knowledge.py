@@ -72,6 +72,12 @@ def test_a_joint_that_lifts_knows_them():
     assert unknown_factor(told).tolist() == [False]
 
 
+def test_torques_are_known_no_better_than_the_centres_of_mass():
+    """To a millimetre, which is a hundredth of the elbow's lever."""
+    told = known(*recorded(-9.81, 60.0))
+    assert told.torque_factor_sd == pytest.approx([0.01], rel=0.2)
+
+
 @pytest.mark.parametrize("at", ["low", "high"])
 def test_a_setting_on_its_bound_has_a_derivative(at):
     setup, settings = recorded(-9.81, 4.0)
