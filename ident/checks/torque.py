@@ -132,6 +132,25 @@ def unexplained(case: Case, bounds: CheckSettings) -> list[Remark]:
     return remarks
 
 
+def explained_after_all(
+    remarks: Sequence[Remark], error: float, bounds: CheckSettings
+) -> tuple[Remark, ...]:
+    """Remarks without the doubt of the whole arm that its fit at a chosen cut-off does not share.
+
+    The checks look at a wider band, in which noise of the positions counts as well.
+
+    Args:
+        remarks: of the checks.
+        error: of the fit, relative, over all joints, on data that were not fitted.
+        bounds: of the checks.
+    """
+    if error > bounds.error_doubtful:
+        return tuple(remarks)
+    return tuple(
+        r for r in remarks if r.code != "large_error" or r.joints or r.grade is not Grade.DOUBTFUL
+    )
+
+
 def poorly_explained(error: float, bounds: CheckSettings) -> list[Remark]:
     """A fitted model's error on data that were not fitted, where it is large at all joints alike.
 

@@ -11,7 +11,9 @@ from threadpoolctl import threadpool_limits
 
 from ident.checks.examine import OF_LOADS, examine
 from ident.checks.remark import Grade, RefusedError, Remark, no_fit, undetermined
+from ident.checks.settings import DEFAULT
 from ident.checks.signs import DRIVING_FRICTION
+from ident.checks.torque import explained_after_all
 from ident.effects.bound_effects import load_model
 from ident.effects.simulated_model import with_loads
 from ident.gap.data.broken_time import unbroken
@@ -162,12 +164,16 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
     outcome, model, stopped = written_model(outcome, tell)
     if source.reference_model is not None:
         remarks = _but_of_loads(remarks, source, model)
+    errors = errors_on(model, counted(source))
+    if notes and errors:
+        left = max(log["relative_error_percent"] for log in errors) / 100
+        remarks = explained_after_all(remarks, left, DEFAULT)
     content = _content(outcome) | trust_content((*remarks, *outcome.remarks, *stopped))
     content["provenance"] = provenance(source.arm, paths)
     tell("preparing the report")
     report = _report(outcome, content)
     content["seconds"] = time.perf_counter() - start
-    content["errors"] = errors_on(model, counted(source))
+    content["errors"] = errors
     return Gap(model, content, report)
 
 

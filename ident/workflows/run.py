@@ -21,7 +21,12 @@ from ident.checks.remark import (
     verdict_content,
 )
 from ident.checks.settings import DEFAULT
-from ident.checks.torque import beyond_possible, poorly_explained, poorly_predicted
+from ident.checks.torque import (
+    beyond_possible,
+    explained_after_all,
+    poorly_explained,
+    poorly_predicted,
+)
 from ident.identification.cutoff_selection import with_best_cutoff
 from ident.identification.identify import Identification, identify, model_of
 from ident.model.arm import TERM_NAMES, Arm
@@ -176,6 +181,9 @@ def run_data(
     fit_sd = found.sd
     found = found if gains is None else with_uncertain_gains(found, gains)
     note = found.estimates[found.chosen].note if found.chosen == "feasible" else ""
+    if notes:
+        left = found.held_out[found.chosen].errors.relative_percent / 100
+        remarks = explained_after_all(remarks, left, DEFAULT)
     remarks = (*remarks, *([no_fit(note, Grade.DOUBTFUL)] if note else []))
     against, disagree = contradictions(found.evidence, found.delays)
     content = verdict_content((*remarks, *_poor(found, remarks), *against)) | {"method": METHOD}
