@@ -123,8 +123,8 @@ def _closed(report: ServoGap) -> str:
     before, after = (number(1e3 * float(x)) for x in sides)
     return (
         f"Adding it closes {share(held['closed_fraction'], 2)} of the gap: on held-out motions the"
-        f" simulation of {report.of(joints)} is {after} mrad from the measurement (rms), where it"
-        f" was {before} mrad."
+        f" simulation of {report.of(joints)} is {after} mrad from the measurement"
+        f" ({held['measure']}), where it was {before} mrad."
     )
 
 
@@ -148,7 +148,7 @@ def servo_gap_page(report: ServoGap) -> Page:
         rms = [x for x in held[side]["rms_by_joint"] if x is not None]
         if side == "before" or content["effects"]:
             value = number(1e3 * float(np.sqrt(np.mean(np.square(rms)))))
-            tiles.append((f"{value} mrad", f"rms error on held-out motions, {words}"))
+            tiles.append((f"{value} mrad", f"{held['measure']} on held-out motions, {words}"))
     return Page(
         command="ident gap",
         title=f"{content['arm']}: what the {report.model} misses",
@@ -195,7 +195,7 @@ def _held_out(report: ServoGap) -> list[Block]:
         f" {report.driven_by}. The noise floor is the same of a simulated arm that misses nothing:"
         " encoder steps and white noise."
     )
-    title, quantity = "Rms position error of each joint", "rms error [mrad]"
+    title, quantity = f"Position error of each joint, {held['measure']}", "error [mrad]"
     return [row_figure(title, caption, quantity, labels, values)]
 
 

@@ -238,6 +238,7 @@ def _held_out(made: BySimulation, done: DrivenOutcome) -> dict[str, Any]:
     closed = float(np.sum((before**2 - after**2)[moving])) / gap if gap > 0.0 else 0.0
     return {
         "unit": "rad",
+        "measure": "rms",
         "before": position_errors(before, motion, moving),
         "after": position_errors(after, motion, moving),
         "noise_floor": position_errors(floor, motion, moving),

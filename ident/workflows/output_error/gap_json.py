@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.output_error.judging import rms
+from ident.output_error.judging import typical
 from ident.output_error.missing.kinds import KIND_OF, NOT_ASKED, effect_name
 from ident.output_error.missing.verdict import Evidence, Outcome
 from ident.output_error.missing.visibility import held_by_weight, smallest
@@ -158,9 +158,12 @@ def _not_observable(
 
 
 def _held_out(begun: Prepared, done: Outcome) -> Content:
-    """Position errors of blocks left out, in rad, and relative to how far the joints moved."""
-    floor = done.search.nulls.floor
-    before, after = rms(done.search.base.errors), rms(done.search.end.errors)
+    """Position errors of the typical second that is left out, by which effects are judged [rad].
+
+    In a few seconds a joint that floats in its gears may be anywhere.
+    """
+    floor = done.search.nulls.typical
+    before, after = typical(done.search.base.errors), typical(done.search.end.errors)
     q = np.concatenate([s.q for s in begun.setup.segments])
     motion, moving = q.std(axis=0), begun.moving
 
@@ -169,6 +172,7 @@ def _held_out(begun: Prepared, done: Outcome) -> Content:
     closed = float(np.sum((before**2 - after**2)[at])) / gap if gap > 0.0 else 0.0
     return {
         "unit": "rad",
+        "measure": "rms of the typical second",
         "before": position_errors(before, motion, moving),
         "after": position_errors(after, motion, moving),
         "noise_floor": position_errors(floor, motion, moving),
