@@ -136,16 +136,17 @@ def servo_replay(mjcf: str, model: ServoModel, segments: Sequence[MotionSegment]
         state.qpos[driven] = motion.start
         state.qvel[[arm.joint(j).dofadr[0] for j in names]] = motion.speed
         grid, wanted = motor_command(motion, model.settings, _TIMESTEP_S)
-        read, k = np.empty_like(segment.q), 0
-        for i, t in enumerate(motion.t):
-            while k < len(grid) and grid[k] < t - 1e-9:
-                state.ctrl[:] = wanted[k]
-                mujoco.mj_step(arm, state)
-                k += 1
-            read[i] = state.qpos[driven]
+        passed = np.empty((len(grid) + 1, len(names)))
+        for k in range(len(passed)):
+            passed[k] = state.qpos[driven]
             for j, place in enumerate(loose):
                 if place is not None and model.at_link[j]:
-                    read[i, j] += state.qpos[place]
+                    passed[k, j] += state.qpos[place]
+            if k < len(grid):
+                state.ctrl[:] = wanted[k]
+                mujoco.mj_step(arm, state)
+        at = motion.t[0] + _TIMESTEP_S * np.arange(len(passed))
+        read = np.column_stack([np.interp(motion.t, at, course) for course in passed.T])
         own = model.replay(segment)
         found.append(Replay(segment.name, names, motion.t, segment.q, read, own))
     return found

@@ -11,7 +11,9 @@ from typer.testing import CliRunner
 
 import ident
 from ident.cli import app
+from ident.export.servos import servo_mjcf, servo_replay
 from ident.output_error.recordings import segments_of
+from ident.output_error.servo_model import load_servos
 from ident.recordings.loading import Reading
 from ident.report.servos.run_page import error_sentence
 from ident.workflows.method import method_for
@@ -72,6 +74,18 @@ def test_exports_open_where_they_are_for(identified, logs, tmp_path):
     assert done.exit_code == 0, done.output
     servos = yaml.safe_load(settings.read_text())["servos"]
     assert list(servos["stiffness"]) == list(JOINTS)
+
+
+def test_a_replay_is_read_when_the_recording_was(identified):
+    """Between two steps of MuJoCo lies the middle of what it passes, not the later one."""
+    model = load_servos(identified / "model.yaml")
+    (segment,) = segments_of(recording(3.0), JOINTS, "log")
+    t = np.sort(np.concatenate([segment.motion.t[:100] + 0.001 * k for k in range(3)]))
+    finer = replace(segment, motion=segment.motion._replace(t=t), q=np.zeros((len(t), 2)))
+    (made,) = servo_replay(servo_mjcf(model), model, [finer])
+    before, between, after = made.mujoco[0::3], made.mujoco[1::3], made.mujoco[2::3]
+    assert between == pytest.approx((before + after) / 2, abs=1e-6)
+    assert np.abs(after - between).max() > 1e-4
 
 
 def test_python_gives_the_same(logs):
