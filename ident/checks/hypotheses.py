@@ -1,8 +1,8 @@
 """Faults that leave the numbers plausible: swapped columns, signs, zero poses, mounting.
 
 Each is tried on the probe: columns are exchanged, a joint is turned round, its zero is moved by
-right angles, gravity points elsewhere. One that lowers the error on held-out data far more than any
-wrong one does on right recordings is told.
+right angles, gravity points elsewhere, the base is not level. One that lowers the error on held-out
+data far more than any wrong one does on right recordings is told.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -11,6 +11,8 @@ from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize
+from scipy.spatial.transform import Rotation
 
 from ident.checks.case import Case
 from ident.checks.gains import gains
@@ -23,6 +25,12 @@ _ALIKE = 1.05
 """Errors within this factor are alike."""
 
 _AXES = ("x", "y", "z")
+
+_TILTED = 0.05
+"""Of a base, from which it is told [rad]."""
+
+_FIRST_TILT, _TILTS, _NEAR = 0.2, 40, 5e-3
+"""Where the search for a tilt begins [rad], its evaluations, and how near it has to come [rad]."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +46,7 @@ class Hypothesis:
         grade: of the remark.
         torque_signs: factors that mend the torque, shape (n,), where that is all there is to it.
         columns: what would be in another joint's place.
+        fitted: whether it has numbers that were chosen for the least error.
     """
 
     code: str
@@ -48,6 +57,7 @@ class Hypothesis:
     grade: Grade
     torque_signs: Array | None = None
     columns: str = ""
+    fitted: bool = False
 
     def remark(self, before: float, after: float) -> Remark:
         """The remark, with what the error falls from and to."""
@@ -127,9 +137,10 @@ def least_error(case: Case) -> float:
 
 
 def _preference(pair: tuple[Hypothesis, Case]) -> float:
-    """The error; of two that fit alike, a torque's sign comes before a position's."""
+    """The error; of two that fit alike, a torque's sign comes first, what was fitted last."""
     hypothesis, without = pair
-    return without.error * (1.0 if hypothesis.torque_signs is not None else _ALIKE)
+    rank = 0 if hypothesis.torque_signs is not None else 2 if hypothesis.fitted else 1
+    return without.error * _ALIKE**rank
 
 
 def alike(one: Case, other: Case) -> bool:
@@ -150,6 +161,7 @@ def _hypotheses(case: Case) -> Iterator[Hypothesis]:
         yield position_sign(case, k)
         yield from _zeros(case, k)
     yield from _gravities(case)
+    yield from _tilt(case)
 
 
 def by_weight(case: Case, bounds: CheckSettings) -> tuple[Case, list[Remark]]:
@@ -291,6 +303,34 @@ def _gravities(case: Case) -> Iterator[Hypothesis]:
             text = f"The arm appears to be mounted so that gravity points along {where} of its base"
             advice = f"Set robot.gravity_m_s2: [{vector}] in the arm's file."
             yield Hypothesis("gravity_direction", (), text, advice, _fall(wanted), Grade.DOUBTFUL)
+
+
+def _tilt(case: Case) -> Iterator[Hypothesis]:
+    """A base that is not level: the direction of gravity with which the error is least."""
+    gravity = np.asarray(case.robot.model.gravity.linear)
+    size = float(np.linalg.norm(gravity))
+    if size == 0.0:
+        return
+    across = np.linalg.svd(gravity[None] / size)[2][1:]
+
+    def turned(tilt: Array) -> Array:
+        return Rotation.from_rotvec(tilt @ across).apply(gravity)
+
+    first = _FIRST_TILT * np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    limits = {"initial_simplex": first, "maxfev": _TILTS, "xatol": _NEAR, "fatol": 1e-4}
+    found = minimize(
+        lambda tilt: case.with_gravity(turned(tilt)).error,
+        first[0],
+        method="Nelder-Mead",
+        options=limits,
+    )
+    if (angle := float(np.linalg.norm(found.x))) < _TILTED:
+        return
+    vector = ", ".join(f"{x:.2f}" for x in turned(found.x))
+    text = f"The base appears to be tilted by {np.degrees(angle):.0f} degrees from the URDF's"
+    advice = f"Set robot.gravity_m_s2: [{vector}] in the arm's file, or level the base."
+    without = _fall(turned(found.x))
+    yield Hypothesis("gravity_direction", (), text, advice, without, Grade.DOUBTFUL, fitted=True)
 
 
 def _fall(gravity: Array) -> Callable[[Case], Case]:

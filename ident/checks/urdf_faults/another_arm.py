@@ -14,6 +14,7 @@ import pinocchio as pin
 
 from ident.checks.case import Case
 from ident.checks.gains import Gains, gains
+from ident.checks.hypotheses import alike
 from ident.checks.remark import Grade, Remark, joints, numbers
 from ident.checks.settings import CheckSettings
 from ident.signals.arrays import Array
@@ -23,6 +24,9 @@ _SMALLER = (0.85, 0.7, 0.6, 0.5, 0.4, 0.33, 0.25, 0.2, 0.14, 0.1)
 
 _MOST = 0.5
 """Of the torque beside friction, that a URDF's links account for, if it is this arm's."""
+
+_LARGE = 1.5
+"""Factor of one joint's torque that no rotor or friction stands in for."""
 
 Change = Callable[[Case, float], Case]
 
@@ -65,7 +69,8 @@ def _out_of_scale(case: Case, bounds: CheckSettings) -> list[Remark]:
         (*_least(case, change, sizes), k) for k, change in changes for sizes in (_LARGER, _SMALLER)
     ]
     without, size, k = min(tried, key=lambda one: one[0].error)
-    if not without.better_by(bounds.believed_ratio, case):
+    large = k is not None and max(size, 1.0 / size) >= _LARGE
+    if not without.better_by(bounds.scale_ratio if large else bounds.believed_ratio, case):
         return []
     figures = f"the error then falls from {100 * case.error:.3g} to {100 * without.error:.3g} %"
     if k is None:
@@ -75,16 +80,30 @@ def _out_of_scale(case: Case, bounds: CheckSettings) -> list[Remark]:
         )
         code, places = "cad_disagrees", ()
     else:
+        near = [(s, j) for c, s, j in tried if j is not None and alike(c, without)]
+        (size, k), *others = sorted(near, key=partial(_against_urdf, gains(case)))
         text = (
             f"The torque of {joints([k], case.robot.joint_names)} appears to be about"
             f" {1 / size:.2g} times as large as the other joints' torques require"
         )
+        for other, j in others:
+            text += f", or else that of {joints([j], case.robot.joint_names)} {1 / other:.2g} times"
         advice = (
             "Check the torque constant and the gear ratio of this joint; if the efforts are"
             " currents, let `--set torque_unit=A` estimate the gains."
         )
         code, places = "current_not_torque", numbers([k])
     return [Remark(code, places, f"{text} ({figures}).", Grade.DOUBTFUL, advice)]
+
+
+def _against_urdf(found: Gains, one: tuple[float, int]) -> float:
+    """How far a joint's torque, multiplied, is from the size that the other joints' have."""
+    size, k = one
+    known = np.flatnonzero(found.value > 0.0)
+    if k not in known:
+        return np.inf
+    usual = np.median(found.value[known[known != k]]) if len(known) > 1 else 1.0
+    return float(np.abs(np.log(size * found.value[k] / usual)))
 
 
 def _least(case: Case, change: Change, sizes: Sequence[float]) -> tuple[Case, float]:
