@@ -120,6 +120,26 @@ def test_cubics_begin_as_fast_as_the_motion_before(tmp_path: Path) -> None:
     np.testing.assert_allclose(found[:, 0], [2.625, 5.0, 8.25], atol=1e-9)
 
 
+def test_joints_that_a_message_leaves_out_stay_where_they_are(tmp_path: Path) -> None:
+    both = trajectory(1.0, (0.0, [0.0, 0.0]), (1.0, [1.0, 2.0]))
+    one = trajectory(2.0, (1.0, [5.0]), names=["b"])
+    gripper = trajectory(3.5, (0.5, [0.0, 4.0, 9.0]), names=["a", "b", "gripper"])
+    path = bag(tmp_path / "a.mcap", [(1.0, both), (2.0, one), (3.5, gripper)])
+    found = asked(path, [1.5, 2.5, 3.2, 4.5])
+    np.testing.assert_allclose(found[:3], [[0.5, 1.0], [1.0, 3.5], [1.0, 5.0]], atol=1e-9)
+
+
+def test_a_gripper_that_only_commands_name_is_no_hindrance(tmp_path: Path) -> None:
+    times = np.arange(1.0, 3.0, 0.02).tolist()
+    names = [*JOINTS, "gripper"]
+    stream = [
+        (t, trajectory(t, (0.04, [t, 1.0, 0.0][: 2 + k % 2]), names=names[: 2 + k % 2]))
+        for k, t in enumerate(times)
+    ]
+    found = asked(bag(tmp_path / "a.mcap", stream), [1.5, 2.5])
+    np.testing.assert_allclose(found[:, 0], [1.5, 2.5], atol=0.05)
+
+
 def test_a_stream_of_points_that_lie_ahead_is_followed(tmp_path: Path) -> None:
     times = np.arange(1.0, 3.0, 0.02).tolist()
     stream = [(t, trajectory(t, (0.04, [np.sin(t + 0.04), 1.0]))) for t in times]

@@ -200,13 +200,15 @@ WRONG: list[Wrong] = [
             lambda tilt=tilt: Experiment(
                 joints=4,
                 gravity=lambda t: (
-                    9.81 * np.sin(np.radians(tilt)), 0, -9.81 * np.cos(np.radians(tilt)),
+                    9.81 * np.sin(np.radians(tilt)),
+                    0,
+                    -9.81 * np.cos(np.radians(tilt)),
                 ),
             ).log(),
             {"gravity_direction"},
         )
         for tilt in (15, 30)
-    ),  # fmt: skip
+    ),
     ("gravity taken off", lambda: weightless(joints=4), {"gravity_direction"}),
     ("stamps in ms", lambda: right().with_(t=1000 * right().t), {"poor_motion"}),
     ("stamps in a thousandth of s", lambda: right().with_(t=right().t / 1000), {"jumps"}),

@@ -3,7 +3,7 @@
 A message replaces what is left of the one before. Between points a controller interpolates: by
 cubics where both points have velocities, else by straight lines (`joint_trajectory_controller`'s
 documentation, "Trajectory Representation"). A trajectory begins where the one before has come and
-as fast, or at rest where the joints are.
+as fast, or at rest where the joints are; joints that it leaves out stay there.
 """
 
 from collections.abc import Callable, Sequence
@@ -71,10 +71,13 @@ class CommandedMotion:
             start = header.sec * _NS + header.nanosec or logged
             names = tuple(message.joint_names)
             points = self._points(message, names, start)
-            plan = self._plans.get(names, [])
-            samples = made.setdefault(names, _Samples([], []))
-            _follow(plan, start, samples)
-            self._plans[names] = _begun(plan, start, names, measured) + points
+            known = next((k for k in self._plans if set(k) & set(names)), names)
+            plan = self._plans.pop(known, [])
+            _follow(plan, start, made.setdefault(known, _Samples([], [])))
+            whole = known + tuple(n for n in names if n not in known)
+            wanted = dict(zip(names, points[0].q, strict=True)) if points else {}
+            begun = _first_of_all(_begun(plan, start), whole, start, measured, wanted)
+            self._plans[whole] = [*begun, *(_of_all(p, names, whole, begun) for p in points)]
         return [_series(names, samples) for names, samples in made.items() if samples.ns]
 
     def rest(self) -> list[JointSeries]:
@@ -117,17 +120,48 @@ def _follow(plan: list[_Point], until: int, samples: _Samples) -> None:
             samples.q.append(_between(a, b, ns)[0])
 
 
-def _begun(
-    plan: list[_Point], start: int, names: tuple[str, ...], measured: Measured
-) -> list[_Point]:
-    """Where a new plan begins: where the one before has the joints, or where they are."""
+def _begun(plan: list[_Point], start: int) -> _Point | None:
+    """Where the plan so far has its joints when a new one begins; None: it has not begun."""
     if not plan or start < plan[0].ns:
-        where = measured(names, start)
-        return [] if where is None else [_Point(start, where, np.zeros(len(where)))]
+        return None
     if start >= plan[-1].ns:
-        return [_Point(start, plan[-1].q, np.zeros(len(names)))]
+        return _Point(start, plan[-1].q, np.zeros(len(plan[-1].q)))
     k = next(i for i, p in enumerate(plan) if p.ns > start)
-    return [_Point(start, *_between(plan[k - 1], plan[k], start))]
+    return _Point(start, *_between(plan[k - 1], plan[k], start))
+
+
+def _first_of_all(
+    begun: _Point | None, whole: tuple[str, ...], start: int, measured: Measured,
+    wanted: dict[str, float],
+) -> list[_Point]:  # fmt: skip
+    """Where all joints begin: as the plan before has them, as they were read, else as is wanted.
+
+    Nothing where a joint's place is not known at all.
+    """
+    count = 0 if begun is None else len(begun.q)
+    q, qd = np.empty(len(whole)), np.zeros(len(whole))
+    if begun is not None:
+        q[:count], qd[:count] = begun.q, qd[:count] if begun.qd is None else begun.qd
+    for k, name in enumerate(whole[count:], count):
+        read = measured((name,), start)
+        if read is None and name not in wanted:
+            return []
+        q[k] = wanted[name] if read is None else read[0]
+    return [_Point(start, q, qd)]
+
+
+def _of_all(
+    point: _Point, names: tuple[str, ...], whole: tuple[str, ...], begun: Sequence[_Point]
+) -> _Point:
+    """A point of some joints as one of all, the others held where they begin."""
+    places = [whole.index(n) for n in names]
+    q = begun[0].q.copy() if begun else np.full(len(whole), np.nan)
+    q[places] = point.q
+    if point.qd is None:
+        return _Point(point.ns, q, None)
+    qd = np.zeros(len(whole))
+    qd[places] = point.qd
+    return _Point(point.ns, q, qd)
 
 
 def _between(a: _Point, b: _Point, ns: int) -> tuple[Array, Array]:
