@@ -27,7 +27,7 @@ from ident.report.servos.run_page import ServoTrace
 from ident.workflows.output_error.commands import command_remarks, order_remarks, turned_remarks
 from ident.workflows.output_error.following import fit_remarks
 from ident.workflows.output_error.gap_json import gap_content
-from ident.workflows.output_error.logs import glitch_remarks, read_commanded
+from ident.workflows.output_error.logs import read_commanded, read_remarks
 from ident.workflows.work import Search, provenance
 
 
@@ -112,7 +112,7 @@ def gap_of_servos(
     done = outcome(begun, search(begun, base, settings, tell), settings, tell)
     tell("what would have been seen")
     content = gap_content(begun, done, settings)
-    told = [*glitch_remarks(segments, arm.robot.joint_names), *_of_commands(begun, done, settings)]
+    told = [*read_remarks(arm, segments), *_of_commands(begun, done, settings)]
     trust = verdict_content([*remarks, *told])
     content |= {"trust": trust["verdict"], "remarks": trust["remarks"]}
     content["provenance"] = provenance(arm, paths)

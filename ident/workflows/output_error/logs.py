@@ -5,13 +5,14 @@ from pathlib import Path
 
 import numpy as np
 
-from ident.checks.remark import Grade, Remark, joints, numbers
+from ident.checks.remark import Grade, Remark, joined, joints, numbers
 from ident.model.arm import Arm
 from ident.output_error.recordings import segments_of
 from ident.output_error.setup import MotionSegment
-from ident.recordings.joint_names import renamed
+from ident.recordings.joint_names import Pairs, renamed
 from ident.recordings.loading import Reading, arm_of, joints_to_read
 from wamctl.arm.recording import Recording, read_recording
+from wamctl.arm.ros2.joint_groups import joint_groups
 
 
 def read_commanded(
@@ -23,7 +24,7 @@ def read_commanded(
         DataError: a log that cannot be used, or logs of different arms.
         ConfigurationError: a robot file that cannot be used.
     """
-    logs = [_read(path, reading, *joints_to_read(path, robot, reading)) for path in paths]
+    logs = [_read(path, reading, *_commanded(path, robot, reading)) for path in paths]
     arm = arm_of(logs, paths, robot)
     return arm, _segments(arm, logs, [str(p) for p in paths])
 
@@ -39,6 +40,11 @@ def read_commanded_for(
     return segments_of(log, joint_names, str(path))
 
 
+def read_remarks(arm: Arm, segments: Sequence[MotionSegment]) -> list[Remark]:
+    """What is said of what was left out: joints, and samples."""
+    return [*unrecorded_remarks(arm), *glitch_remarks(segments, arm.robot.joint_names)]
+
+
 def glitch_remarks(segments: Sequence[MotionSegment], names: Sequence[str]) -> list[Remark]:
     """What is said of samples that were left out, recording by recording."""
     said = []
@@ -52,6 +58,30 @@ def glitch_remarks(segments: Sequence[MotionSegment], names: Sequence[str]) -> l
             advice = "Check the cables, the bus and the recorder."
             said.append(Remark("glitches", numbers(places), text, Grade.DOUBTFUL, advice))
     return said
+
+
+def unrecorded_remarks(arm: Arm) -> list[Remark]:
+    """What is said of joints of the URDF that no command or no position names."""
+    if not arm.unrecorded:
+        return []
+    text = (
+        "Joints of the URDF without commands or positions in the recordings were taken to stand at"
+        f" zero: {joined(arm.unrecorded)}."
+    )
+    return [Remark("commands", (), text, Grade.TRUSTWORTHY)]
+
+
+def _commanded(path: Path, robot: Path | None, reading: Reading) -> tuple[tuple[str, ...], Pairs]:
+    """Joints to read as `joints_to_read` has them, without those that get no commands.
+
+    A gripper has often a controller of its own, and its positions among the arm's.
+    """
+    joints, pairs = joints_to_read(path, robot, reading)
+    as_arm = dict(pairs)
+    asked = {as_arm.get(n, n) for g in joint_groups(path, reading.joint_commands) for n in g}
+    told = joints or [as_arm.get(n, n) for g in joint_groups(path, reading.joint_states) for n in g]
+    kept = tuple(n for n in told if n in asked)
+    return (kept, pairs) if kept and len(kept) < len(told) else (joints, pairs)
 
 
 def _read(path: Path, reading: Reading, joints: tuple[str, ...], pairs: tuple) -> Recording:

@@ -30,7 +30,7 @@ from ident.workflows.output_error.commands import (
     zero_remarks,
 )
 from ident.workflows.output_error.following import fit_remarks, following
-from ident.workflows.output_error.logs import glitch_remarks, read_commanded
+from ident.workflows.output_error.logs import read_commanded, read_remarks
 from ident.workflows.run_json import numbers
 from ident.workflows.work import Work, provenance
 
@@ -99,7 +99,7 @@ def simulated_run(
     """Identify an arm from commands and positions that have been read; nothing is written."""
     start = time.perf_counter()
     found = identify_by_simulation(arm, segments, tell)
-    told = glitch_remarks(segments, arm.robot.joint_names)
+    told = read_remarks(arm, segments)
     content = verdict_content(
         [*remarks, *told, *_remarks(found, arm.robot.joint_names)]
     ) | _content(arm, found)

@@ -3,7 +3,8 @@
 from pathlib import Path
 
 from wamctl.arm.ros2.bag import parts
-from wamctl.arm.ros2.joint_messages import JOINT_STATE_TYPE, joint_series
+from wamctl.arm.ros2.joint_messages import JOINT_STATE_TYPE, decoded, joint_series
+from wamctl.arm.ros2.joint_trajectory import TRAJECTORY_TYPE
 from wamctl.arm.ros2.part import Batch, Topic
 
 _ENOUGH = 2000
@@ -15,21 +16,29 @@ def joint_groups(path: Path, topic: str) -> list[tuple[str, ...]]:
 
     Args:
         path: the bag.
-        topic: of joint states.
+        topic: of joint states, or of trajectories.
 
     Raises:
         DataError: no bag, or a message that is damaged.
     """
     groups: dict[frozenset[str], tuple[str, ...]] = {}
-    seen = 0
+    seen, kind = 0, ""
     for part in parts(path, {topic}):
         if isinstance(part, Topic) and part.name == topic:
-            if (part.type, part.encoding) != (JOINT_STATE_TYPE, "cdr"):
+            kind = part.type
+            if kind not in (JOINT_STATE_TYPE, TRAJECTORY_TYPE) or part.encoding != "cdr":
                 return []
         elif isinstance(part, Batch) and topic in part.messages:
-            for block in joint_series(part.messages[topic], part.log_ns[topic]):
-                groups.setdefault(frozenset(block.joint_names), block.joint_names)
+            for names in _named(part, topic, kind):
+                groups.setdefault(frozenset(names), names)
             seen += len(part.messages[topic])
             if seen >= _ENOUGH:
                 break
     return list(groups.values())
+
+
+def _named(batch: Batch, topic: str, kind: str) -> list[tuple[str, ...]]:
+    messages = batch.messages[topic]
+    if kind == TRAJECTORY_TYPE:
+        return [tuple(decoded(data, kind).joint_names) for data in messages]
+    return [block.joint_names for block in joint_series(messages, batch.log_ns[topic])]
