@@ -95,6 +95,24 @@ def joints_to_read(
     return tuple(j for j in most if j in of_arm), pairs
 
 
+def commanded_joints(
+    path: Path, robot: Path | None, reading: Reading
+) -> tuple[tuple[str, ...], Pairs]:
+    """The same without joints that get no commands, where others do.
+
+    A gripper has often a controller of its own, and its positions among the arm's.
+    """
+    joints, pairs = joints_to_read(path, robot, reading)
+    as_arm = dict(pairs)
+    told, asked = (
+        [as_arm.get(n, n) for group in joint_groups(path, topic) for n in group]
+        for topic in (reading.joint_states, reading.joint_commands)
+    )
+    told = list(joints) or told
+    kept = tuple(n for n in told if n in asked)
+    return (kept, pairs) if kept and len(kept) < len(told) else (joints, pairs)
+
+
 def _survey(path: Path, reading: Reading, joints: tuple[str, ...], pairs: Pairs) -> LogSummary:
     file = LogFile(path, reading.joint_states, reading.joint_commands, joints, pairs)
     return summarise_log(file, str(path))

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ident.checks.remark import Grade, Remark
-from ident.recordings.loading import Reading, joints_to_read
+from ident.recordings.loading import Reading, commanded_joints
 from wamctl.arm.recording import LogFile
 
 _COARSE_LEVELS = 64
@@ -62,7 +62,7 @@ def _without_torque(path: Path, robot: Path | None, reading: Reading) -> str | N
     the effort has shown both signs and many values.
     """
     topics = reading.joint_states, reading.joint_commands
-    log = LogFile(path, *topics, *joints_to_read(path, robot, reading), torque=False)
+    log = LogFile(path, *topics, *commanded_joints(path, robot, reading), torque=False)
     commanded = signed = False
     levels: list[set[float]] = []
     for piece in log.pieces():

@@ -9,7 +9,7 @@ import numpy as np
 
 from ident.identification.by_simulation import BySimulation, by_simulation
 from ident.identification.identify import model_of
-from ident.recordings.loading import Reading, joints_to_read
+from ident.recordings.loading import Reading, commanded_joints
 from ident.regression.progress import Tell, silent
 from ident.report.page import render
 from ident.report.run_page import run_page, run_report
@@ -50,7 +50,7 @@ def are_driven(paths: Sequence[Path], robot: Path | None, reading: Reading) -> b
     """
     topics = reading.joint_states, reading.joint_commands
     return all(
-        is_driven(LogFile(path, *topics, *joints_to_read(path, robot, reading))) for path in paths
+        is_driven(LogFile(path, *topics, *commanded_joints(path, robot, reading))) for path in paths
     )
 
 

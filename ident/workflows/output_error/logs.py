@@ -9,10 +9,9 @@ from ident.checks.remark import Grade, Remark, joined, joints, numbers
 from ident.model.arm import Arm
 from ident.output_error.recordings import segments_of
 from ident.output_error.setup import MotionSegment
-from ident.recordings.joint_names import Pairs, renamed
-from ident.recordings.loading import Reading, arm_of, joints_to_read
+from ident.recordings.joint_names import renamed
+from ident.recordings.loading import Reading, arm_of, commanded_joints
 from wamctl.arm.recording import Recording, read_recording
-from wamctl.arm.ros2.joint_groups import joint_groups
 
 
 def read_commanded(
@@ -24,7 +23,7 @@ def read_commanded(
         DataError: a log that cannot be used, or logs of different arms.
         ConfigurationError: a robot file that cannot be used.
     """
-    logs = [_read(path, reading, *_commanded(path, robot, reading)) for path in paths]
+    logs = [_read(path, reading, *commanded_joints(path, robot, reading)) for path in paths]
     arm = arm_of(logs, paths, robot)
     return arm, _segments(arm, logs, [str(p) for p in paths])
 
@@ -69,19 +68,6 @@ def unrecorded_remarks(arm: Arm) -> list[Remark]:
         f" zero: {joined(arm.unrecorded)}."
     )
     return [Remark("commands", (), text, Grade.TRUSTWORTHY)]
-
-
-def _commanded(path: Path, robot: Path | None, reading: Reading) -> tuple[tuple[str, ...], Pairs]:
-    """Joints to read as `joints_to_read` has them, without those that get no commands.
-
-    A gripper has often a controller of its own, and its positions among the arm's.
-    """
-    joints, pairs = joints_to_read(path, robot, reading)
-    as_arm = dict(pairs)
-    asked = {as_arm.get(n, n) for g in joint_groups(path, reading.joint_commands) for n in g}
-    told = joints or [as_arm.get(n, n) for g in joint_groups(path, reading.joint_states) for n in g]
-    kept = tuple(n for n in told if n in asked)
-    return (kept, pairs) if kept and len(kept) < len(told) else (joints, pairs)
 
 
 def _read(path: Path, reading: Reading, joints: tuple[str, ...], pairs: tuple) -> Recording:

@@ -9,6 +9,8 @@ from mcap.writer import Writer
 from rosbags.typesys import Stores, get_typestore
 
 from ident.output_error.recordings import segments_of
+from ident.recordings.loading import Reading, commanded_joints
+from ident.workflows.method import method_for
 from wamctl.arm.errors import DataError
 from wamctl.arm.recording import read_recording
 
@@ -45,8 +47,11 @@ def encoded(message: Any, kind: str) -> bytes:
     return bytes(STORE.serialize_cdr(message, kind))
 
 
-def bag(path: Path, commands: list[tuple[float, bytes]], topic: str = "/joint_commands") -> Path:
-    states = [(t, STATE, state(t)) for t in np.arange(1.0, 5.0, 0.02).tolist()]
+def bag(
+    path: Path, commands: list[tuple[float, bytes]], topic: str = "/joint_commands",
+    names: list[str] = JOINTS,
+) -> Path:  # fmt: skip
+    states = [(t, STATE, state(t, names)) for t in np.arange(1.0, 5.0, 0.02).tolist()]
     asked = [(t, TRAJECTORY, data) for t, data in commands]
     with path.open("wb") as stream:
         writer = Writer(stream)
@@ -127,6 +132,17 @@ def test_joints_that_a_message_leaves_out_stay_where_they_are(tmp_path: Path) ->
     path = bag(tmp_path / "a.mcap", [(1.0, both), (2.0, one), (3.5, gripper)])
     found = asked(path, [1.5, 2.5, 3.2, 4.5])
     np.testing.assert_allclose(found[:3], [[0.5, 1.0], [1.0, 3.5], [1.0, 5.0]], atol=1e-9)
+
+
+def test_a_gripper_of_which_only_positions_are_known_is_left_out(tmp_path: Path) -> None:
+    """A controller of its own moves it, and a driver of all tells where it is."""
+    data = trajectory(1.0, (0.0, [0.0, 1.0]), (2.0, [1.0, 0.0]))
+    path = bag(tmp_path / "a.mcap", [(1.0, data)], names=[*JOINTS, "finger"])
+    joints, _ = commanded_joints(path, None, Reading())
+    assert joints == ("a", "b")
+    assert method_for([path], None, Reading())[0] == "simulation"
+    log = read_recording(path, joints=joints, torque=False)
+    assert segments_of(log, JOINTS, "a")[0].motion.command[0] == pytest.approx([0.0, 1.0])
 
 
 def test_a_gripper_that_only_commands_name_is_no_hindrance(tmp_path: Path) -> None:
