@@ -28,6 +28,9 @@ _DELAYS_S = (0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0)
 _LONGEST = 0.1
 """Of the shortest chunk: so much is lost at each end to what a shift leaves without torque."""
 
+_FINE = 0.006
+"""Steps in which a delay is looked for once it is known where it lies [s]."""
+
 _STRETCHES = 12
 
 
@@ -87,23 +90,29 @@ def lag(case: Case, chunks: Sequence[Chunk], bounds: CheckSettings) -> Lag | Non
     if not later:
         return None
     delays = np.array([*(-d for d in reversed(later)), 0.0, *later])
-    taus, inside = shifted_torque(chunks, case.probe, delays.tolist())
-    taus = np.where(case.probe.counted, taus, 0.0)
-    if inside.sum() < _STRETCHES or not taus[delays == 0.0][:, inside].any():
-        return None
-    columns = replace(case.columns, W=case.columns.W * inside[:, None, None])
-    whole = _Shifted(columns, delays, taus, inside)
-    sliding = whole.only(_sliding(case.probe, bounds))
-    if not sliding.taus[delays == 0.0][:, inside].any():
+    whole = _shifted(case, chunks, delays)
+    slides = _sliding(case.probe, bounds)
+    if whole is None or not (sliding := whole.only(slides)).has_torque:
         return None
     found = _believed(sliding, bounds)
-    if found is None:
+    if found is None or not whole.lag(found.joint).borne_out(bounds):
         return None
-    everywhere = whole.lag(found.joint)
-    if not everywhere.borne_out(bounds):
+    near = np.unique([0.0, *(found.seconds + _FINE * np.arange(-2, 3))])
+    if (finer := _shifted(case, chunks, near)) is None:
         return None
+    found, everywhere = finer.only(slides).lag(found.joint), finer.lag(found.joint)
     apart = everywhere.seconds - found.seconds
-    return replace(everywhere, seconds=found.seconds, sd=float(np.hypot(found.sd, apart)))
+    told = replace(everywhere, seconds=found.seconds, sd=float(np.hypot(found.sd, apart)))
+    return told if told.borne_out(bounds) else None
+
+
+def _shifted(case: Case, chunks: Sequence[Chunk], delays: Array) -> "_Shifted | None":
+    """Torque of other instants beside the motion; None where too little of it is left."""
+    taus, inside = shifted_torque(chunks, case.probe, delays.tolist())
+    taus = np.where(case.probe.counted, taus, 0.0)
+    columns = replace(case.columns, W=case.columns.W * inside[:, None, None])
+    made = _Shifted(columns, delays, taus, inside)
+    return made if inside.sum() >= _STRETCHES and made.has_torque else None
 
 
 def late_by_fit(seconds: float, sd: float, name: str, bounds: CheckSettings) -> list[Remark]:
@@ -147,6 +156,11 @@ class _Shifted:
     delays: Array
     taus: Array
     inside: NDArray[np.bool_]
+
+    @property
+    def has_torque(self) -> bool:
+        """Whether there is torque as recorded, at instants that are inside."""
+        return bool(self.taus[self.delays == 0.0][:, self.inside].any())
 
     def only(self, rows: NDArray[np.bool_]) -> "_Shifted":
         """The same of some instants of each joint, shape (S, n)."""
