@@ -44,7 +44,7 @@ def model_with(
     """
     effects = BoundEffects(tuple(zip(accepted, fitted.effects, strict=True)))
     if source.reference_model is not None:
-        return replace(source.reference_model, effects=effects)
+        return replace(_with_friction(source.reference_model, fitted), effects=effects)
     process = processing(source.arm, source.datasets[0])
     return Model(
         arm=source.arm.name,
@@ -60,6 +60,21 @@ def model_with(
         gains_nm_per_a=source.arm.settings.gains_nm_per_a or (),
         effects=effects,
     )
+
+
+def _with_friction(known: Model, fitted: FeasibleModel) -> Model:
+    """A reference model with the joints' friction of these recordings, which the search fits."""
+    delta = known.delta.copy()
+    found = {"fv": fitted.viscous, "fc": fitted.coulomb}
+    today = {}
+    for i, p in enumerate(known.parameters):
+        if p.kind in found and known.moving[p.index - 1]:
+            delta[i] = today[p.name] = float(found[p.kind][p.index - 1])
+    table = tuple(
+        replace(b, values=b.values | {known.estimator: today[b.name]}) if b.name in today else b
+        for b in known.base_parameters
+    )
+    return replace(known, delta=delta, base_parameters=table)
 
 
 def fitted_beside(
