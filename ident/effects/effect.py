@@ -167,6 +167,15 @@ class Effect(ABC, Generic[P]):
         """Way [rad] over which it forgets where it began; 0: it has nothing to forget."""
         return 0.0
 
+    def drive_factors(self, candidate: Candidate[P], values: Array) -> dict[int, float]:
+        """Factors of a joint's rotor and offset that were known before the effect, by joint.
+
+        Args:
+            candidate: the effect.
+            values: of its coefficients.
+        """
+        return {}
+
     def as_reported(self, candidate: Candidate[P], values: dict[str, Value]) -> dict[str, Value]:
         """The parameters as people know them, from those that the columns are made with."""
         return values

@@ -28,6 +28,9 @@ class ArmFacts:
         duration_s: length of the longest recording [s].
         trusted: whether delta was known before, so that it can be asked what has changed since.
         commanded: whether the torque is that of the command, which carries no noise.
+        rotors: inertia at each joint of the rotor that is its own, known before [kg m^2], shape
+            (n,); None: not known.
+        offsets: torque of each joint that was known before [N m], shape (n,); None: not known.
     """
 
     chain: Chain
@@ -39,11 +42,20 @@ class ArmFacts:
     duration_s: float
     trusted: bool = False
     commanded: bool = True
+    rotors: Array | None = None
+    offsets: Array | None = None
 
     @property
     def dof(self) -> int:
         """Number of joints n."""
         return len(self.moving)
+
+    def of_drives(self, qdd: Array) -> Array:
+        """Torque of rotors and offsets that were known before [N m], shape (S, n)."""
+        torque = np.zeros_like(qdd)
+        if self.rotors is not None:
+            torque += self.rotors * qdd
+        return torque if self.offsets is None else torque + self.offsets
 
     @property
     def moving_joints(self) -> tuple[int, ...]:

@@ -33,9 +33,9 @@ class TorqueGain(Effect[_Motor]):
     id = "torque_gain"
     title = "a wrong torque constant or gear ratio"
     equation = (
-        "(1 + error) tau_j = tau_model,j: the drive gives 1 + error of what it is asked for; of a"
-        " motor m that two joints share, tau + error_of_motor_m P tau = tau_model,"
-        " P = T^T E_m T^-T"
+        "(1 + error) tau_j = tau_model,j: the drive gives 1 + error of what it is asked for"
+        " (model.yaml has the torque's: tau_j = (1 + error) tau_model,j); of a motor m that two"
+        " joints share, tau + error_of_motor_m P tau = tau_model, P = T^T E_m T^-T"
     )
     source = "Gautier, Briot 2011, eq. (9)"
     signature = "in proportion to the whole torque of the joint, or of the two that share a motor"
@@ -56,7 +56,7 @@ class TorqueGain(Effect[_Motor]):
     def coefficients(self, parameters: _Motor, variant: str) -> tuple[Coefficient, ...]:
         """The error of the joint's drive, or of the motor that is told."""
         name = f"error_of_motor_{parameters.motor}" if parameters.motor else "error"
-        return (Coefficient(name, "1", lower=-0.4, upper=0.4),)
+        return (Coefficient(name, "1", lower=-0.75, upper=3.0),)
 
     def columns(self, seen: Observed, candidate: Candidate[_Motor]) -> Array:
         """The joint's rigid-body torque; friction's own parameters absorb friction's share.
@@ -66,7 +66,7 @@ class TorqueGain(Effect[_Motor]):
         joints = list(candidate.joints)
         load = seen.load[:, joints]
         if not candidate.parameters.motor:
-            return load[:, :, None]
+            return (load + seen.arm.of_drives(seen.qdd)[:, joints])[:, :, None]
         friction = seen.viscous * seen.qd + seen.coulomb * seen.direction
         shares = np.array(candidate.parameters.shares)
         return ((load + friction[:, joints]) @ shares.T)[:, :, None]
@@ -78,6 +78,10 @@ class TorqueGain(Effect[_Motor]):
         ((name, more),) = values.items()
         gain = 1.0 / (1.0 + more.value)
         return {name: Value(gain - 1.0, more.sd * gain**2, "1")}
+
+    def drive_factors(self, candidate: Candidate[_Motor], values: Array) -> dict[int, float]:
+        """Of the joint's own drive."""
+        return {} if candidate.parameters.motor else {candidate.joints[0]: 1.0 + float(values[0])}
 
     def simulated(
         self, arm: SimulatedArm, candidate: Candidate[_Motor], values: Array

@@ -185,7 +185,16 @@ def facts_of(source: Experiment) -> ArmFacts:
         max(d.samples / d.rate_hz for d in source.datasets),
         reference is not None,
         all(d.torque == "commanded" for d in source.datasets),
+        None if reference is None else _own_rotors(reference),
+        None if reference is None else reference.parameter("fo"),
     )
+
+
+def _own_rotors(model: Model) -> Array:
+    """Inertia of rotors that turn with one joint alone, which no other rotor turns with, (n,)."""
+    drive = model.terms.drive_matrix
+    alone = (np.count_nonzero(drive, axis=1) == 1)[:, None] & (np.count_nonzero(drive, axis=0) == 1)
+    return model.parameter("ia") @ (drive**2 * alone)
 
 
 def with_reference_model(

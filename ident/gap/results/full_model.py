@@ -5,12 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from ident.dynamics.base_parameters import base_map
 from ident.dynamics.parameters import KIND_OF_TERM
 from ident.effects.bound_effects import BoundEffects, members_of
 from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
 from ident.effects.compensation import without_effects
 from ident.effects.reversal_friction import BASIS
+from ident.estimation.regression_data import posture
 from ident.estimation.reversal_shapes import KnownShapes
 from ident.gap.data.experiment import Experiment
 from ident.gap.regression.feasible_fit import FeasibleModel
@@ -44,7 +46,8 @@ def model_with(
     """
     effects = BoundEffects(tuple(zip(accepted, fitted.effects, strict=True)))
     if source.reference_model is not None:
-        return replace(_with_friction(source.reference_model, fitted), effects=effects)
+        known = _of_today(source.reference_model, source, fitted, accepted)
+        return replace(known, effects=effects)
     process = processing(source.arm, source.datasets[0])
     return Model(
         arm=source.arm.name,
@@ -62,19 +65,35 @@ def model_with(
     )
 
 
-def _with_friction(known: Model, fitted: FeasibleModel) -> Model:
-    """A reference model with the joints' friction of these recordings, which the search fits."""
-    delta = known.delta.copy()
-    found = {"fv": fitted.viscous, "fc": fitted.coulomb}
-    today = {}
+def _of_today(
+    known: Model, source: Experiment, fitted: FeasibleModel, accepted: Sequence[Candidate]
+) -> Model:
+    """A reference model with these recordings' friction, which the search fits anew.
+
+    Rotors and offsets of drives that an effect changes are changed with them.
+    """
+    delta, factors = known.delta.copy(), np.ones(known.robot.dof)
+    for h, values in zip(accepted, fitted.effects, strict=True):
+        for joint, factor in catalogue()[h.effect].drive_factors(h, values).items():
+            factors[joint] *= factor
+    drives = known.terms.drive_matrix != 0.0
+    motors = np.array([np.prod(factors[row]) for row in drives])
+    friction = {"fv": fitted.viscous, "fc": fitted.coulomb}
     for i, p in enumerate(known.parameters):
-        if p.kind in found and known.moving[p.index - 1]:
-            delta[i] = today[p.name] = float(found[p.kind][p.index - 1])
+        k = p.index - 1
+        if p.kind in friction and known.moving[k]:
+            delta[i] = friction[p.kind][k]
+        elif p.kind in ("fo", "ia"):
+            delta[i] *= (factors if p.kind == "fo" else motors)[k]
+    base = base_map(known.robot, known.terms, [posture(d) for d in source.datasets])
+    rows, beta = {b.name: b for b in known.base_parameters}, base.K @ delta
     table = tuple(
-        replace(b, values=b.values | {known.estimator: today[b.name]}) if b.name in today else b
-        for b in known.base_parameters
+        replace(rows[name], values={known.estimator: float(value)})
+        for name, value in zip(base.names, beta, strict=True)
+        if name in rows
     )
-    return replace(known, delta=delta, base_parameters=table)
+    whole = len(table) == len(known.base_parameters) == len(base.names)
+    return replace(known, delta=delta, base_parameters=table if whole else ())
 
 
 def fitted_beside(
