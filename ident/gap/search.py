@@ -229,7 +229,10 @@ def _lack_of_fit(
         lower = min(state.threshold.structure, clear)
         state = replace(state, threshold=replace(state.threshold, structure=lower))
     found = unexplained_structures(state, settings)
-    if not state.accepted and not state.transients:
+    if not state.transients:
         noted = excess_over_pure_error(state.noise, state.current, found, settings.repeats)
-        found = (found + noted) or inconsistent_effect(state, settings)
+        named = {j for a in state.accepted for j in a.joints}
+        found += tuple(x for x in noted if x.structure.joint not in named)
+    if not state.accepted and not state.transients:
+        found = found or inconsistent_effect(state, settings)
     return state, found

@@ -78,8 +78,8 @@ def prepared(arm: Arm, segments: Sequence[MotionSegment]) -> Prepared:
     n = arm.robot.dof
     span = np.ptp(np.concatenate([s.q for s in segments]), axis=0)
     _check_unit(arm, span, f"{segments[0].name}: ", "moves")
-    asked = np.concatenate([s.motion.command for s in segments])
-    _check_unit(arm, np.ptp(asked, axis=0), f"{segments[0].name}: the command of ", "goes")
+    asked = np.ptp(np.concatenate([s.motion.command for s in segments]), axis=0)
+    _check_unit(arm, asked, f"{segments[0].name}: the command of ", "goes")
     moving = span > _MOVES
     if not moving.any():
         raise DataError(f"No joint moves by more than {_MOVES} rad; nothing can be learned.")
@@ -99,6 +99,7 @@ def prepared(arm: Arm, segments: Sequence[MotionSegment]) -> Prepared:
     if arm.servo.same_servo:
         alike[[ROW[name] for name in _SAME]] = list(_SAME.values())
     may = np.isnan(fixed) & moving
+    may[ROW["delay"]] &= asked > 0.0  # nothing that comes late tells one
     may[ROW["zero"]] &= _weight(setup) > _LEAST_WEIGHT
     prior = Prior(start, np.full(start.shape, _SD), alike)
     return Prepared(arm, setup, prior, may, moving, ~np.isnan(first))

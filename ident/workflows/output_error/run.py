@@ -127,6 +127,15 @@ def _remarks(found: Found, names: Sequence[str]) -> list[Remark]:
                 Grade.TRUSTWORTHY,
             )
         )
+    asked = np.ptp(np.concatenate([t.commanded for t in traces(found)]), axis=0)
+    if len(unasked := np.flatnonzero(found.moving & (asked == 0.0))):
+        text = (
+            f"The command of {joints(unasked, names)} never changes: no delay is fitted there, and"
+            " all else by what moves the joint against its servo."
+        )
+        advice = "Move it by commands as well, in these recordings or in others beside them."
+        places = tuple(int(j) + 1 for j in unasked)
+        said.append(Remark("poor_motion", places, text, Grade.TRUSTWORTHY, advice))
     loose = np.flatnonzero(unknown_factor(found.known) & found.moving)
     if len(loose):
         said.append(

@@ -60,6 +60,15 @@ def test_commands_in_degrees_are_refused_and_in_an_unlikely_unit_doubted() -> No
     assert "large_error" in [r["code"] for r in found.content["remarks"]]
 
 
+def test_a_joint_that_no_command_moves_gets_no_delay() -> None:
+    t, q, command = np.arange(160) / 50, MADE.q[:160], COMMAND[:160].copy()
+    command[:, 1] = q[:, 1].mean()
+    found = identified(t, q, command).content
+    assert [p["joint"] for p in found["parameters"] if p["name"] == "delay"] == [1]
+    told = [r for r in found["remarks"] if r["code"] == "poor_motion"]
+    assert [r["joints"] for r in told if "never changes" in r["sentence"]] == [[2]]
+
+
 def test_columns_that_are_exchanged_are_told_and_right_ones_are_not() -> None:
     t = np.arange(len(MADE.q)) / 50
     right, wrong = (identified(t, MADE.q[:, k], COMMAND[:, k]).content for k in ([0, 1], [1, 0]))
