@@ -190,11 +190,15 @@ def facts_of(source: Experiment) -> ArmFacts:
     )
 
 
+def own_drives(terms: Terms) -> NDArray[np.bool_]:
+    """Which motor, by row, turns with which joint alone, no other motor with it, shape (n, n)."""
+    turns = terms.drive_matrix != 0.0
+    return turns & (turns.sum(axis=1) == 1)[:, None] & (turns.sum(axis=0) == 1)
+
+
 def _own_rotors(model: Model) -> Array:
-    """Inertia of rotors that turn with one joint alone, which no other rotor turns with, (n,)."""
-    drive = model.terms.drive_matrix
-    alone = (np.count_nonzero(drive, axis=1) == 1)[:, None] & (np.count_nonzero(drive, axis=0) == 1)
-    return model.parameter("ia") @ (drive**2 * alone)
+    """Inertia of those motors' rotors at their joints [kg m^2], shape (n,)."""
+    return model.parameter("ia") @ (model.terms.drive_matrix**2 * own_drives(model.terms))
 
 
 def with_reference_model(

@@ -14,7 +14,7 @@ from ident.effects.compensation import without_effects
 from ident.effects.reversal_friction import BASIS
 from ident.estimation.regression_data import posture
 from ident.estimation.reversal_shapes import KnownShapes
-from ident.gap.data.experiment import Experiment
+from ident.gap.data.experiment import Experiment, own_drives
 from ident.gap.regression.feasible_fit import FeasibleModel
 from ident.gap.regression.weighted_fit import Fit
 from ident.gap.selection.state import Place
@@ -76,8 +76,7 @@ def _of_today(
     for h, values in zip(accepted, fitted.effects, strict=True):
         for joint, factor in catalogue()[h.effect].drive_factors(h, values).items():
             factors[joint] *= factor
-    drives = known.terms.drive_matrix != 0.0
-    motors = np.array([np.prod(factors[row]) for row in drives])
+    motors = np.array([np.prod(factors[row]) for row in own_drives(known.terms)])
     friction = {"fv": fitted.viscous, "fc": fitted.coulomb}
     for i, p in enumerate(known.parameters):
         k = p.index - 1
