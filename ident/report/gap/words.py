@@ -57,13 +57,13 @@ def verdict_sentences(report: GapReport) -> list[str]:
 
 
 def _nothing_found(held_out: Content) -> str:
-    """That all but noise is explained; or, where no motion repeats, what is left."""
+    """That all but noise is explained; or, where no repeats tell the noise, what is left."""
     if held_out["noise_floor"]["relative_error_percent"] is not None:
         return "The model explains these recordings down to their noise."
     left = percent(held_out["after"]["relative_error_percent"])
     return (
         f"Nothing in what the model leaves, {left} of the torque, shows an effect that it misses;"
-        " whether all of it is noise is not known, since no motion repeats."
+        " whether all of it is noise is not known, since no motion repeats closely enough to tell."
     )
 
 
