@@ -141,7 +141,7 @@ def explained_after_all(
 
     Args:
         remarks: of the checks.
-        error: of the fit, relative, over all joints, on data that were not fitted.
+        error: of the fit at its cut-off, relative, over all joints.
         bounds: of the checks.
     """
     if error > bounds.error_doubtful:

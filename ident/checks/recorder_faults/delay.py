@@ -100,10 +100,14 @@ def lag(case: Case, chunks: Sequence[Chunk], bounds: CheckSettings) -> Lag | Non
     near = np.unique([0.0, *(found.seconds + _FINE * np.arange(-2, 3))])
     if (finer := _shifted(case, chunks, near)) is None:
         return None
-    found, everywhere = finer.only(slides).lag(found.joint), finer.lag(found.joint)
-    apart = everywhere.seconds - found.seconds
-    told = replace(everywhere, seconds=found.seconds, sd=float(np.hypot(found.sd, apart)))
+    told = agreed(finer.only(slides).lag(found.joint), finer.lag(found.joint))
     return told if told.borne_out(bounds) else None
+
+
+def agreed(sliding: Lag, everywhere: Lag) -> Lag:
+    """The delay of the instants in which joints slide; that of all is a part of its error."""
+    apart = everywhere.seconds - sliding.seconds
+    return replace(everywhere, seconds=sliding.seconds, sd=float(np.hypot(sliding.sd, apart)))
 
 
 def _shifted(case: Case, chunks: Sequence[Chunk], delays: Array) -> "_Shifted | None":

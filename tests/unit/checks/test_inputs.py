@@ -14,7 +14,7 @@ from ident.checks.examine import examine
 from ident.checks.recorder_faults.lost_samples import repeated_and_skipped
 from ident.checks.remark import Grade, RefusedError, Remark, verdict_content
 from ident.checks.settings import DEFAULT
-from ident.checks.torque import beyond_possible
+from ident.checks.torque import beyond_possible, explained_after_all
 from ident.workflows.run import run_data
 from wamctl.arm.errors import UserError
 
@@ -247,3 +247,18 @@ def test_a_recording_without_torque_beside_a_right_one_ends_in_a_sentence():
     content = run_data(arm, pair).content
     assert content["verdict"] == "doubtful"
     assert "without" in " ".join(r["sentence"] for r in content["remarks"])
+
+
+def test_a_fit_at_its_own_cut_off_takes_back_the_doubt_of_a_wider_band_alone():
+    def remark(code: str, grade: Grade, *joints: int) -> Remark:
+        return Remark(code, joints, "found.", grade, "Do something.")
+
+    whole = remark("large_error", Grade.DOUBTFUL)
+    others = (
+        remark("large_error", Grade.DOUBTFUL, 3),
+        remark("large_error", Grade.REFUSED),
+        remark("units", Grade.DOUBTFUL),
+    )
+    limit = DEFAULT.error_doubtful
+    assert explained_after_all((whole, *others), 0.9 * limit, DEFAULT) == others
+    assert explained_after_all((whole, *others), 1.1 * limit, DEFAULT) == (whole, *others)
