@@ -6,19 +6,21 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 import yaml
 
+from ident.dynamics.compiled_chain import chain_of
 from ident.export.links import Link, links_of
 from ident.export.mjcf import add_joint, each_body, new_mjcf, written
 from ident.export.replay import Replay, loaded_mujoco
 from ident.export.urdf import comment, numbers
-from ident.output_error.servo import motor_command
+from ident.output_error.plant.servo import motor_command
 from ident.output_error.servo_model import ServoModel
 from ident.output_error.setup import MotionSegment
+from wamctl.arm.robot import cad_parameters
 
 _TIMESTEP_S = 0.002
 _UNLIMITED_NM = 1e3
 _NO_PLACE = (
     "rate_gain", "integral", "dead_zone", "stribeck", "load_friction", "drag", "skew", "compliance",
-    "turning_speed", "presliding", "rise_speed", "gear_lag", "link_armature",
+    "turning_speed", "presliding", "rise_speed", "gear_lag", "link_armature", "gravity_gain",
 )  # fmt: skip
 _NO_PROFILE = 1e5  # rad/s^2
 _PLAY_DAMPING = 1e-4  # N m s/rad: the gears' grease
@@ -120,7 +122,7 @@ def isaaclab_settings(model: ServoModel) -> str:
 def servo_replay(mjcf: str, model: ServoModel, segments: Sequence[MotionSegment]) -> list[Replay]:
     """Recordings beside MuJoCo and the own simulation under their commands.
 
-    MuJoCo gets the commands as the servos' own planning and delay make them.
+    MuJoCo gets the commands as the servos' own planning, feed-forward, and delay make them.
 
     Raises:
         DataError: MuJoCo is not installed.
@@ -128,6 +130,7 @@ def servo_replay(mjcf: str, model: ServoModel, segments: Sequence[MotionSegment]
     mujoco = loaded_mujoco()
     arm = mujoco.MjModel.from_xml_string(mjcf)
     names = tuple(model.robot.joint_names)
+    links = chain_of(model.robot), cad_parameters(model.robot)
     driven = [arm.joint(j).qposadr[0] for j in names]
     loose = [_play_place(arm, j) for j in names]
     found = []
@@ -135,7 +138,7 @@ def servo_replay(mjcf: str, model: ServoModel, segments: Sequence[MotionSegment]
         motion, state = segment.motion, mujoco.MjData(arm)
         state.qpos[driven] = motion.start
         state.qvel[[arm.joint(j).dofadr[0] for j in names]] = motion.speed
-        grid, wanted = motor_command(motion, model.settings, _TIMESTEP_S)
+        grid, wanted = motor_command(*links, motion, model.settings, _TIMESTEP_S)
         passed = np.empty((len(grid) + 1, len(names)))
         for k in range(len(passed)):
             passed[k] = state.qpos[driven]

@@ -95,7 +95,7 @@ def fit(
                 break
             moved = place.copy()
             moved[at] += np.clip(step, -_LONGEST, _LONGEST)
-            trial = np.where(looking, settings_at(moved), settings)
+            trial = np.where(looking & free, settings_at(moved), settings)
             left = setup.residuals(trial)
             better = looking & (np.mean(left**2, axis=0) < np.mean(residuals**2, axis=0))
             if better.any() and not better[looking].all():

@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 from ident.model.arm import Arm
 from ident.output_error.fit import Fit, fit
 from ident.output_error.parameters import QUANTITIES, ROW
-from ident.output_error.prepared import Prepared, prepared
+from ident.output_error.prepared import Prepared, prepared, searched
+from ident.output_error.recordings import GLANCED_S
 from ident.output_error.search.confirmation import confirmed, doubt, without_parts
 from ident.output_error.search.exchanged import exchanged_joints
 from ident.output_error.search.late_start import answers_early, begun_with_delay
 from ident.output_error.search.parts import PARTS, Part
-from ident.output_error.search.rounds import extended
+from ident.output_error.search.rounds import extended, of_servos
 from ident.output_error.search.selection import Accepted, Selection
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.servo_model import ServoModel
@@ -24,7 +25,7 @@ from ident.regression.progress import Tell
 from wamctl.arm.config import ServoSection
 from wamctl.arm.errors import ConfigurationError
 
-_LIMITS = ("torque_limit", "profile_speed", "profile_acceleration")
+_LIMITS = ("torque_limit", "integral_limit", "profile_speed", "profile_acceleration")
 _IDLE = 0.01  # encoder steps: a limit that moves no sample by more is not reached
 _ROUNDS = 12
 
@@ -68,7 +69,8 @@ def identify_by_simulation(arm: Arm, segments: Sequence[MotionSegment], tell: Te
     """
     parts = _parts(arm.servo, arm.source)
     settings = SearchSettings()
-    begun, base = begun_with_delay(prepared(arm, segments), settings)
+    begun = prepared(arm, segments)
+    begun, base = begun_with_delay(begun, searched(begun.setup, GLANCED_S), settings)
     search = selected(begun, base, parts, settings, tell)
     early = answers_early(begun, base, settings) and answers_early(begun, search, settings)
     exchanged = exchanged_joints(begun, search, settings)
@@ -104,7 +106,7 @@ def selected(
 ) -> Selection:
     """The arm with the parts that its recordings ask for and cannot do without."""
     servo = [p for p in parts if p.servo]
-    found = extended(base, begun, servo, {}, settings, tell)
+    found = of_servos(base, begun, servo, settings, tell)
     found = extended(found, begun, parts, {}, settings, tell)
     asked = [a for a in found.accepted if not a.of_all]
     shown = confirmed(found, base.fit, asked, begun, settings)

@@ -66,6 +66,8 @@ QUANTITIES = (
     Quantity("speed_gain", "N m s/rad", 0.0, 1e4, 0.0, 0.1, "torque of the servo per speed"),
     Quantity("link_armature", "1", 0.0, 0.9, 0.0, 0.1, "armature's part behind gears that give"),
     Quantity("load_side", "1", 0.0, 1.0, 1.0, 1.0, "whose load: 1 the driving side, 0 the link"),
+    Quantity("gravity_gain", "1", 0.0, 2.0, 0.0, 0.1, "part of the weight that is fed forward"),
+    Quantity("integral_limit", "N m", 1e-3, 1e4, 1e4, 0.0, "largest torque of the integral"),
 )
 """In the order of the rows of a settings array, shape (quantities, n)."""
 
@@ -82,6 +84,8 @@ LATER = {
     "link_armature": 0.0,
     "stribeck_exponent": 2.0,
     "load_side": 0.0,
+    "gravity_gain": 0.0,
+    "integral_limit": 1e4,
 }
 """Quantities that files of the first version may lack, and what they were then."""
 
@@ -89,6 +93,7 @@ PER_STIFFNESS = (
     "integral",
     "rate_gain",
     "torque_limit",
+    "integral_limit",
     "armature",
     "damping",
     "coulomb",

@@ -10,7 +10,7 @@ from ident.dynamics.compiled_chain import chain_of, torques
 from ident.model.arm import Arm
 from ident.output_error.first_guess import first_guess
 from ident.output_error.parameters import QUANTITIES, ROW
-from ident.output_error.recordings import settled, thinned
+from ident.output_error.recordings import SEARCHED_S, settled, thinned
 from ident.output_error.servo_model import STEP_S
 from ident.output_error.setup import MotionSegment, Prior, Setup
 from ident.output_error.slopes import SLOPE_STEP_S
@@ -105,9 +105,9 @@ def prepared(arm: Arm, segments: Sequence[MotionSegment]) -> Prepared:
     return Prepared(arm, setup, prior, may, moving, ~np.isnan(first))
 
 
-def searched(setup: Setup) -> Setup:
+def searched(setup: Setup, seconds: float = SEARCHED_S) -> Setup:
     """What a search fits: pieces of long recordings, in steps that tell play from compliance."""
-    return replace(setup, segments=thinned(setup.segments), step=SLOPE_STEP_S)
+    return replace(setup, segments=thinned(setup.segments, seconds), step=SLOPE_STEP_S)
 
 
 def _check_unit(arm: Arm, span: Array, whose: str, does: str) -> None:

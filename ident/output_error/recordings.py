@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.output_error.glitches import unreachable
-from ident.output_error.servo import Motion
+from ident.output_error.plant.servo import Motion
 from ident.output_error.setup import MotionSegment
 from ident.recordings.errors import JointMismatchError
 from ident.recordings.log_summary import GAP_PERIODS
@@ -23,7 +23,12 @@ _SHORTEST = 20
 _ENOUGH_HZ = 100.0  # twice what gears and links move at; more samples take longer and tell no more
 _PARTS = 3
 _PIECE_S = 8.0
-_SEARCHED_S = 150.0  # more than this tells a search nothing new
+SEARCHED_S = 150.0
+"""More than this tells a search nothing new."""
+
+GLANCED_S = 60.0
+"""Enough for a servo's own parts, which move the arm most."""
+
 _STILL = 1e-9
 """Rms speed below which a joint is at rest [rad/s]."""
 
@@ -73,11 +78,17 @@ def segments_of(
     return replace(first, wrong=tuple(wrong.sum(axis=0).tolist())), *others
 
 
-def thinned(segments: Sequence[MotionSegment]) -> tuple[MotionSegment, ...]:
+def thinned(
+    segments: Sequence[MotionSegment], seconds: float = SEARCHED_S
+) -> tuple[MotionSegment, ...]:
     """What a search looks at: all of it, or pieces spread over recordings that last long.
 
     Of pieces that follow each other it takes the one that moves most: what limits a servo shows
     where most is asked of it, which may be the last seconds of a chirp.
+
+    Args:
+        segments: the recordings.
+        seconds: length beyond which pieces are taken.
 
     Raises:
         DataError: fewer than three, since the recordings are too short or sampled too slowly.
@@ -94,7 +105,7 @@ def thinned(segments: Sequence[MotionSegment]) -> tuple[MotionSegment, ...]:
             f" {2 * WARM_S:g} s, each to be predicted from the others; record longer or at a higher"
             " rate, and check that times are in seconds."
         )
-    every = math.ceil(sum(_seconds(s) for s in segments) / _SEARCHED_S)
+    every = math.ceil(sum(_seconds(s) for s in segments) / seconds)
     return tuple(segments) if every == 1 else _fastest(cut, every)
 
 

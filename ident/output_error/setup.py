@@ -1,5 +1,6 @@
 """Arm and recordings, as a fit by simulation holds them fixed, and what is believed before."""
 
+import itertools
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -10,8 +11,8 @@ from numpy.typing import NDArray
 
 from ident.dynamics.compiled_chain import Chain
 from ident.output_error.coordinates import coordinates
-from ident.output_error.plant import simulate
-from ident.output_error.servo import Motion
+from ident.output_error.plant.arm import simulate
+from ident.output_error.plant.servo import Motion
 from ident.signals.arrays import Array
 
 MEMORY_S = 0.4
@@ -67,22 +68,39 @@ class Setup:
 
     def replay(self, settings: Array) -> list[Array]:
         """Simulated positions along each segment, shape (S, n) each [rad]."""
-        made = []
-        for segment in self.segments:
-            out = np.empty_like(segment.q)
-            simulate(self.chain, self.delta, settings, self.at_link, segment.motion, self.step, out)
-            made.append(np.clip(np.nan_to_num(out, nan=_AWAY), -_AWAY, _AWAY))
-        return made
+        return self._replays([settings])[0]
 
     def residuals(self, settings: Array) -> Array:
         """Measured less simulated positions, all segments stacked [rad], shape (S, n)."""
-        pairs = zip(self.segments, self.replay(settings), strict=True)
-        return np.concatenate([s.q[s.counted :] - m[s.counted :] for s, m in pairs])
+        return self.residuals_of([settings])[0]
 
     def residuals_of(self, some: Sequence[Array]) -> list[Array]:
-        """Residuals of several settings; as many are simulated at a time as numba has threads."""
-        with ThreadPoolExecutor(get_num_threads()) as pool:
-            return list(pool.map(self.residuals, some))
+        """Residuals of several settings."""
+        told = [s.q[s.counted :] for s in self.segments]
+        counted = [s.counted for s in self.segments]
+        return [
+            np.concatenate([q - m[k:] for q, m, k in zip(told, made, counted, strict=True)])
+            for made in self._replays(some)
+        ]
+
+    def _replays(self, some: Sequence[Array]) -> list[list[Array]]:
+        """Positions along each segment for each of some settings.
+
+        As many segments are simulated at a time as numba has threads.
+        """
+        asked = list(itertools.product(some, self.segments))
+        if (threads := min(get_num_threads(), len(asked))) < 2:
+            made = [self._along(*each) for each in asked]
+        else:
+            with ThreadPoolExecutor(threads) as pool:
+                made = list(pool.map(self._along, *zip(*asked, strict=True)))
+        count = len(self.segments)
+        return [made[k : k + count] for k in range(0, len(made), count)]
+
+    def _along(self, settings: Array, segment: MotionSegment) -> Array:
+        out = np.empty_like(segment.q)
+        simulate(self.chain, self.delta, settings, self.at_link, segment.motion, self.step, out)
+        return np.clip(np.nan_to_num(out, nan=_AWAY), -_AWAY, _AWAY)
 
 
 @dataclass(frozen=True)

@@ -87,7 +87,11 @@ def _along(setup: Setup, settings: Array, free: NDArray[np.bool_], steps: Array)
     for k, step in enumerate(steps):
         groups = [*(each == j for j in np.flatnonzero(felt[k])), ~felt[k]]
         asked += [(k, g & step.any(axis=0)) for g in groups if step[:, g].any()]
-    ends = [settings_at(place + side * steps[k] * g) for k, g in asked for side in (1.0, -1.0)]
+    ends = [
+        np.where(free, settings_at(place + side * steps[k] * g), settings)
+        for k, g in asked
+        for side in (1.0, -1.0)
+    ]
     left = setup.residuals_of(ends)
     told: list[list[tuple[Array, Array]]] = [[] for _ in each]
     for i, (k, group) in enumerate(asked):

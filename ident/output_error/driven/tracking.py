@@ -16,8 +16,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ident.dynamics.compiled_chain import Chain, inverse_dynamics, mass_matrix, workspace
+from ident.output_error.plant.servo import Motion
 from ident.output_error.recordings import WARM_S
-from ident.output_error.servo import Motion
 from ident.output_error.setup import MotionSegment
 from ident.recordings.dataset import Dataset, Segment
 from ident.signals.arrays import Array

@@ -6,7 +6,7 @@ from ident.output_error.missing.kinds import KIND_OF, KINDS
 from ident.output_error.missing.nulls import Nulls, nulls
 from ident.output_error.prepared import Prepared
 from ident.output_error.search.parts import ENCODER_OFFSET, SERVO_PARTS, ZEROS, Part
-from ident.output_error.search.rounds import extended
+from ident.output_error.search.rounds import extended, of_servos
 from ident.output_error.search.selection import Accepted, Selection, possible
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.search.trial import Places
@@ -58,7 +58,7 @@ def search(begun: Prepared, base: Selection, settings: SearchSettings, tell: Tel
         servo.append(ZEROS)
         effects.remove(ENCODER_OFFSET)
     asked = {p: places for p in effects if (places := possible(p, begun)).any()}
-    base = extended(base, begun, servo, {}, settings, tell)
+    base = of_servos(base, begun, servo, settings, tell)
     tell("simulating the arm without effects")
     args = begun.prior, asked, settings
     found = Search(base, base, nulls(base.setup, base.fit, *args), asked)

@@ -14,7 +14,7 @@ import numpy as np
 from ident.output_error.first_guess import unexplained
 from ident.output_error.judging import gain, sureness_of_all
 from ident.output_error.parameters import ROW
-from ident.output_error.prepared import Prepared, prepared
+from ident.output_error.prepared import Prepared, prepared, searched
 from ident.output_error.search.late_start import begun_with_delay
 from ident.output_error.search.selection import Selection
 from ident.output_error.search.settings import SearchSettings
@@ -47,8 +47,8 @@ def exchanged_joints(
     if best is None:
         return None
     pair, order = best
-    segments = _in_order(begun.setup.segments, order)
-    _, tried = begun_with_delay(prepared(begun.arm, segments), settings)
+    other = prepared(begun.arm, _in_order(begun.setup.segments, order))
+    _, tried = begun_with_delay(other, searched(other.setup), settings)
     errors = tried.errors[:, order]
     helps = gain(found.errors, errors)[begun.moving].sum() > 0.0
     return pair if helps and sureness_of_all(found.errors, errors) > settings.sure else None

@@ -12,7 +12,7 @@ import numpy as np
 from ident.output_error.fit import fit
 from ident.output_error.judging import gain, left_out, sureness_of_all
 from ident.output_error.parameters import ROW
-from ident.output_error.prepared import Prepared, searched
+from ident.output_error.prepared import Prepared
 from ident.output_error.search.parts import BASE
 from ident.output_error.search.selection import Selection, bare
 from ident.output_error.search.settings import SearchSettings
@@ -26,9 +26,16 @@ _CLEARLY = 0.05
 """Nats per sample and joint that earlier commands bring, where an arm answers before them."""
 
 
-def begun_with_delay(begun: Prepared, settings: SearchSettings) -> tuple[Prepared, Selection]:
-    """The arm with what every joint has, and where its fit began."""
-    setup = searched(begun.setup)
+def begun_with_delay(
+    begun: Prepared, setup: Setup, settings: SearchSettings
+) -> tuple[Prepared, Selection]:
+    """The arm with what every joint has, and where its fit began.
+
+    Args:
+        begun: arm and recordings.
+        setup: what of them is fitted.
+        settings: numbers that decide.
+    """
     best = begun, bare(setup, begun, settings.fit_rounds)
     row = ROW["delay"]
     for delay in _DELAYS_S:
@@ -63,9 +70,9 @@ def answers_early(begun: Prepared, found: Selection, settings: SearchSettings) -
     for earlier in _EARLIER_S:
         segments = tuple(
             replace(s, motion=s.motion._replace(stamp=s.motion.stamp - earlier))
-            for s in begun.setup.segments
+            for s in found.setup.segments
         )
-        setup = searched(replace(begun.setup, segments=segments))
+        setup = replace(found.setup, segments=segments)
         tried = _fitted_anew(setup, begun, found, settings)
         sure = sureness_of_all(found.errors[:, asked], tried[:, asked]) > settings.sure_size
         if not sure or np.mean(gain(errors, tried)[asked]) < _CLEARLY:

@@ -22,7 +22,8 @@ class Part:
         common: whether joints have it all or none, as servos of one kind do.
         gears: whether servos of one kind may all have it in their gears; a joint may have it by
             itself, too.
-        instead: quantity that grows where the part is left out, because it lags alike.
+        beside: quantity without which it is nothing.
+        instead: quantity that grows where the part is left out, because it lags, or holds, alike.
         form: quantity that is no size, and says which of its forms the part has.
         forms: its values, in order.
         unlike: whether these differ so much that each is fitted where the part is tried.
@@ -35,6 +36,7 @@ class Part:
     servo: bool = False
     common: bool = False
     gears: bool = False
+    beside: str = ""
     instead: str = ""
     form: str = ""
     forms: tuple[float, ...] = ()
@@ -69,6 +71,15 @@ SERVO_PARTS = (
     Part("rate_gain", ("rate_gain",), (0.15, 0.4, 0.8), "damping", True, True),
     Part("profile_speed", ("profile_speed",), (0.5, 1.0, 2.0, 4.0), "", True, True),
     Part("integral", ("integral",), (0.3, 1.0, 4.0), "stiffness", True, True),
+    Part(
+        "integral_limit",
+        ("integral_limit",),
+        (0.01, 0.03, 0.1),
+        "stiffness",
+        True,
+        beside="integral",
+    ),
+    Part("gravity_gain", ("gravity_gain",), (0.5, 1.0), "", True, True, instead="stiffness"),
     Part("dead_zone", ("dead_zone",), (2e-3, 5e-3), "", True, True),
 )
 

@@ -9,16 +9,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.output_error.fit import Fit
+from ident.output_error.fit import Fit, fit
 from ident.output_error.judging import gain, left_out, typical
 from ident.output_error.parameters import ROW
-from ident.output_error.prepared import Prepared
+from ident.output_error.prepared import Prepared, searched
 from ident.output_error.search.parts import Part
 from ident.output_error.search.screening import Places, promising
 from ident.output_error.search.selection import (
     Accepted,
     Selection,
     clearly_off,
+    has_place,
     possible,
     refitted,
 )
@@ -54,6 +55,27 @@ def extended(
             break
         found = better
     return found
+
+
+def of_servos(
+    base: Selection, begun: Prepared, parts: Sequence[Part], settings: SearchSettings, tell: Tell
+) -> Selection:
+    """The arm with its servos' own parts, seen in as much as the search for all others sees.
+
+    Args:
+        base: the arm with what every joint has, and what tells of servos.
+        begun: arm and recordings.
+        parts: what servos may have.
+        settings: numbers that decide.
+        tell: hears what is being done.
+    """
+    found, setup = extended(base, begun, parts, {}, settings, tell), searched(begun.setup)
+    if found.setup.seconds == setup.seconds:
+        return found
+    best = fit(setup, found.fit.settings, found.fit.free, begun.prior, settings.fit_rounds)
+    return replace(
+        found, setup=setup, fit=best, errors=left_out(setup, best, begun.prior), tried=()
+    )
 
 
 def _beside_a_servos_part(
@@ -108,7 +130,7 @@ def _tried(
     """The same with what was tried beside it, at some joints."""
     before = [t for t in found.tried if t.part in parts]
     new = [part for part in parts if all(t.part != part for t in before)]
-    asked = {part: possible(part, begun) & ~found.kept(part) & within for part in new}
+    asked = {p: possible(p, begun) & has_place(p, found) & ~found.kept(p) & within for p in new}
     tell("looking for what is missing", 0.0)
     worth = worth_a_fit(found, asked, settings, same_servo=begun.same_servo)
     args = found.setup, found.fit, found.errors, worth, begun.prior, settings, tell

@@ -100,6 +100,12 @@ def possible(part: Part, begun: Prepared) -> Places:
     return np.all(begun.may[[ROW[name] for name in part.quantities]], axis=0)
 
 
+def has_place(part: Part, found: Selection) -> Places:
+    """Joints that have what a part does something beside, shape (n,)."""
+    beside = part.beside or "stiffness"
+    return found.fit.settings[ROW[beside]] > 0.0
+
+
 def clearly_off(
     errors: Array, floor: Array, resolution: Array, settings: SearchSettings
 ) -> NDArray[np.bool_]:

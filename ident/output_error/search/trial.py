@@ -8,7 +8,7 @@ import numpy as np
 
 from ident.output_error.fit import Fit, fit
 from ident.output_error.judging import gain, left_out
-from ident.output_error.parameters import QUANTITIES, ROW
+from ident.output_error.parameters import PER_STIFFNESS, QUANTITIES, ROW
 from ident.output_error.search.parts import BASE, Part
 from ident.output_error.search.screening import Places
 from ident.output_error.search.settings import SearchSettings
@@ -170,7 +170,7 @@ def scanned(
         trial = np.where(places, origin, best.settings)
         trial[row] = np.where(places, np.clip(size * unit, q.low, q.high), trial[row])
         if part.instead:
-            trial[ROW[part.instead]] *= np.where(places, share, 1.0)
+            trial[_with(part.instead)] *= np.where(places, share, 1.0)
         tried.append(trial)
         of_size.append(k)
     for k, trial, residuals in zip(of_size, tried, setup.residuals_of(tried), strict=True):
@@ -185,6 +185,11 @@ def scanned(
         larger = np.array([_next_larger(sizes, k) for k in range(len(sizes))])[first]
         starts.append(np.choose(larger, began))
     return starts
+
+
+def _with(name: str) -> list[int]:
+    """Rows of a quantity and of those that are parts of it."""
+    return [ROW[k] for k in (name, *(PER_STIFFNESS if name == "stiffness" else ()))]
 
 
 def _next_larger(sizes: Sequence[float], k: int) -> int:

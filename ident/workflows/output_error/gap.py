@@ -11,8 +11,8 @@ from ident.output_error.identify import model_of
 from ident.output_error.judging import rms
 from ident.output_error.missing.search import search
 from ident.output_error.missing.verdict import Outcome, outcome
-from ident.output_error.prepared import Prepared, prepared
-from ident.output_error.recordings import settled
+from ident.output_error.prepared import Prepared, prepared, searched
+from ident.output_error.recordings import GLANCED_S, settled
 from ident.output_error.search.exchanged import exchanged_joints
 from ident.output_error.search.late_start import begun_with_delay
 from ident.output_error.search.settings import SearchSettings
@@ -108,7 +108,8 @@ def gap_of_servos(
 ) -> GapOfServos:
     """Search commands and positions that have been read; nothing is written."""
     start = time.perf_counter()
-    begun, base = begun_with_delay(prepared(arm, settled(segments)), settings)
+    begun = prepared(arm, settled(segments))
+    begun, base = begun_with_delay(begun, searched(begun.setup, GLANCED_S), settings)
     done = outcome(begun, search(begun, base, settings, tell), settings, tell)
     tell("what would have been seen")
     content = gap_content(begun, done, settings)

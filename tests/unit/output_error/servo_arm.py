@@ -56,7 +56,7 @@ Hidden = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 def recording(
     seconds: float = 24.0, seed: int = 0, hidden: Hidden | None = None, *,
-    step: float = 0.0, elbow_limit: float = np.inf,
+    step: float = 0.0, elbow_limit: float = np.inf, fed_forward: float = 0.0,
 ) -> Recording:  # fmt: skip
     """What such an arm's log holds: commands and 12-bit positions at 50 Hz, no torque.
 
@@ -66,11 +66,12 @@ def recording(
         hidden: torque that the joints feel as well [N m].
         step: size of a step of the commands each second [rad].
         elbow_limit: of the elbow's servo [N m].
+        fed_forward: part of the links' weight, where they should be, that the servos carry.
     """
     arm = mujoco.MjModel.from_xml_string(MJCF)
     if np.isfinite(elbow_limit):
         arm.actuator_forcelimited[1], arm.actuator_forcerange[1] = 1, (-elbow_limit, elbow_limit)
-    state = mujoco.MjData(arm)
+    state, still = mujoco.MjData(arm), mujoco.MjData(arm)
     wanted = commands(seconds, seed, step)
     state.qpos[:] = wanted[0]
     q = np.empty_like(wanted)
@@ -78,7 +79,12 @@ def recording(
     for k in range(len(sent)):
         if k % PERIOD_STEPS == 0:
             q[k // PERIOD_STEPS] = np.round(state.qpos / STEP_RAD) * STEP_RAD
-        state.ctrl[:] = sent[max(k - DELAY_STEPS, 0)]
+        asked = sent[max(k - DELAY_STEPS, 0)]
+        state.ctrl[:] = asked
+        if fed_forward:
+            still.qpos[:] = asked
+            mujoco.mj_forward(arm, still)
+            state.ctrl += fed_forward * still.qfrc_bias / STIFFNESS
         if hidden is not None:
             state.qfrc_applied[:] = hidden(state.qpos, state.qvel)
         mujoco.mj_step(arm, state)

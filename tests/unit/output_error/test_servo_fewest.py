@@ -8,7 +8,7 @@ import ident
 from ident.output_error.fit import fit
 from ident.output_error.judging import left_out
 from ident.output_error.parameters import ROW
-from ident.output_error.prepared import prepared
+from ident.output_error.prepared import prepared, searched
 from ident.output_error.recordings import segments_of
 from ident.output_error.search.fewest import fewest
 from ident.output_error.search.late_start import begun_with_delay
@@ -23,7 +23,8 @@ SETTINGS = SearchSettings()
 def test_what_is_not_needed_beside_the_others_is_taken_back(torque: list[float]) -> None:
     made = recording(16.0, hidden=lambda q, _: -np.array(torque) + 0.0 * q)
     arm = ident.Arm.from_urdf(URDF).of_recording(JOINTS)
-    begun, base = begun_with_delay(prepared(arm, segments_of(made, JOINTS, "log")), SETTINGS)
+    begun = prepared(arm, segments_of(made, JOINTS, "log"))
+    begun, base = begun_with_delay(begun, searched(begun.setup), SETTINGS)
     effects = [Accepted(OFFSET, j, 1.0, 0.03, 0.0, None, ()) for j in range(2)]
     free = base.fit.free.copy()
     free[ROW["offset"]] = True

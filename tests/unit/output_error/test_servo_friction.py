@@ -9,9 +9,9 @@ from ident.output_error.first_guess import first_guess
 from ident.output_error.fit import fit
 from ident.output_error.missing.forms import middle_form
 from ident.output_error.parameters import QUANTITIES, ROW
+from ident.output_error.plant.servo import Motion
 from ident.output_error.search.parts import BASE, STRIBECK
 from ident.output_error.search.settings import SearchSettings
-from ident.output_error.servo import Motion
 from ident.output_error.setup import MotionSegment, Prior, Setup
 from ident.output_error.uncertainty import knowledge
 from ident.regression.progress import silent

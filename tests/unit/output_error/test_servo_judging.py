@@ -1,5 +1,6 @@
 """How errors of simulated positions are compared: no few blocks of time decide."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
@@ -12,6 +13,7 @@ from ident.output_error.identify import is_vague
 from ident.output_error.judging import blocks, explained, gain, left_out, sureness, typical
 from ident.output_error.missing.verdict import nearly_sure
 from ident.output_error.parameters import QUANTITIES, ROW
+from ident.output_error.plant.servo import Motion
 from ident.output_error.search.parts import ENCODER_OFFSET, OFFSET, SERVO_PARTS, SPRING, Part
 from ident.output_error.search.rounds import worth_a_fit
 from ident.output_error.search.screening import promising
@@ -19,7 +21,6 @@ from ident.output_error.search.selection import Accepted, Selection
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.search.trial import Trial, felt, scanned
 from ident.output_error.search.winners import winners
-from ident.output_error.servo import Motion
 from ident.output_error.setup import MEMORY_S, MotionSegment, Prior, Setup
 from ident.output_error.uncertainty import Knowledge
 
@@ -64,6 +65,9 @@ class Line(Setup):
 
     slopes: np.ndarray
     told: np.ndarray
+
+    def residuals_of(self, some: Sequence[np.ndarray]) -> list[np.ndarray]:
+        return [self.residuals(settings) for settings in some]
 
     def residuals(self, settings: np.ndarray) -> np.ndarray:
         """What was told less the line, shape (S, n)."""
@@ -121,6 +125,9 @@ def test_a_stretch_that_is_left_out_is_predicted_as_a_fit_of_the_others_would() 
 @dataclass(frozen=True)
 class ReachedOnce(Setup):
     """Positions that a torque limit moves from 2 s to 4 s only, and that are 50 mrad off there."""
+
+    def residuals_of(self, some: Sequence[np.ndarray]) -> list[np.ndarray]:
+        return [self.residuals(settings) for settings in some]
 
     def residuals(self, settings: np.ndarray) -> np.ndarray:
         """Measured less simulated positions [rad], shape (600, 1)."""

@@ -8,7 +8,7 @@ from ident.dynamics.compiled_chain import chain_of
 from ident.output_error.first_guess import neutral
 from ident.output_error.fit import fit
 from ident.output_error.parameters import QUANTITIES, ROW
-from ident.output_error.servo import Motion
+from ident.output_error.plant.servo import Motion
 from ident.output_error.setup import MotionSegment, Prior, Setup
 from ident.output_error.slopes import NEAR, columns, sure_columns
 from ident.output_error.uncertainty import _in_units, alike, jackknifed, knowledge, unknown_factor

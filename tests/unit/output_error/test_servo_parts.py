@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from servo_arm import JOINTS, STEP_RAD, URDF, recording
+from servo_arm import JOINTS, STEP_RAD, STIFFNESS, URDF, commands, recording
 
 from ident.dynamics.compiled_chain import chain_of
 from ident.model.arm import arm_from_urdf
@@ -13,15 +13,16 @@ from ident.output_error.fit import Fit
 from ident.output_error.identify import fit_of_all, selected
 from ident.output_error.judging import typical
 from ident.output_error.parameters import QUANTITIES, ROW
-from ident.output_error.prepared import Prepared, prepared
+from ident.output_error.plant.servo import Motion
+from ident.output_error.prepared import Prepared, prepared, searched
 from ident.output_error.recordings import segments_of, settled, thinned
 from ident.output_error.search.late_start import begun_with_delay
 from ident.output_error.search.parts import BASE, PARTS
 from ident.output_error.search.selection import Selection
 from ident.output_error.search.settings import SearchSettings
-from ident.output_error.servo import Motion
 from ident.output_error.setup import MotionSegment, Prior, Setup
 from ident.regression.progress import silent
+from wamctl.arm.config import ServoSection
 from wamctl.arm.robot import cad_parameters
 
 TRUTH = {
@@ -46,7 +47,7 @@ def found_parts(truth: dict[str, float], command: np.ndarray, names: tuple[str, 
     setup = Setup(*links, (told,), 0.002, np.array([STEP_RAD]))
     begun = Prepared(arm, setup, prior, may, one, ~may)
     settings = SearchSettings()
-    begun, base = begun_with_delay(begun, settings)
+    begun, base = begun_with_delay(begun, begun.setup, settings)
     return selected(begun, base, [p for p in PARTS if p.name in names], settings, silent)
 
 
@@ -101,3 +102,39 @@ def test_a_torque_limit_that_no_motion_reaches_is_taken_out():
     found = fit_of_all(begun, Fit(start, free, np.empty(0), 0.0, 0), silent)
     assert found.free[ROW["torque_limit"]].tolist() == [False, True]
     assert found.settings[ROW["torque_limit"], 0] == QUANTITIES[ROW["torque_limit"]].first
+
+
+def test_a_servo_that_feeds_the_weight_forward_is_told_from_a_stiff_one():
+    """Nothing sags: without that part the stiffness comes out several times too large."""
+    arm = arm_from_urdf(URDF, JOINTS, "urdf")
+    segments = settled(segments_of(recording(fed_forward=1.0), JOINTS, "log"))
+    parts = [p for p in PARTS if p.name in ("rate_gain", "integral", "gravity_gain")]
+    settings = SearchSettings()
+    begun = prepared(arm, segments)
+    begun, base = begun_with_delay(begun, searched(begun.setup), settings)
+    found = selected(begun, base, parts, settings, silent)
+    assert {a.part.name for a in found.accepted} == {"gravity_gain"}
+    assert found.fit.settings[ROW["gravity_gain"]] == pytest.approx(1.0, abs=0.05)
+    assert base.fit.settings[ROW["stiffness"], 0] > 1.5 * STIFFNESS
+    assert found.fit.settings[ROW["stiffness"], 0] == pytest.approx(STIFFNESS, rel=0.15)
+
+
+def test_an_integral_that_is_clamped_keeps_its_gain():
+    """Its torque ends at the clamp: without it, a weak integral is what comes near."""
+    truth = TRUTH | {"profile_acceleration": 1e6, "armature": 0.02, "integral": 30.0}
+    parts = ("integral", "integral_limit")
+    found = found_parts(truth | {"integral_limit": 0.6}, commands(40.0, 0, 0.1)[:, 1:], parts)
+    assert {a.part.name for a in found.accepted} == set(parts)
+    assert found.fit.settings[ROW["integral"], 0] == pytest.approx(30.0, rel=0.05)
+    assert found.fit.settings[ROW["integral_limit"], 0] == pytest.approx(0.6, rel=0.02)
+
+
+def test_what_is_known_stays_while_the_stiffness_is_fitted():
+    """Torques are fitted as parts of the stiffness; those that the arm's file fixes are not."""
+    arm = arm_from_urdf(URDF, JOINTS, "urdf")
+    known = ServoSection(fixed={"armature": 0.03, "torque_limit": 30.0})
+    begun = prepared(replace(arm, servo=known), segments_of(recording(6.0), JOINTS, "log"))
+    _, base = begun_with_delay(begun, searched(begun.setup), SearchSettings())
+    assert (base.fit.settings[ROW["stiffness"]] != begun.start[ROW["stiffness"]]).all()
+    assert base.fit.settings[ROW["armature"]].tolist() == [0.03, 0.03]
+    assert base.fit.settings[ROW["torque_limit"]].tolist() == [30.0, 30.0]

@@ -7,7 +7,7 @@ from ident.dynamics.compiled_chain import chain_of
 from ident.output_error.coordinates import coordinates, settings_at, turned
 from ident.output_error.first_guess import neutral
 from ident.output_error.parameters import PER_STIFFNESS, QUANTITIES, ROW
-from ident.output_error.servo import Motion
+from ident.output_error.plant.servo import Motion
 from ident.output_error.setup import MotionSegment, Setup
 from wamctl.arm.robot import load_robot
 
@@ -176,6 +176,7 @@ def test_all_torques_together_are_one_coordinate():
     settings, stiffness = neutral(1), ROW["stiffness"]
     settings[ROW["offset"]] = 0.3
     settings[ROW["torque_limit"]] = 2.0
+    settings[ROW["integral_limit"]] = 1.0
     place = coordinates(settings)
     place[stiffness] += np.log(7.0)
     larger = settings_at(place)

@@ -8,7 +8,7 @@ from ident.dynamics.compiled_chain import chain_of
 from ident.output_error.first_guess import neutral
 from ident.output_error.fit import fit
 from ident.output_error.parameters import QUANTITIES, ROW
-from ident.output_error.servo import Motion
+from ident.output_error.plant.servo import Motion
 from ident.output_error.setup import MotionSegment, Prior, Setup
 from wamctl.arm.robot import cad_parameters, load_robot
 

@@ -8,9 +8,9 @@ import pytest
 import ident
 from ident.output_error.identify import prepared
 from ident.output_error.parameters import ROW
+from ident.output_error.plant.servo import Motion
 from ident.output_error.prepared import resolution_of
 from ident.output_error.recordings import segments_of
-from ident.output_error.servo import Motion
 from ident.output_error.setup import MotionSegment
 from wamctl.arm.config import ServoSection
 from wamctl.arm.errors import ConfigurationError

@@ -1,0 +1,1 @@
+"""The simulated arm in compiled form: servos, gears, and links."""
