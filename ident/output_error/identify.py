@@ -13,7 +13,7 @@ from ident.output_error.prepared import Prepared, prepared, searched
 from ident.output_error.recordings import GLANCED_S
 from ident.output_error.search.confirmation import confirmed, doubt, without_parts
 from ident.output_error.search.exchanged import exchanged_joints
-from ident.output_error.search.late_start import answers_early, begun_with_delay
+from ident.output_error.search.late_start import begun_with_delay, stamped_late
 from ident.output_error.search.parts import PARTS, Part
 from ident.output_error.search.rounds import extended, of_servos
 from ident.output_error.search.selection import Accepted, Selection
@@ -72,7 +72,7 @@ def identify_by_simulation(arm: Arm, segments: Sequence[MotionSegment], tell: Te
     begun = prepared(arm, segments)
     begun, base = begun_with_delay(begun, searched(begun.setup, GLANCED_S), settings)
     search = selected(begun, base, parts, settings, tell)
-    early = answers_early(begun, base, settings) and answers_early(begun, search, settings)
+    early = stamped_late(begun, base, search, settings)
     exchanged = exchanged_joints(begun, search, settings)
     best, known = _of_all(begun, search, tell)
     if vague := [a for a in search.accepted if is_vague(a, known, settings)]:

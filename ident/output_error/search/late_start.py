@@ -52,11 +52,35 @@ def begun_with_delay(
     return best
 
 
+def stamped_late(
+    begun: Prepared, base: Selection, found: Selection, settings: SearchSettings
+) -> float:
+    """How much earlier the commands should have been stamped [s]; 0: not at all.
+
+    A part that the arm has and the model lacks may look the same, so that it has to be so beside
+    all parts; or the arm without parts, asked earlier, is better than the one with them.
+
+    Args:
+        begun: arm and recordings.
+        base: the arm with what every joint has.
+        found: the arm with what it was found to have.
+        settings: numbers that decide.
+    """
+    early = answers_early(begun, base, settings)
+    beside = answers_early(begun, found, settings) if early else 0.0
+    if early == 0.0 or beside:
+        return beside
+    plain = _fitted_anew(_asked_earlier(found.setup, early), begun, base, settings)
+    asked = begun.may[ROW["delay"]]
+    sure = sureness_of_all(found.errors[:, asked], plain[:, asked]) > settings.sure
+    return early if sure else 0.0
+
+
 def answers_early(begun: Prepared, found: Selection, settings: SearchSettings) -> float:
     """How much earlier the commands should have been stamped [s]; 0: no delay is below nothing.
 
     Only asked where no joint shows a delay: commands that are stamped late are then taken to act at
-    once. A part that the arm has and the model lacks may look the same.
+    once.
 
     Args:
         begun: arm and recordings.
@@ -68,17 +92,19 @@ def answers_early(begun: Prepared, found: Selection, settings: SearchSettings) -
         return 0.0
     best, errors = 0.0, found.errors
     for earlier in _EARLIER_S:
-        segments = tuple(
-            replace(s, motion=s.motion._replace(stamp=s.motion.stamp - earlier))
-            for s in found.setup.segments
-        )
-        setup = replace(found.setup, segments=segments)
-        tried = _fitted_anew(setup, begun, found, settings)
+        tried = _fitted_anew(_asked_earlier(found.setup, earlier), begun, found, settings)
         sure = sureness_of_all(found.errors[:, asked], tried[:, asked]) > settings.sure_size
         if not sure or np.mean(gain(errors, tried)[asked]) < _CLEARLY:
             break
         best, errors = earlier, tried
     return best
+
+
+def _asked_earlier(setup: Setup, earlier_s: float) -> Setup:
+    """The recordings with commands that are stamped earlier."""
+    moved = (s.motion._replace(stamp=s.motion.stamp - earlier_s) for s in setup.segments)
+    pairs = zip(setup.segments, moved, strict=True)
+    return replace(setup, segments=tuple(replace(s, motion=m) for s, m in pairs))
 
 
 def _fitted_anew(

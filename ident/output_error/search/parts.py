@@ -23,7 +23,9 @@ class Part:
         gears: whether servos of one kind may all have it in their gears; a joint may have it by
             itself, too.
         beside: quantity without which it is nothing.
-        instead: quantity that grows where the part is left out, because it lags, or holds, alike.
+        instead: quantity that a fit without the part makes larger, or smaller, since it lags, or
+            holds, alike.
+        shares: of that quantity, with which the part is tried.
         form: quantity that is no size, and says which of its forms the part has.
         forms: its values, in order.
         unlike: whether these differ so much that each is fitted where the part is tried.
@@ -38,6 +40,7 @@ class Part:
     gears: bool = False
     beside: str = ""
     instead: str = ""
+    shares: tuple[float, ...] = (1.0, 0.5, 0.1)
     form: str = ""
     forms: tuple[float, ...] = ()
     unlike: bool = False
@@ -74,7 +77,7 @@ SERVO_PARTS = (
     Part(
         "integral_limit",
         ("integral_limit",),
-        (0.01, 0.03, 0.1),
+        (0.01, 0.02, 0.03, 0.04, 0.06, 0.1),
         "stiffness",
         True,
         beside="integral",

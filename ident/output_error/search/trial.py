@@ -17,7 +17,6 @@ from ident.regression.progress import Tell
 from ident.signals.arrays import Array
 
 _NOTHING = 1e-6  # of a quantity's scale
-_SHARES = (1.0, 0.5, 0.1)  # of what a part stands in for
 
 
 @dataclass(frozen=True)
@@ -142,10 +141,10 @@ def scanned(
     """Where fits with a part begin, shape (quantities, n) each.
 
     All else is as in the arm so far, or as in the first guess: settings that were fitted without
-    the part may have gone far to make up for it. What it stands in for is also tried smaller. The
-    first start is each joint at the size that fits best; from there a fit may stay where the arm
-    was without the part, so that the second has the next larger size. A part of the servo, and what
-    other joints feel too, moves the arm far enough from one start.
+    the part may have gone far to make up for it. What it stands in for is also tried smaller, or
+    larger. The first start is each joint at the size that fits best; from there a fit may stay
+    where the arm was without the part, so that the second has the next larger size. A part of the
+    servo, and what other joints feel too, moves the arm far enough from one start.
 
     Args:
         setup: arm and recordings.
@@ -164,7 +163,7 @@ def scanned(
     left = np.full((len(sizes), len(places)), np.inf)
     tried, of_size = [], []
     for origin, (k, size), share in product(
-        (best.settings, fresh), enumerate(part.sizes), _SHARES if part.instead else (1.0,)
+        (best.settings, fresh), enumerate(part.sizes), part.shares if part.instead else (1.0,)
     ):
         unit = origin[ROW[part.relative]] if part.relative else 1.0
         trial = np.where(places, origin, best.settings)

@@ -14,7 +14,7 @@ from ident.output_error.missing.verdict import Outcome, outcome
 from ident.output_error.prepared import Prepared, prepared, searched
 from ident.output_error.recordings import GLANCED_S, settled
 from ident.output_error.search.exchanged import exchanged_joints
-from ident.output_error.search.late_start import begun_with_delay
+from ident.output_error.search.late_start import begun_with_delay, stamped_late
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.servo_model import ServoModel
 from ident.output_error.setup import MotionSegment
@@ -24,7 +24,12 @@ from ident.regression.progress import Tell, silent
 from ident.report.page import render
 from ident.report.servos.gap_page import ServoGap, servo_gap_page, verdict_sentences
 from ident.report.servos.run_page import ServoTrace
-from ident.workflows.output_error.commands import command_remarks, order_remarks, turned_remarks
+from ident.workflows.output_error.commands import (
+    command_remarks,
+    early_remarks,
+    order_remarks,
+    turned_remarks,
+)
 from ident.workflows.output_error.following import fit_remarks
 from ident.workflows.output_error.gap_json import gap_content
 from ident.workflows.output_error.logs import read_commanded, read_remarks
@@ -113,7 +118,8 @@ def gap_of_servos(
     done = outcome(begun, search(begun, base, settings, tell), settings, tell)
     tell("what would have been seen")
     content = gap_content(begun, done, settings)
-    told = [*read_remarks(arm, segments), *_of_commands(begun, done, settings)]
+    early = stamped_late(begun, base, done.search.end, settings)
+    told = [*read_remarks(arm, segments), *_of_commands(begun, done, early, settings)]
     trust = verdict_content([*remarks, *told])
     content |= {"trust": trust["verdict"], "remarks": trust["remarks"]}
     content["provenance"] = provenance(arm, paths)
@@ -121,7 +127,9 @@ def gap_of_servos(
     return GapOfServos(model_of(begun, done.after, done.known), content, begun, done)
 
 
-def _of_commands(begun: Prepared, done: Outcome, settings: SearchSettings) -> list[Remark]:
+def _of_commands(
+    begun: Prepared, done: Outcome, early_s: float, settings: SearchSettings
+) -> list[Remark]:
     """What is said of commands, and of joints that the model with the effects does not follow."""
     made = zip(begun.setup.segments, begun.setup.replay(done.after.settings), strict=True)
     traces = [ServoTrace.of(s, q) for s, q in made]
@@ -135,7 +143,7 @@ def _of_commands(begun: Prepared, done: Outcome, settings: SearchSettings) -> li
     exchanged = exchanged_joints(begun, done.search.end, settings)
     return [
         *order_remarks(exchanged, names),
-        *command_remarks(traces, begun.moving, names),
+        *(command_remarks(traces, begun.moving, names) or early_remarks(early_s)),
         *turned_remarks(turned, names),
         *fit_remarks(*judged),
     ]

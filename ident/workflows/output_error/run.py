@@ -163,7 +163,8 @@ def _remarks(found: Found, names: Sequence[str]) -> list[Remark]:
         said += early_remarks(found.early_s)
     errors = found.fit.rms, rms(found.search.errors)
     said += fit_remarks(*errors, traces(found), found.model.resolution, found.moving, names)
-    if stalled := _stalled(found):
+    late = any(r.code == "commands" for r in said)  # what does not follow these may move well
+    if not late and (stalled := _stalled(found)):
         joint, where = stalled
         said.append(
             Remark(

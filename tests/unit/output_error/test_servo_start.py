@@ -4,13 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from servo_arm import JOINTS, recording
+from servo_arm import URDF as ELBOW
 
 import ident
+from ident.model.arm import arm_from_urdf
 from ident.output_error.identify import prepared
 from ident.output_error.parameters import ROW
 from ident.output_error.plant.servo import Motion
-from ident.output_error.prepared import resolution_of
+from ident.output_error.prepared import resolution_of, searched
 from ident.output_error.recordings import segments_of
+from ident.output_error.search.late_start import begun_with_delay, stamped_late
+from ident.output_error.search.settings import SearchSettings
 from ident.output_error.setup import MotionSegment
 from wamctl.arm.config import ServoSection
 from wamctl.arm.errors import ConfigurationError
@@ -92,3 +97,21 @@ def test_an_encoders_step_is_found_though_the_motion_passes_most_places_over(
     told = Motion(t, t, q[:, None], q[:1], np.zeros(1))
     (found,) = resolution_of([MotionSegment(told, q[:, None])])
     assert found == pytest.approx(step, rel=1e-3)
+
+
+@pytest.mark.parametrize(("share", "told"), [(1.0, True), (1e-4, False)], ids=["left", "explained"])
+def test_late_stamps_are_told_though_a_wrong_part_gives_a_delay(share: float, told: bool) -> None:
+    """A search that cannot follow such commands may end anywhere."""
+    made, shift, settings = recording(12.0), 5, SearchSettings()
+    late = replace(
+        made,
+        q=made.q[shift:],
+        stamp_ns=made.stamp_ns[:-shift],
+        command=replace(made.command, q=made.command.q[:-shift], stamp_ns=made.stamp_ns[:-shift]),
+    )
+    begun = prepared(arm_from_urdf(ELBOW, JOINTS, "urdf"), segments_of(late, JOINTS, "log"))
+    begun, base = begun_with_delay(begun, searched(begun.setup), settings)
+    wrong = base.fit.settings.copy()
+    wrong[ROW["delay"]] = 0.04
+    found = replace(base, fit=replace(base.fit, settings=wrong), errors=share * base.errors)
+    assert (stamped_late(begun, base, found, settings) >= shift / 50) is told
