@@ -9,7 +9,7 @@ import numpy as np
 from ident.recordings.joint_names import renamed
 from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
-from wamctl.arm.recording import JOINT_STATES, Command, read_recording
+from wamctl.arm.recording import JOINT_COMMANDS, JOINT_STATES, Command, read_recording
 from wamctl.arm.recording import Recording as Log
 from wamctl.arm.ros2.magnitudes import POSITION, TORQUE, excess
 
@@ -64,7 +64,11 @@ class Recording:
 
     @classmethod
     def from_bag(
-        cls, path: str | Path, joint_states: str = JOINT_STATES, joints: Sequence[str] = ()
+        cls,
+        path: str | Path,
+        joint_states: str = JOINT_STATES,
+        joints: Sequence[str] = (),
+        joint_commands: str = JOINT_COMMANDS,
     ) -> "Recording":
         """A recording from a log of `wamctl excite`, or any ROS 2 bag with joint states.
 
@@ -72,11 +76,12 @@ class Recording:
             path: an `.mcap` file, or the folder of a bag.
             joint_states: the topic of positions and efforts.
             joints: joints to take; default: all.
+            joint_commands: the topic of what was commanded, if anything was.
 
         Raises:
             DataError: a bag that cannot be read, or without positions or torques.
         """
-        bag = read_recording(path, joint_states, joints=joints, torque=False)
+        bag = read_recording(path, joint_states, joint_commands, joints, torque=False)
         tau, commanded = _torque(bag, str(path))
         names = tuple(bag.joint_names)
         return cls(_seconds(bag), bag.q, tau, names, commanded=commanded, name=str(path), bag=bag)

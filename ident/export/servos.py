@@ -78,7 +78,7 @@ def not_in_mjcf(model: ServoModel) -> list[str]:
             said.append(f"no place for {name.replace('_', ' ')}")
     if model.value("half_play").any() and model.at_link.any():
         said.append("the actuators measure before the backlash, the real encoders behind it")
-    return said
+    return [*said, "the URDF's joint limits are not in it"]
 
 
 def isaaclab_settings(model: ServoModel) -> str:

@@ -8,6 +8,7 @@ import pytest
 from mcap.writer import Writer
 from rosbags.typesys import Stores, get_typestore
 
+import ident
 from ident.output_error.recordings import segments_of
 from ident.recordings.loading import Reading, commanded_joints
 from ident.workflows.method import method_for
@@ -205,3 +206,12 @@ def test_a_bag_with_commands_elsewhere_says_how_to_name_them(tmp_path: Path) -> 
     path = bag(tmp_path / "a.mcap", [(1.0, data)], topic)
     with pytest.raises(DataError, match=rf"name their topic \(--joint-commands {topic}\)"):
         read_recording(path)
+
+
+def test_python_names_the_topic_of_commands(tmp_path: Path) -> None:
+    topic, data = "/arm/joint_trajectory", trajectory(1.0, (0.0, [0.0, 0.5]))
+    path = bag(tmp_path / "a.mcap", [(1.0, data)], topic)
+    made = ident.Recording.from_bag(path, joint_commands=topic)
+    assert made.log.command is not None
+    assert made.log.command.q is not None
+    assert made.log.command.q[-1].tolist() == [0.0, 0.5]

@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 import ident
 from ident.cli import app
 from ident.export.servos import servo_mjcf, servo_replay
+from ident.output_error.parameters import ROW
 from ident.output_error.recordings import segments_of
 from ident.output_error.servo_model import load_servos
 from ident.recordings.loading import Reading
@@ -86,6 +87,19 @@ def test_a_replay_is_read_when_the_recording_was(identified):
     before, between, after = made.mujoco[0::3], made.mujoco[1::3], made.mujoco[2::3]
     assert between == pytest.approx((before + after) / 2, abs=1e-6)
     assert np.abs(after - between).max() > 1e-4
+
+
+def test_a_replay_holds_what_is_fed_forward(identified):
+    """Its commands are further ahead by the torque that holds the links' weight."""
+    model = load_servos(identified / "model.yaml")
+    (segment,) = segments_of(recording(6.0, fed_forward=1.0), JOINTS, "log")
+    settings = model.settings.copy()
+    settings[ROW["gravity_gain"]] = 1.0
+    errors = []
+    for each in (model, replace(model, settings=settings)):
+        (made,) = servo_replay(servo_mjcf(each), each, [segment])
+        errors.append(np.sqrt(np.mean((made.mujoco - segment.q) ** 2)))
+    assert errors[1] < 0.005 < 0.03 < errors[0]
 
 
 def test_python_gives_the_same(logs):
