@@ -13,6 +13,7 @@ from wamctl.puck.wiring import is_plain, message, position_reply, property_reply
 
 ATTEMPTS = 5
 PATIENCE_S = 0.05
+_SETTINGS = 3
 
 
 class Exchange:
@@ -75,16 +76,21 @@ class Exchange:
             node: the Puck.
             properties: of its firmware.
             values: what to set, by name.
-            gap_s: quiet time before each setting [s].
+            gap_s: quiet time before each setting [s], for one that drops what comes sooner: a bus
+                may bring two settings closer together, so that one that was dropped is sent again.
 
         Raises:
             BusError: no answer, or a value that did not stick.
         """
         for name, value in values.items():
-            time.sleep(gap_s)
-            self.tell(node, properties[name], value)
-            found = self._read_back(node, properties[name], name, value)
-            if found != value:
+            found = None
+            for _ in range(_SETTINGS if gap_s else 1):
+                time.sleep(gap_s)
+                self.tell(node, properties[name], value)
+                found = self._read_back(node, properties[name], name, value)
+                if found == value:
+                    break
+            else:
                 raise BusError(f"says {name} = {found} after it was set to {value}")
 
     def _read_back(self, node: int, property_id: int, what: str, value: int) -> int:

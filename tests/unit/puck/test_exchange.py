@@ -43,3 +43,12 @@ def test_what_does_not_stick_is_told(ends):
     answers(puck, *[0] * ATTEMPTS)
     with pytest.raises(BusError, match="says ZERO = 0 after it was set to 1"):
         Exchange(own).establish(NODE, {"ZERO": ZERO}, {"ZERO": 1})
+
+
+def test_a_setting_that_came_too_soon_is_sent_again(ends):
+    """A safety module drops what comes within 10 ms of another; a busy bus brings them closer."""
+    own, puck = ends
+    answers(puck, *[0] * ATTEMPTS, 1)
+    Exchange(own).establish(NODE, {"ZERO": ZERO}, {"ZERO": 1}, gap_s=0.001)
+    told = [frame for frame in iter(lambda: puck.recv(0), None) if frame.data[0] & 0x80]
+    assert [frame.data[2] for frame in told] == [1, 1]
