@@ -7,7 +7,7 @@ those of the coupled arm. Each joint has a damping of its own and keeps the step
 that one that sticks does not hold up the others.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,9 +19,12 @@ from ident.output_error.slopes import NEAR, columns
 from ident.signals.arrays import Array
 
 Progress = Callable[[int, float], None]
+Places = NDArray[np.bool_]
 
 _DAMPED = 1e-2  # share of the Hessian's diagonal that is added at first
-_TRIES = 7
+_LIFTS = ((1.0, 5.0), (25.0, 125.0, 625.0, 3125.0, 15625.0))
+"""Times the damping; those of a group are tried at once, and each joint takes the best of them."""
+
 _LONGEST = 1.0  # step in a coordinate
 _ENOUGH = 3e-3  # nats by which a step must help, per effective sample
 
@@ -68,8 +71,7 @@ def fit(
         rounds: times that derivatives are taken, about.
         progress: is told round and rms [rad].
     """
-    pairs = np.argwhere(free)
-    at = tuple(pairs.T)
+    at = tuple(np.argwhere(free).T)
     settings, damping, taken = np.clip(start, *bounds()), np.full(start.shape[1], _DAMPED), 0
     reach = 1.0
     residuals = setup.residuals(settings)
@@ -78,36 +80,30 @@ def fit(
     made, kept = np.empty(0), False  # columns serve two steps where the first helps
     for _ in range(2 * rounds):
         made = made if kept else columns(setup, settings, free, reach)
-        weight = informed / len(residuals) / np.mean(residuals**2, axis=0)
-        hessian, slope = prior.pull(settings, free)
-        hessian += np.einsum("asj,bsj,j->ab", made, made, weight, optimize=True)
-        slope += np.einsum("asj,sj,j->a", made, residuals, weight, optimize=True)
+        here = _normal(made, residuals, settings, free, prior, informed)
         place, before = coordinates(settings), cost
-        loose = np.flatnonzero(~_stopped(settings, free, slope))
         looking = np.ones(start.shape[1], dtype=bool)  # joints that have no better place yet
-        for _ in range(_TRIES):
-            lifted = hessian + np.diag(damping[at[1]] * np.diag(hessian))
-            step = np.zeros(len(pairs))
-            step[loose] = np.linalg.solve(lifted[np.ix_(loose, loose)], slope[loose])
-            promised = np.bincount(at[1], slope * step, len(looking))
-            looking &= promised > _ENOUGH * informed / len(looking)
-            if not looking.any():
+        for lifts in _LIFTS:
+            tried: list[tuple[float, Places, Array]] = []
+            for lift in lifts:
+                step, promised = here.step(lift * damping)
+                asked = looking & (promised > _ENOUGH * informed / len(looking))
+                if asked.any():
+                    moved = place.copy()
+                    moved[at] += np.clip(step, -_LONGEST, _LONGEST)
+                    trial = np.where(asked & free, settings_at(moved), settings)
+                    tried.append((lift, asked, trial))
+            if not tried:
                 break
-            moved = place.copy()
-            moved[at] += np.clip(step, -_LONGEST, _LONGEST)
-            trial = np.where(looking & free, settings_at(moved), settings)
-            left = setup.residuals(trial)
-            better = looking & (np.mean(left**2, axis=0) < np.mean(residuals**2, axis=0))
-            if better.any() and not better[looking].all():
-                trial = np.where(better, trial, settings)
-                left = setup.residuals(trial)
+            trial, left, lifted = _joint_by_joint(setup, settings, residuals, tried)
+            better = lifted > 0.0
             new = _cost(setup, trial, free, prior, left, informed)
             if better.any() and new < cost:
                 settings, residuals, cost = trial, left, new
-                damping[better] = np.maximum(damping[better] / 5, 1e-6)
+                damping[better] = np.maximum(lifted[better] * damping[better] / 5, 1e-6)
                 looking &= ~better
                 taken += 1
-            damping[looking] *= 5
+            damping[looking] *= 5.0 ** len(lifts)
         if progress is not None:
             progress(taken, float(np.sqrt(np.mean(residuals**2))))
         helped = before - cost > _ENOUGH * informed
@@ -118,6 +114,75 @@ def fit(
         damping = damping if helped else np.full_like(damping, _DAMPED)
         kept = helped and not kept
     return Fit(settings, free, residuals, cost, taken)
+
+
+@dataclass(frozen=True)
+class _Normal:
+    """Normal equations at a place.
+
+    Attributes:
+        joints: of each free setting.
+        loose: which of them do not lie on a bound beyond which the slope would take them.
+        hessian, slope: of half the cost, downhill.
+        count: of joints.
+    """
+
+    joints: NDArray[np.int64]
+    loose: NDArray[np.int64]
+    hessian: Array
+    slope: Array
+    count: int
+
+    def step(self, damping: Array) -> tuple[Array, Array]:
+        """A step with a damping of each joint, and what it promises by joint [nats]."""
+        lifted = self.hessian + np.diag(damping[self.joints] * np.diag(self.hessian))
+        step = np.zeros(len(self.slope))
+        step[self.loose] = np.linalg.solve(
+            lifted[np.ix_(self.loose, self.loose)], self.slope[self.loose]
+        )
+        return step, np.bincount(self.joints, self.slope * step, self.count)
+
+
+def _normal(
+    made: Array, residuals: Array, settings: Array, free: Places, prior: Prior, informed: float
+) -> _Normal:
+    """What columns and residuals say of the free settings."""
+    weight = informed / len(residuals) / np.mean(residuals**2, axis=0)
+    hessian, slope = prior.pull(settings, free)
+    hessian += np.einsum("asj,bsj,j->ab", made, made, weight, optimize=True)
+    slope += np.einsum("asj,sj,j->a", made, residuals, weight, optimize=True)
+    joints = np.argwhere(free)[:, 1]
+    loose = np.flatnonzero(~_stopped(settings, free, slope))
+    return _Normal(joints, loose, hessian, slope, settings.shape[1])
+
+
+def _joint_by_joint(
+    setup: Setup, settings: Array, residuals: Array, tried: Sequence[tuple[float, Places, Array]]
+) -> tuple[Array, Array, Array]:
+    """Each joint as in that of some trials which leaves it the least, if it leaves less than now.
+
+    Args:
+        setup: arm and recordings.
+        settings: as they are now, shape (quantities, n).
+        residuals: with them [rad], shape (S, n).
+        tried: lift of the damping, joints that were moved, and settings.
+
+    Returns:
+        settings, residuals, and the lift by joint, shape (n,); 0: it stays.
+    """
+    least, lift = np.mean(residuals**2, axis=0), np.zeros(settings.shape[1])
+    best, of_all = settings.copy(), setup.residuals_of([trial for *_, trial in tried])
+    for (own, asked, trial), left in zip(tried, of_all, strict=True):
+        error = np.mean(left**2, axis=0)
+        better = asked & (error < least)
+        best = np.where(better, trial, best)
+        least, lift = np.where(better, error, least), np.where(better, own, lift)
+    if not lift.any():
+        return settings, residuals, lift
+    for (*_, trial), left in zip(tried, of_all, strict=True):
+        if (trial == best).all():
+            return best, left, lift
+    return best, setup.residuals(best), lift
 
 
 def _stopped(settings: Array, free: NDArray[np.bool_], slope: Array) -> NDArray[np.bool_]:

@@ -13,6 +13,7 @@ from ident.output_error.fit import Fit, fit
 from ident.output_error.judging import gain, left_out, typical
 from ident.output_error.parameters import ROW
 from ident.output_error.prepared import Prepared, searched
+from ident.output_error.search.again import still_hold, with_new_ones
 from ident.output_error.search.parts import Part
 from ident.output_error.search.screening import Places, promising
 from ident.output_error.search.selection import (
@@ -62,6 +63,8 @@ def of_servos(
 ) -> Selection:
     """The arm with its servos' own parts, seen in as much as the search for all others sees.
 
+    The first are found at a glance; what that leaves unsure is looked for in all that is searched.
+
     Args:
         base: the arm with what every joint has, and what tells of servos.
         begun: arm and recordings.
@@ -73,9 +76,9 @@ def of_servos(
     if found.setup.seconds == setup.seconds:
         return found
     best = fit(setup, found.fit.settings, found.fit.free, begun.prior, settings.fit_rounds)
-    return replace(
-        found, setup=setup, fit=best, errors=left_out(setup, best, begun.prior), tried=()
-    )
+    errors = left_out(setup, best, begun.prior)
+    seen = replace(found, setup=setup, fit=best, errors=errors, tried=())
+    return extended(seen, begun, parts, {}, settings, tell)
 
 
 def _beside_a_servos_part(
@@ -120,7 +123,8 @@ def _put_in(
     best = _with(found, added, begun, settings)
     errors = left_out(found.setup, best, begun.prior)
     accepted = (*found.accepted, *added)
-    return replace(found, fit=best, errors=errors, accepted=accepted, tried=())
+    put = replace(found, fit=best, errors=errors, accepted=accepted)
+    return replace(put, tried=still_hold(found, put, begun))
 
 
 def _tried(
@@ -129,12 +133,13 @@ def _tried(
 ) -> Selection:  # fmt: skip
     """The same with what was tried beside it, at some joints."""
     before = [t for t in found.tried if t.part in parts]
-    new = [part for part in parts if all(t.part != part for t in before)]
-    asked = {p: possible(p, begun) & has_place(p, found) & ~found.kept(p) & within for p in new}
+    asked = {p: possible(p, begun) & has_place(p, found) & ~found.kept(p) & within for p in parts}
     tell("looking for what is missing", 0.0)
     worth = worth_a_fit(found, asked, settings, same_servo=begun.same_servo)
+    for t in before:
+        worth[t.part] &= ~t.places & (not t.part.felt_elsewhere)
     args = found.setup, found.fit, found.errors, worth, begun.prior, settings, tell
-    made = [*before, *trials(*args, same_servo=begun.same_servo)]
+    made = with_new_ones(before, trials(*args, same_servo=begun.same_servo))
     gains = dict(found.gains)
     for t in made:
         gains[t.part] = np.maximum(gains.get(t.part, t.gain), t.gain)
