@@ -140,7 +140,7 @@ class _Normal:
         step[self.loose] = np.linalg.solve(
             lifted[np.ix_(self.loose, self.loose)], self.slope[self.loose]
         )
-        return step, np.bincount(self.joints, self.slope * step, self.count)
+        return step, np.bincount(self.joints, self.slope * step, self.count).astype(float)
 
 
 def _normal(

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.model.arm import Arm
+from ident.output_error.changed_gains import ChangedGain, changed_gain
 from ident.output_error.fit import Fit, fit
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.prepared import Prepared, prepared, searched
@@ -43,6 +44,7 @@ class Found:
         moving: which joints moved, shape (n,).
         early_s: how much earlier the commands should have been stamped [s]; 0: not at all.
         exchanged: two joints whose columns appear to be exchanged, from 0; None: none do.
+        changed: a gain that is not the same in all recordings; None: all are.
     """
 
     model: ServoModel
@@ -53,6 +55,7 @@ class Found:
     moving: NDArray[np.bool_]
     early_s: float
     exchanged: tuple[int, int] | None
+    changed: ChangedGain | None
 
 
 def identify_by_simulation(arm: Arm, segments: Sequence[MotionSegment], tell: Tell) -> Found:
@@ -78,8 +81,10 @@ def identify_by_simulation(arm: Arm, segments: Sequence[MotionSegment], tell: Te
     if vague := [a for a in search.accepted if is_vague(a, known, settings)]:
         search = without_parts(search, base.fit, vague, begun, settings)
         best, known = _of_all(begun, search, tell)
+    tell("comparing the recordings")
+    changed = changed_gain(begun, best, settings)
     model = model_of(begun, best, known)
-    return Found(model, begun.setup, best, search, known, begun.moving, early, exchanged)
+    return Found(model, begun.setup, best, search, known, begun.moving, early, exchanged, changed)
 
 
 def is_vague(accepted: Accepted, known: Knowledge, settings: SearchSettings) -> bool:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.checks.remark import Grade, Remark, joined, joints, numbers
+from ident.output_error.changed_gains import ChangedGain
 from ident.output_error.parameters import ROW
 from ident.output_error.servo_model import ServoModel
 from ident.report.servos.run_page import ServoTrace
@@ -48,6 +49,19 @@ def command_remarks(
         advice = "Give commands and positions about the same zero, in the same unit and sign."
         said.append(Remark("commands", numbers(beside), text, Grade.DOUBTFUL, advice))
     return said
+
+
+def gain_remarks(changed: ChangedGain | None, names: Sequence[str]) -> list[Remark]:
+    """A gain that is not the same in all recordings."""
+    if changed is None:
+        return []
+    text = (
+        f"The gain of {joints([changed.joint], names)} comes out {changed.factor:.2g} times as"
+        f" large in {changed.more} as in {changed.less}, which its own predicts better: these are"
+        " two arms, or the servo's settings were changed between them. A fit of both is of neither."
+    )
+    advice = "Fit recordings of one arm with the same settings together, and the others apart."
+    return [Remark("recordings_disagree", numbers([changed.joint]), text, Grade.DOUBTFUL, advice)]
 
 
 def zero_remarks(model: ServoModel, moving: NDArray[np.bool_]) -> list[Remark]:

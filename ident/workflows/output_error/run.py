@@ -25,6 +25,7 @@ from ident.signals.arrays import Array
 from ident.workflows.output_error.commands import (
     command_remarks,
     early_remarks,
+    gain_remarks,
     order_remarks,
     turned_remarks,
     zero_remarks,
@@ -155,6 +156,7 @@ def _remarks(found: Found, names: Sequence[str]) -> list[Remark]:
         advice = "Check that positions and commands are in rad, or record larger motions."
         said.append(Remark("units", (), text, Grade.DOUBTFUL, advice))
     said += order_remarks(found.exchanged, names)
+    said += gain_remarks(found.changed, names)
     said += command_remarks(traces(found), found.moving, names)
     said += zero_remarks(found.model, found.moving) or turned_remarks(
         turned_zeros(found.setup, found.fit.settings, found.moving), names

@@ -56,7 +56,7 @@ Hidden = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 def recording(
     seconds: float = 24.0, seed: int = 0, hidden: Hidden | None = None, *,
-    step: float = 0.0, elbow_limit: float = np.inf, fed_forward: float = 0.0,
+    step: float = 0.0, elbow_limit: float = np.inf, fed_forward: float = 0.0, gain: float = 1.0,
 ) -> Recording:  # fmt: skip
     """What such an arm's log holds: commands and 12-bit positions at 50 Hz, no torque.
 
@@ -67,8 +67,11 @@ def recording(
         step: size of a step of the commands each second [rad].
         elbow_limit: of the elbow's servo [N m].
         fed_forward: part of the links' weight, where they should be, that the servos carry.
+        gain: times the usual stiffness of the elbow's servo.
     """
     arm = mujoco.MjModel.from_xml_string(MJCF)
+    arm.actuator_gainprm[1, 0] = gain * STIFFNESS
+    arm.actuator_biasprm[1, 1] = -gain * STIFFNESS
     if np.isfinite(elbow_limit):
         arm.actuator_forcelimited[1], arm.actuator_forcerange[1] = 1, (-elbow_limit, elbow_limit)
     state, still = mujoco.MjData(arm), mujoco.MjData(arm)

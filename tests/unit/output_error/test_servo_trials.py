@@ -6,17 +6,24 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from servo_arm import JOINTS, URDF, recording
 
+from ident.model.arm import arm_from_urdf
+from ident.output_error.changed_gains import changed_gain
 from ident.output_error.first_guess import neutral
 from ident.output_error.fit import Fit, fit
 from ident.output_error.judging import gain, sureness
 from ident.output_error.parameters import QUANTITIES, ROW
 from ident.output_error.plant.servo import Motion
+from ident.output_error.prepared import prepared, searched
+from ident.output_error.recordings import segments_of
 from ident.output_error.search.again import still_hold, with_new_ones
 from ident.output_error.search.parts import LOAD_FRICTION, OFFSET, ZEROS, Part
-from ident.output_error.search.selection import Selection
+from ident.output_error.search.selection import Selection, bare
+from ident.output_error.search.settings import SearchSettings
 from ident.output_error.search.trial import Trial
 from ident.output_error.setup import MotionSegment, Prior, Setup
+from ident.workflows.output_error.commands import gain_remarks
 
 NEW = "torque_limit"
 
@@ -114,3 +121,24 @@ def test_each_joint_takes_the_damping_that_helps_it_most() -> None:
     found = fit(setup, neutral(2), free, prior)
     np.testing.assert_allclose(found.settings[ROW["zero"]], 0.5, atol=2e-2)
     assert 2 in setup.asked  # dampings; columns ask for four
+
+
+def test_a_servo_whose_gain_was_changed_between_recordings_is_told() -> None:
+    arm, settings = arm_from_urdf(URDF, JOINTS, "urdf"), SearchSettings()
+    for gains in ((1.0, 1.0, 1.0), (1.0, 2.0, 1.0)):
+        told = [recording(14.0, k, gain=gains[k]) for k in range(3)]
+        begun = prepared(
+            arm, [s for k, r in enumerate(told) for s in segments_of(r, JOINTS, f"log {k}")]
+        )
+        base = bare(searched(begun.setup), begun, settings.fit_rounds)
+        changed = changed_gain(begun, base.fit, settings)
+        if gains[1] == 1.0:
+            assert changed is None
+            assert not gain_remarks(changed, JOINTS)
+            continue
+        assert changed is not None
+        assert (changed.joint, changed.more) == (1, "log 1")
+        assert changed.factor == pytest.approx(2.0, rel=0.15)
+        (said,) = gain_remarks(changed, JOINTS)
+        assert said.code == "recordings_disagree"
+        assert "joint 2 (elbow)" in said.sentence
