@@ -100,7 +100,7 @@ def _beside_a_servos_part(
         if not trial.part.servo or trial.part.common or not places.any():
             continue
         put = [_unsure(trial, int(j), settings) for j in np.flatnonzero(places)]
-        beside = _put_in(found, put, begun, settings)
+        beside = replace(_put_in(found, put, begun, settings), tried=())
         beside = _tried(beside, begun, effects, settings, tell, within=places)
         won = winners(beside.tried, beside.errors, least, begun, settings)
         if won:
