@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.output_error.fit import Fit, fit
-from ident.output_error.judging import blocks, gain, left_out, sureness
+from ident.output_error.judging import gain, left_out, of_blocks, sureness
 from ident.output_error.parameters import ROW
 from ident.output_error.prepared import Prepared, searched
 from ident.output_error.search.settings import SearchSettings
-from ident.output_error.setup import Setup
+from ident.output_error.uncertainty import Knowledge, unknown_factor
 from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 
@@ -39,27 +39,31 @@ class ChangedGain:
     factor: float
 
 
-def changed_gain(begun: Prepared, found: Fit, settings: SearchSettings) -> ChangedGain | None:
+def changed_gain(
+    begun: Prepared, found: Fit, known: Knowledge, settings: SearchSettings
+) -> ChangedGain | None:
     """The joint whose gain differs most between two recordings; None: none does clearly.
 
-    One of the two has to be predicted surely better with a gain of its own.
+    One of the two has to be predicted surely better with a gain of its own. A joint whose torques
+    are known only up to a factor knows no gain.
 
     Args:
         begun: arm and recordings.
         found: the fit of all recordings.
+        known: how well that is known.
         settings: numbers that decide.
     """
     names = list(dict.fromkeys(s.name for s in begun.setup.segments))
     if len(names) < 2:
         return None
     own = {name: told for name in names if (told := _by_itself(begun, found, name)) is not None}
-    best = None
+    best, weighed = None, ~unknown_factor(known)
     for less, (low, _, _) in own.items():
         for more, (high, _, _) in own.items():
             sure = np.zeros(len(low), dtype=bool)
             for _, helps, how_sure in (own[less], own[more]):
                 sure |= (helps > _HELPS) & (how_sure > settings.sure)
-            apart = np.where(sure, high - low, 0.0)
+            apart = np.where(sure & weighed, high - low, 0.0)
             j = int(np.argmax(apart))
             if apart[j] > (np.log(best.factor) if best else _APART):
                 best = ChangedGain(j, less, more, float(np.exp(apart[j])))
@@ -78,15 +82,8 @@ def _by_itself(begun: Prepared, found: Fit, name: str) -> tuple[Array, Array, Ar
         return None
     free = found.free.copy()
     free[ROW["zero"]] = False
-    before = _errors(setup, found.settings)
+    before = of_blocks(setup, setup.residuals(found.settings))
     own = fit(setup, found.settings, free, begun.prior, _ROUNDS)
     after = left_out(setup, own, begun.prior)
     row = ROW["stiffness"]
     return np.log(own.settings[row]), gain(before, after), sureness(before, after)
-
-
-def _errors(setup: Setup, settings: Array) -> Array:
-    """Mean squared errors of blocks of time, none less than of an encoder's step, shape (B, n)."""
-    edges = blocks(setup)
-    squared = np.add.reduceat(setup.residuals(settings) ** 2, edges[:-1], axis=0)
-    return np.maximum(squared / np.diff(edges)[:, None], setup.resolution**2 / 12.0)

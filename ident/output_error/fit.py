@@ -19,7 +19,6 @@ from ident.output_error.slopes import NEAR, columns
 from ident.signals.arrays import Array
 
 Progress = Callable[[int, float], None]
-Places = NDArray[np.bool_]
 
 _DAMPED = 1e-2  # share of the Hessian's diagonal that is added at first
 _LIFTS = ((1.0, 5.0), (25.0, 125.0, 625.0, 3125.0, 15625.0))
@@ -84,7 +83,7 @@ def fit(
         place, before = coordinates(settings), cost
         looking = np.ones(start.shape[1], dtype=bool)  # joints that have no better place yet
         for lifts in _LIFTS:
-            tried: list[tuple[float, Places, Array]] = []
+            tried: list[tuple[float, NDArray[np.bool_], Array]] = []
             for lift in lifts:
                 step, promised = here.step(lift * damping)
                 asked = looking & (promised > _ENOUGH * informed / len(looking))
@@ -95,7 +94,7 @@ def fit(
                     tried.append((lift, asked, trial))
             if not tried:
                 break
-            trial, left, lifted = _joint_by_joint(setup, settings, residuals, tried)
+            trial, left, lifted = _best_by_joint(setup, settings, residuals, tried)
             better = lifted > 0.0
             new = _cost(setup, trial, free, prior, left, informed)
             if better.any() and new < cost:
@@ -144,7 +143,12 @@ class _Normal:
 
 
 def _normal(
-    made: Array, residuals: Array, settings: Array, free: Places, prior: Prior, informed: float
+    made: Array,
+    residuals: Array,
+    settings: Array,
+    free: NDArray[np.bool_],
+    prior: Prior,
+    informed: float,
 ) -> _Normal:
     """What columns and residuals say of the free settings."""
     weight = informed / len(residuals) / np.mean(residuals**2, axis=0)
@@ -156,8 +160,11 @@ def _normal(
     return _Normal(joints, loose, hessian, slope, settings.shape[1])
 
 
-def _joint_by_joint(
-    setup: Setup, settings: Array, residuals: Array, tried: Sequence[tuple[float, Places, Array]]
+def _best_by_joint(
+    setup: Setup,
+    settings: Array,
+    residuals: Array,
+    tried: Sequence[tuple[float, NDArray[np.bool_], Array]],
 ) -> tuple[Array, Array, Array]:
     """Each joint as in that of some trials which leaves it the least, if it leaves less than now.
 

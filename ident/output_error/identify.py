@@ -82,7 +82,7 @@ def identify_by_simulation(arm: Arm, segments: Sequence[MotionSegment], tell: Te
         search = without_parts(search, base.fit, vague, begun, settings)
         best, known = _of_all(begun, search, tell)
     tell("comparing the recordings")
-    changed = changed_gain(begun, best, settings)
+    changed = changed_gain(begun, best, known, settings)
     model = model_of(begun, best, known)
     return Found(model, begun.setup, best, search, known, begun.moving, early, exchanged, changed)
 

@@ -48,18 +48,29 @@ def left_out(setup: Setup, found: Fit, prior: Prior) -> Array:
     logs = np.array([QUANTITIES[row].scale == 0.0 for row in pairs[:, 0]])
     loose = ((low < found.settings) & (found.settings < high))[found.free]
     starts = edges[:-1:_TOGETHER]
-    errors = np.empty((len(edges) - 1, found.settings.shape[1]))
+    predicted = found.residuals.copy()
     for j, r in enumerate(found.residuals.T):
         mine = np.flatnonzero((pairs[:, 1] == j) & loose)
-        J, left = made[mine, :, j], r.copy()
+        J = made[mine, :, j]
         share = max(np.mean(r**2), _TINY) * len(r) * MEMORY_S / setup.seconds
         hessian = J @ J.T + np.diag(share * prior.sd[pairs[mine, 0], j] ** -2.0)
         for a, b in itertools.pairwise([*starts, edges[-1]]):
             own = J[:, a:b]
             step = np.linalg.solve(hessian - own @ own.T, own @ r[a:b])
             farthest = np.abs(step[logs[mine]]).max(initial=_FIRST_ORDER)
-            left[a:b] += _FIRST_ORDER / farthest * own.T @ step
-        errors[:, j] = np.add.reduceat(left**2, edges[:-1]) / np.diff(edges)
+            predicted[a:b, j] += _FIRST_ORDER / farthest * own.T @ step
+    return of_blocks(setup, predicted)
+
+
+def of_blocks(setup: Setup, residuals: Array) -> Array:
+    """Mean squared error of each block of time, none less than of an encoder's step, shape (B, n).
+
+    Args:
+        setup: the recordings.
+        residuals: along them [rad], shape (S, n).
+    """
+    edges = blocks(setup)
+    errors = np.add.reduceat(residuals**2, edges[:-1], axis=0) / np.diff(edges)[:, None]
     return np.maximum(errors, setup.resolution**2 / 12.0)
 
 

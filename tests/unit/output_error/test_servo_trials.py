@@ -23,6 +23,7 @@ from ident.output_error.search.selection import Selection, bare
 from ident.output_error.search.settings import SearchSettings
 from ident.output_error.search.trial import Trial
 from ident.output_error.setup import MotionSegment, Prior, Setup
+from ident.output_error.uncertainty import knowledge
 from ident.workflows.output_error.commands import gain_remarks
 
 NEW = "torque_limit"
@@ -108,7 +109,7 @@ class Bent(Setup):
         return [np.sin(3.0 * t) * np.sinh(BENDS * (v - 0.5)) + noise for v in x]
 
 
-def test_each_joint_takes_the_damping_that_helps_it_most() -> None:
+def test_dampings_are_tried_side_by_side() -> None:
     """One is all but straight, the other bent: some are simulated side by side, both come home."""
     n = len(QUANTITIES)
     t = np.arange(300) / 50
@@ -131,7 +132,8 @@ def test_a_servo_whose_gain_was_changed_between_recordings_is_told() -> None:
             arm, [s for k, r in enumerate(told) for s in segments_of(r, JOINTS, f"log {k}")]
         )
         base = bare(searched(begun.setup), begun, settings.fit_rounds)
-        changed = changed_gain(begun, base.fit, settings)
+        known = knowledge(base.setup, base.fit, begun.prior)
+        changed = changed_gain(begun, base.fit, known, settings)
         if gains[1] == 1.0:
             assert changed is None
             assert not gain_remarks(changed, JOINTS)
@@ -139,6 +141,8 @@ def test_a_servo_whose_gain_was_changed_between_recordings_is_told() -> None:
         assert changed is not None
         assert (changed.joint, changed.more) == (1, "log 1")
         assert changed.factor == pytest.approx(2.0, rel=0.15)
+        unweighed = replace(known, torque_factor_sd=np.full(2, np.inf))
+        assert changed_gain(begun, base.fit, unweighed, settings) is None
         (said,) = gain_remarks(changed, JOINTS)
         assert said.code == "recordings_disagree"
         assert "joint 2 (elbow)" in said.sentence
