@@ -79,7 +79,7 @@ def _record(candidate: Candidate, values: Array) -> EffectRecord:
     return EffectRecord(
         name=candidate.effect,
         joints=tuple(j + 1 for j in candidate.joints),
-        equation=catalogue()[candidate.effect].equation,
+        equation=catalogue()[candidate.effect].equation_of(candidate),
         variant=candidate.variant,
         parameters={c.name: float(v) for c, v in zip(coefficients, values, strict=True)},
         units={c.name: c.unit for c in coefficients},

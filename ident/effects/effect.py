@@ -54,7 +54,7 @@ class Effect(ABC, Generic[P]):
     Attributes:
         id: name in the result file.
         title: in plain words.
-        equation: added to the joint torque, in the names of its parameters.
+        equation: added to the joint torque, in the names of its parameters and in all its forms.
         source: where the equation comes from.
         signature: what it looks like in the residual.
         experiment: motion that tells it from its rivals.
@@ -166,6 +166,10 @@ class Effect(ABC, Generic[P]):
     def memory_distance(self, candidate: Candidate[P]) -> float:
         """Way [rad] over which it forgets where it began; 0: it has nothing to forget."""
         return 0.0
+
+    def equation_of(self, candidate: Candidate[P]) -> str:
+        """The equation in the form that a candidate has."""
+        return self.equation
 
     def drive_factors(self, candidate: Candidate[P], values: Array) -> dict[int, float]:
         """Factors of a joint's rotor and offset that were known before the effect, by joint.

@@ -18,6 +18,13 @@ _TEXTS = {
     "motor torque": "fabs({less}) / (1.0 + {share!r} - 2.0 * {share!r} * step({less} * qd[{j}]))",
 }
 _FORMS = tuple(_TEXTS)
+_LOADS = {
+    "whole load": "load_j the torque of the rigid arm",
+    "gravity load": "load_j the torque of its weight",
+    "driving load": "load_j the torque of the rigid arm where it has the sign of qd_j, else 0",
+    "braking load": "load_j the torque of the rigid arm where it has the sign of -qd_j, else 0",
+    "motor torque": "load_j all that the motor gives, this friction included",
+}
 _MOST = 0.6
 
 
@@ -48,8 +55,8 @@ class LoadDependentFriction(Effect[_About]):
 
     id = "load_dependent_friction"
     title = "friction that grows with the load on the transmission"
-    equation = "tau_j += coefficient |tau_rigid,j| sgn(qd_j)"
-    source = "Hamon, Gautier, Garrec 2011, eq. (6); the load is the rigid-body torque"
+    equation = "tau_j += coefficient |load_j| sgn(qd_j)"
+    source = "Hamon, Gautier, Garrec 2011, eq. (6)"
     signature = "follows the direction of motion; the step at reversal grows with the load"
     rivals = ("torque_gain", "coupled_friction", "thermal_drift")
     experiment = "the same speed in poses of very different load, with and without a payload"
@@ -65,6 +72,10 @@ class LoadDependentFriction(Effect[_About]):
     def candidates(self, arm: ArmFacts) -> list[Candidate[_About]]:
         """One for each joint and form of the load."""
         return [self.at((j,), variant=form) for j in arm.moving_joints for form in _FORMS]
+
+    def equation_of(self, candidate: Candidate[_About]) -> str:
+        """With the load that it has."""
+        return f"{self.equation}, {_LOADS[candidate.variant]}"
 
     def linearised_at(self, candidate: Candidate[_About], values: Array) -> Candidate[_About]:
         """With the motor's torque of a coefficient."""

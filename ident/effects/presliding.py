@@ -11,7 +11,10 @@ from ident.effects.effect import Array, Effect, ExperimentMotion
 from ident.effects.observation import ArmFacts, Observed
 from ident.simulation.arm import SimulatedArm
 
-_FORMS = ("dahl", "slip")
+_FORMS = {
+    "dahl": "tau_j += friction z, dz/dq_j = (1 - z sgn(qd_j)) / distance",
+    "slip": "tau_j += friction z, dz/dq_j = 1 / distance, |z| <= 1",
+}
 
 
 class _Bristle(NamedTuple):
@@ -25,9 +28,7 @@ class Presliding(Effect[_Bristle]):
 
     id = "presliding"
     title = "friction that gives way like a bristle before the joint slides"
-    equation = (
-        "tau_j += friction z, dz/dq_j = (1 - z sgn(qd_j)) / distance; or linear up to |z| = 1"
-    )
+    equation = f"{_FORMS['dahl']}; or linear up to |z| = 1"
     source = "Dahl 1968; Canudas de Wit et al. 1995, eqs. (1)-(3), at low speed"
     signature = "depends on the distance since the last reversal, not on speed"
     rivals = ("stribeck", "backlash", "joint_elasticity")
@@ -54,6 +55,10 @@ class Presliding(Effect[_Bristle]):
         q = seen.q[:, candidate.joints[0]]
         slips = candidate.variant == "slip"
         return stretch(q, candidate.parameters.distance, slips)[:, None, None]
+
+    def equation_of(self, candidate: Candidate[_Bristle]) -> str:
+        """Dahl's, or that of an element that slips."""
+        return _FORMS[candidate.variant]
 
     def static_columns(self, seen: Observed, candidate: Candidate[_Bristle]) -> Array:
         """The bristle at its end: long after a reversal."""

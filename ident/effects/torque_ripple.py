@@ -27,6 +27,11 @@ def _share(t, q, qd, load, joint, settings, resistance, level):
     resistance[joint] += (settings[0] * np.sin(angle) + settings[1] * np.cos(angle)) * load[joint]
 
 
+_WAVE = "sine sin(order theta) + cosine cos(order theta)"
+_TORQUE = f"tau += T^T ({_WAVE}), theta = T q the motor's angle"
+_SHARE = f"it gives (1 + {_WAVE}) of its command"
+
+
 class _Period(NamedTuple):
     """The wave's place.
 
@@ -46,11 +51,7 @@ class TorqueRipple(Effect[_Period]):
 
     id = "torque_ripple"
     title = "torque ripple that repeats with the motor's angle"
-    equation = (
-        "tau += T^T (sine sin(order theta) + cosine cos(order theta)), theta = T q the motor's"
-        " angle; or, where a motor drives one joint, it gives (1 + sine sin(order theta) + cosine"
-        " cos(order theta)) of its command"
-    )
+    equation = f"{_TORQUE}; or, where a motor drives one joint, {_SHARE}"
     source = "Piccoli, Yim 2016, eq. (1); ripple in proportion to the current: Jahns, Soong 1996"
     signature = "periodic in the motor's angle; strongest against the model in slow motion"
     experiment = "turn the joint slowly, at constant speed, over several motor revolutions"
@@ -96,6 +97,10 @@ class TorqueRipple(Effect[_Period]):
         if candidate.variant == "share":
             return parts * seen.tau[:, joints, None]
         return parts * np.array(shape.levers)[:, None]
+
+    def equation_of(self, candidate: Candidate[_Period]) -> str:
+        """Of a torque, or of a share of it."""
+        return f"the motor at angle theta: {_SHARE}" if candidate.variant == "share" else _TORQUE
 
     def as_reported(
         self, candidate: Candidate[_Period], values: dict[str, Value]

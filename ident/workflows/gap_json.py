@@ -114,7 +114,7 @@ def _accepted(
     rivals = [_rival(r) for r in item.rivals]
     experiment = _experiment(h.effect, h.joints) if rivals else None
     return _entry(
-        h.effect, h.joints, _parameters(values), effect.equation, evidence, rivals, experiment
+        h.effect, h.joints, _parameters(values), effect.equation_of(h), evidence, rivals, experiment
     )
 
 
@@ -142,7 +142,7 @@ def suspected_content(found: SearchResult) -> list[Content]:
             s.candidate.effect,
             s.candidate.joints,
             _parameters(s.parameters),
-            catalogue()[s.candidate.effect].equation,
+            catalogue()[s.candidate.effect].equation_of(s.candidate),
             {"gain_nats_per_sample": s.effect.score.gain} | _certainty(s.certainty),
             [_rival(r) for r in s.effect.rivals],
             _experiment(s.candidate.effect, s.candidate.joints),

@@ -6,7 +6,8 @@ The manifest `real_arms.yaml` tells the recordings; those that lie in FOLDER are
 commands as a user types them: `ident run` and `ident gap` on some, `ident validate` of the models
 on another. Prints a table: errors on the judged recording, filtered and raw, of the nominal model
 (links, viscous and Coulomb friction), of the one with offsets and rotors on demand, and of the one
-with effects; what was named and suspected, and whether known numbers are met.
+with effects; what was named, what is in the model without a name, what is only suspected, and
+whether known numbers are met.
 """
 
 import argparse
@@ -119,10 +120,10 @@ def facts_met(facts: Sequence[dict[str, Any]], named: Sequence[dict[str, Any]]) 
 
 
 def place(effect: dict[str, Any]) -> str:
-    """An effect with its joints and its size in standard deviations."""
-    ratios = [abs(p["value"]) / p["sd"] for p in effect["parameters"].values() if p["sd"]]
+    """An effect with its joints, and how many standard deviations it is said to be from zero."""
     joints = ", ".join(map(str, effect["joints"]))
-    return f"{effect['name']} {joints} ({max(ratios, default=0.0):.1f} sd)"
+    away = effect["evidence"].get("standard_deviations")
+    return f"{effect['name']} {joints}" + ("" if away is None else f" ({away:.1f} sd)")
 
 
 def percent(error: float | None) -> str:
@@ -144,7 +145,10 @@ def line(row: dict[str, Any]) -> str:
         f"{errors}{raw}",
         row["verdict"],
         ", ".join(map(place, row["named"])) or "–",
-        ", ".join(map(place, row["suspected"])) or "–",
+        *(
+            ", ".join(place(s) for s in row["suspected"] if s["in_model"] == held) or "–"
+            for held in (True, False)
+        ),
         ", ".join(row["facts"]) or "–",
         f"{row['seconds']:.0f}",
     ]
@@ -160,8 +164,12 @@ def main() -> None:
     chosen = options.parse_args()
     work = chosen.work or Path(tempfile.mkdtemp())
     arms = yaml.safe_load(MANIFEST.read_text())["arms"]
-    print("| arm | fitted → judged | error [%] (raw) | verdict | named | suspected | known | s |")
-    print("| --- | --- | --- | --- | --- | --- | --- | --- |")
+    columns = (
+        *("arm", "fitted → judged", "error [%] (raw)", "verdict", "named"),
+        *("in the model without a name", "suspected", "known", "s"),
+    )
+    print(f"| {' | '.join(columns)} |")
+    print(f"|{' --- |' * len(columns)}")
     for name, arm in arms.items():
         there = (chosen.data / arm["folder"]).is_dir()
         if not there or name not in (chosen.arm or arms):

@@ -53,15 +53,33 @@ def in_equation(name: str, equation: str) -> bool:
     return bool({name, name.rpartition("_")[0], f"{name.rpartition('_')[0]}_m"} & set(words))
 
 
-@pytest.mark.parametrize("name", catalogue())
-def test_an_equation_holds_the_parameters_by_their_names(name, wam):
-    effect, ones = catalogue()[name], np.ones(7)
+def facts_of(wam):
+    """Those of a WAM all of whose joints move."""
+    ones = np.ones(7)
     motors = np.array(load_arm_file("wam7.yaml").transmission.motor_from_joint)
     moved = (ones > 0, 0 * ones, 50 * ones, 60.0, True, True)
-    facts = ArmFacts(chain_of(wam.arm.robot), wam.delta, motors, *moved)
-    names = {p.name for p in effect.nonlinear if p.is_parameter}
-    names |= {c.name for found in effect.candidates(facts) for c in found.coefficients}
+    return ArmFacts(chain_of(wam.arm.robot), wam.delta, motors, *moved)
+
+
+@pytest.mark.parametrize("name", catalogue())
+def test_an_equation_holds_the_parameters_by_their_names(name, wam):
+    effect = catalogue()[name]
+    found = effect.candidates(facts_of(wam))
+    shapes = {p.name for p in effect.nonlinear if p.is_parameter}
+    names = shapes | {c.name for candidate in found for c in candidate.coefficients}
     assert [n for n in names if not in_equation(n, effect.equation)] == []
+    for candidate in found:
+        equation = effect.equation_of(candidate)
+        told = shapes | {c.name for c in candidate.coefficients}
+        assert [n for n in told if not in_equation(n, equation)] == []
+
+
+def test_forms_that_have_the_same_coefficients_have_equations_of_their_own(wam):
+    """Else two sizes of one effect, of two loads, read as a contradiction."""
+    for name in "load_dependent_friction", "presliding", "torque_ripple":
+        effect = catalogue()[name]
+        forms = {c.variant: effect.equation_of(c) for c in effect.candidates(facts_of(wam))}
+        assert len(set(forms.values())) == len(forms) > 1
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
