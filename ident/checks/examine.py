@@ -7,7 +7,6 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.checks.base_motion import base_remarks
 from ident.checks.case import Case
 from ident.checks.conditioning import (
     conditioning_remarks,
@@ -43,6 +42,8 @@ from ident.checks.signs import (
     of_one_arm,
     said_once,
 )
+from ident.checks.surroundings.base_motion import base_remarks
+from ident.checks.surroundings.load_changes import load_change_remarks
 from ident.checks.torque import constant_effort, constant_joints, frozen_effort, unexplained
 from ident.checks.units import unit_factor, unit_remarks
 from ident.checks.urdf_faults.another_arm import another_arm
@@ -255,6 +256,7 @@ def _of_one(
         case, more = by_weight(case, bounds)
         remarks += more
     remarks += clipped
+    remarks += load_change_remarks(case, bounds) if judge and not remarks else []
     of_arm = another_arm(case, bounds) if judge and not remarks else []
     if judge and not remarks and not of_arm:
         remarks += position_remarks(case, bounds)

@@ -61,6 +61,14 @@ def loaded(mass: float, joints: int) -> Log:
     return Experiment(joints=joints, seconds=20.0, true_urdf=urdf_of(joints, own)).log()
 
 
+def carried(mass: float, start: float, end: float, joints: int = 4) -> Log:
+    """A load that is there from one part of the recording to another."""
+    plain = Experiment(joints=joints, seconds=20.0).log()
+    tau = loaded(mass, joints).tau
+    share = plain.t / plain.t[-1]
+    return plain.with_(tau=np.where(((share >= start) & (share < end))[:, None], tau, plain.tau))
+
+
 def reordered(order, *what: str, joints: int = 3) -> Log:
     log = right(joints=joints)
     return log.with_(**{w: getattr(log, w)[:, list(order)] for w in what})

@@ -7,6 +7,7 @@ import numpy as np
 from chain_arm import Experiment, Log, urdf_of
 from wrong_inputs import (
     at_joint,
+    carried,
     clipped,
     closed_up,
     compensated,
@@ -192,6 +193,10 @@ WRONG: list[Wrong] = [
         lambda: Experiment(joints=4, gravity=lambda t: (0, 0, 9.81)).log(),
         {"gravity_direction"},
     ),
+    ("a load picked up", lambda: carried(1.0, 0.4, 1.1), {"load_changes"}),
+    ("a load put down", lambda: carried(1.0, 0.0, 0.6), {"load_changes"}),
+    ("a load carried for a while", lambda: carried(1.5, 0.3, 0.6), {"load_changes"}),
+    ("a load picked up, six joints", lambda: carried(1.0, 0.6, 1.1, 6), {"load_changes"}),
     ("base sways at 0.7 Hz", lambda: swaying(2.0, 0.7, 0), {"base_moves"}),
     ("base sways at 1.3 Hz", lambda: swaying(1.5, 1.3, 1), {"base_moves"}),
     *(
