@@ -327,21 +327,14 @@ class CheckSettings(Section):
     sway_error: float = positive(0.05, "relative error below which no sway is looked for")
     load_share: float = share(
         0.3,
-        "of the squared unexplained torque that a load must explain which comes or goes during a"
-        " recording: of 35 right recordings at most 0.29, but where friction explains more or the"
-        " load's centre is metres away",
+        "of the squared unexplained torque that a load must explain which comes or goes: of 35"
+        " right recordings 0.29, but where friction explains more or its centre is metres away",
     )
     load_halves: float = positive(
-        1.06,
-        "times what it explains that loads of each half of its time may explain: of true ones at"
-        " most 1.05, of wrong descriptions of the arm 1.12",
+        1.06, "times that, which loads of its halves may explain: of true ones 1.05, of wrong 1.12"
     )
-    load_over_friction: float = positive(
-        1.3, "times what friction explains that differs for a part of the recording"
-    )
-    load_error: float = positive(
-        0.01, "relative error of a fit of the arm below which no load that comes or goes is told"
-    )
+    load_over_friction: float = positive(1.3, "times what friction of that time explains")
+    load_error: float = positive(0.01, "relative error below which no such load is told")
     disagree_deviations: float = positive(
         5.0, "standard errors between recordings from which a parameter contradicts"
     )

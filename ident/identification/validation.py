@@ -14,6 +14,7 @@ from ident.model.arm import TERM_NAMES, Arm
 from ident.model.fit_filter import Filter
 from ident.model.identified_model import Model, NoEffects
 from ident.recordings.dataset import Dataset
+from ident.recordings.torque_timing import with_torque_later
 from ident.regression.filters import Processing
 from ident.regression.squared_errors import Errors, Sums, sums
 from ident.signals.arrays import Array
@@ -55,6 +56,7 @@ def fit_filter(process: Processing, known: KnownShapes | None) -> Filter:
         parallel=process.columns is not None,
         velocity_threshold_rad_s=process.threshold_rad_s,
         reversals=() if known is None or not process.curves else known.for_model(),
+        delay_s=process.delay_s,
     )
 
 
@@ -69,6 +71,7 @@ def arm_of(model: Model) -> Arm:
         sign_cutoff_hz=filter_.sign_cutoff_hz,
         velocity_threshold_rad_s=filter_.velocity_threshold_rad_s,
         reversals="auto" if filter_.reversals else "culled",
+        delay_s=filter_.delay_s or None,
         torque_unit="A" if model.gains_nm_per_a else "N m",
         gains_nm_per_a=model.gains_nm_per_a or None,
     )
@@ -92,6 +95,22 @@ def refuse_unseen(model: Model, data: Dataset) -> None:
         )
 
 
+def on_time(data: Dataset, arm: Arm) -> tuple[Dataset, Arm]:
+    """A recording whose torque acts when its stamps say, and the arm without that delay.
+
+    For what looks at torque and motion before the regression, which has the delay itself.
+    """
+    seconds = arm.settings.delay_s
+    if not seconds:
+        return data, arm
+    return with_torque_later(data, seconds), arm.with_settings(delay_s=0.0)
+
+
+def with_delay(model: Model, seconds: float | None) -> Model:
+    """A model that was fitted to torque on time, for recordings whose torque acts later [s]."""
+    return replace(model, filter=replace(model.filter, delay_s=seconds or 0.0))
+
+
 def predict(model: Model, arm: Arm, data: Dataset) -> Prediction:
     """The model's errors on one recording, with the effects that the model holds.
 
@@ -113,6 +132,7 @@ def predict(model: Model, arm: Arm, data: Dataset) -> Prediction:
         from ident.effects.compensation import without_effects  # it loads numba, half a second
 
         cutoff = evidence.logs[0].process.cutoff_hz  # of the links' motion beside unfiltered torque
+        data, arm = on_time(data, arm)
         ways = (replace(model, effects=NoEffects()), MOTION_HZ), (model, MOTION_HZ), (model, cutoff)
         whole, evidence, slow = (
             reduce_recordings([without_effects(m, data, hz)], arm, known=known) for m, hz in ways

@@ -41,6 +41,7 @@ class Filter:
         parallel: whether torque and regressor pass the same filter.
         velocity_threshold_rad_s: slower samples were culled.
         reversals: how the friction of each joint turns round; empty: at once.
+        delay_s: the torque acts so much later than its stamps.
     """
 
     cutoff_hz: float
@@ -50,6 +51,7 @@ class Filter:
     parallel: bool
     velocity_threshold_rad_s: float
     reversals: tuple[tuple[ReversalPart, ...], ...] = ()
+    delay_s: float = 0.0
 
 
 def smooth_motion(t: Array, q: Array, filter_: Filter) -> tuple[Array, Motion]:

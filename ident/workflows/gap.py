@@ -26,7 +26,7 @@ from ident.gap.results.held_out_error import gap_location, held_out
 from ident.gap.results.minimum_detectable import minimum_detectable
 from ident.gap.search import search
 from ident.identification.term_selection import ON_DEMAND
-from ident.identification.validation import arm_of
+from ident.identification.validation import arm_of, on_time, with_delay
 from ident.model.identified_model import Model
 from ident.recordings.loading import Reading
 from ident.report.gap.figures import (
@@ -154,6 +154,8 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
     if examined.gains is not None:
         known = source.arm.with_settings(gains_nm_per_a=examined.gains.value.tolist())
         source = replace(source, arm=known)
+    delay_s, timed = source.arm.settings.delay_s, [on_time(d, source.arm) for d in source.datasets]
+    source = replace(source, datasets=tuple(d for d, _ in timed), arm=timed[0][1])
     chosen, notes = cutoff_chosen(source.datasets, source.arm)
     source, remarks = replace(source, arm=chosen), (*remarks, *notes)
     asked = source.arm.settings
@@ -174,7 +176,7 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
     report = _report(outcome, content)
     content["seconds"] = time.perf_counter() - start
     content["errors"] = errors
-    return Gap(model, content, report)
+    return Gap(with_delay(model, delay_s), content, report)
 
 
 def _but_of_loads(remarks: Sequence[Remark], source: Experiment, model: Model) -> list[Remark]:

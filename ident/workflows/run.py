@@ -29,6 +29,7 @@ from ident.checks.torque import (
 )
 from ident.identification.cutoff_selection import with_best_cutoff
 from ident.identification.identify import Identification, identify, model_of
+from ident.identification.validation import on_time, with_delay
 from ident.model.arm import TERM_NAMES, Arm
 from ident.model.identified_model import Model
 from ident.recordings.dataset import Dataset
@@ -174,8 +175,10 @@ def run_data(
         arm = arm.with_settings(gains_nm_per_a=gains.value.tolist())
     arm, notes = cutoff_chosen(data, arm, tell)
     whole = data
+    delay_s = arm.settings.delay_s
     if known is not None:
-        data = [_without(known, d) for d in data]
+        whole, arms = zip(*(on_time(d, arm) for d in data), strict=True)
+        data, arm = [_without(known, d) for d in whole], arms[0]
     remarks = (*examined.remarks, *notes)
     found = identified(data, arm, remarks, tell)
     fit_sd = found.sd
@@ -197,6 +200,7 @@ def run_data(
     else:
         model = replace(model, effects=known.effects)
         content["errors"] = errors_on(model, whole)
+        model = with_delay(model, delay_s)
     return Run(model, content, found)
 
 
