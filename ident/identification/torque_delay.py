@@ -12,6 +12,7 @@ import numpy as np
 from ident.estimation.problem import solved
 from ident.estimation.regression_data import ReducedRecording
 from ident.regression.reduction import BLOCKS, block_of
+from ident.signals.arrays import Array
 
 
 @dataclass(frozen=True)
@@ -21,10 +22,12 @@ class Delay:
     Attributes:
         seconds: the torque acts this much later than its stamp; negative: earlier [s].
         sd: its standard error, by leaving out stretches [s].
+        explained: share of the squared residual that it explains.
     """
 
     seconds: float
     sd: float
+    explained: float = 0.0
 
 
 def delay(log: ReducedRecording) -> Delay:
@@ -45,4 +48,12 @@ def delay(log: ReducedRecording) -> Delay:
     used = [b for b in range(BLOCKS) if grams[b].any()]
     without = np.array([solved(total - grams[b])[0] for b in used])
     spread = (len(used) - 1) / len(used) * np.sum((without - without.mean()) ** 2)
-    return Delay(float(solved(total)[0]), float(np.sqrt(spread)))
+    with_delay, without_delay = _left(total), _left(total[1:, 1:])
+    explained = 1.0 - with_delay / without_delay if without_delay > 0.0 else 0.0
+    return Delay(float(solved(total)[0]), float(np.sqrt(spread)), explained)
+
+
+def _left(gram: Array) -> float:
+    """Squared residual of normal equations [W | tau]^T [W | tau]."""
+    x = np.append(-solved(gram), 1.0)
+    return float(x @ gram @ x)

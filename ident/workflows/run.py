@@ -217,7 +217,7 @@ def _poor(found: Identification, told: Sequence[Remark]) -> list[Remark]:
         more += poorly_explained(errors.relative_percent / 100, DEFAULT)
     if not any(r.code == "late_torque" for r in told):
         for one, log in zip(found.delays, found.evidence.logs, strict=True):
-            more += late_by_fit(one.seconds, one.sd, log.data.name, DEFAULT)
+            more += late_by_fit(one, log.data.name, DEFAULT)
     if found.chosen == "feasible" and "ols" in found.held_out:
         error, least = (found.held_out[n].errors.relative_percent for n in ("feasible", "ols"))
         more += beyond_possible(error / 100, least / 100, DEFAULT)

@@ -52,7 +52,7 @@ def run_content(found: Identification) -> dict[str, Any]:
             | ({"direction": a.direction} if a.direction else {})
             for a in chosen.active
         ],
-        "delays": [{"seconds": d.seconds, "sd": d.sd} for d in found.delays],
+        "delays": [vars(d) for d in found.delays],
         "not_identified": {
             "without_effect": list(found.limits.without_effect),
             "only_combined": list(found.limits.only_combined),

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from ident.checks.case import Case
 from ident.checks.remark import Grade, Remark, joints, numbers
 from ident.checks.settings import CheckSettings
+from ident.identification.torque_delay import Delay
 from ident.regression.probe import Chunk, Probe, shifted_torque
 from ident.regression.probe_fit import Columns, held_out_residuals, weights_of
 from ident.signals.arrays import Array
@@ -32,6 +33,8 @@ _FINE = 0.006
 """Steps in which a delay is looked for once it is known where it lies [s]."""
 
 _STRETCHES = 12
+_SHORTEST_S = 3e-3
+"""Of a delay that is told [s]."""
 
 
 @dataclass(frozen=True)
@@ -119,23 +122,34 @@ def _shifted(case: Case, chunks: Sequence[Chunk], delays: Array) -> "_Shifted | 
     return made if inside.sum() >= _STRETCHES and made.has_torque else None
 
 
-def late_by_fit(seconds: float, sd: float, name: str, bounds: CheckSettings) -> list[Remark]:
+def late_by_fit(found: Delay, name: str, bounds: CheckSettings) -> list[Remark]:
     """What is said of a delay that moving the torque hardly mends, but the fit's leftover shows.
 
+    A long one, as where torque alone was filtered, or one that explains much of the leftover.
+
     Args:
-        seconds: the torque acts so much later than its stamp; negative: earlier.
-        sd: its standard error [s].
+        found: the delay beside the fit.
         name: of the recording.
         bounds: of the checks.
     """
-    if abs(seconds) < max(bounds.late_by_fit_s, bounds.late_deviations * sd):
+    size = abs(found.seconds)
+    if size < bounds.late_deviations * found.sd:
         return []
-    way = "leads" if seconds > 0 else "lags"
-    text = (
-        f"{name}: what the model leaves is that of torque which {way} the motion by"
-        f" about {abs(seconds):.2g} s (± {sd:.1g} s), as torque that was filtered alone does."
-    )
-    advice = "Record the torque without a filter, or filter positions by the same one."
+    way = "leads" if found.seconds > 0 else "lags"
+    told = f"{way} the motion by about {size:.2g} s (± {found.sd:.1g} s)"
+    if size >= bounds.late_by_fit_s:
+        text = f"{name}: what the model leaves is that of torque which {told}"
+        text += ", as torque that was filtered alone does."
+        advice = "Record the torque without a filter, or filter positions by the same one."
+    elif size >= _SHORTEST_S and found.explained >= bounds.late_by_fit_share:
+        text = f"{name}: {100 * found.explained:.0f} % of the squares that the model leaves are"
+        text += f" those of torque which {told}."
+        advice = (
+            "Let `ident gap` size the delay, and set delay_s in the identification section of the"
+            " arm's file."
+        )
+    else:
+        return []
     return [Remark("late_torque", (), text, Grade.DOUBTFUL, advice)]
 
 

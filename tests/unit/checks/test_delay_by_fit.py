@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from wrong_inputs import right
+from wrong_inputs import late, right
 
 from ident.checks.recorder_faults.delay import late_by_fit
 from ident.checks.settings import DEFAULT
+from ident.identification.torque_delay import Delay
 from ident.workflows.run import run_data
 
 
@@ -36,10 +37,27 @@ def test_a_run_tells_filtered_torque():
 
 @pytest.mark.parametrize(("seconds", "way"), [(-0.1, "lags"), (0.08, "leads")])
 def test_filtered_torque_is_told(seconds, way):
-    (remark,) = late_by_fit(seconds, 0.008, "log", DEFAULT)
+    (remark,) = late_by_fit(Delay(seconds, 0.008), "log", DEFAULT)
     assert f"{way} the motion by about {abs(seconds):g} s" in remark.finding
 
 
 @pytest.mark.parametrize(("seconds", "sd"), [(-0.009, 0.0018), (0.08, 0.03), (0.0, 0.0)])
 def test_what_a_model_lacks_is_no_delay(seconds, sd):
-    assert late_by_fit(seconds, sd, "log", DEFAULT) == []
+    assert late_by_fit(Delay(seconds, sd, 0.06), "log", DEFAULT) == []
+
+
+def test_a_short_one_is_told_by_what_it_explains():
+    (remark,) = late_by_fit(Delay(-0.007, 0.0001, 0.72), "log", DEFAULT)
+    assert "72 % of the squares" in remark.finding
+    assert "lags the motion by about 0.007 s" in remark.finding
+    assert late_by_fit(Delay(0.0008, 0.00001, 0.6), "log", DEFAULT) == []
+    assert late_by_fit(Delay(-0.007, 0.002, 0.72), "log", DEFAULT) == []
+
+
+@pytest.mark.parametrize("samples", [0, 1])
+def test_a_run_tells_a_sample_of_10_ms_that_no_check_sees(samples):
+    log = late(samples, joints=3, seconds=30.0)
+    data = log.with_(tau=log.tau + np.random.default_rng(1).normal(scale=0.05, size=log.tau.shape))
+    found = run_data(data.arm(), [data.dataset(data.arm())])
+    told = [r["sentence"] for r in found.content["remarks"] if r["code"] == "late_torque"]
+    assert len(told) == samples
