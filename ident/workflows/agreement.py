@@ -23,30 +23,41 @@ _ADVICE: dict[Change, str] = {
     "friction": "Warm the arm up in the same way and move at the same speeds each time, or identify"
     " the recordings separately.",
     "load": "Identify the recordings separately.",
-    "other": "Check whether the mounting, joint zeros or torque sensors were changed, and let"
-    " `ident gap` search for what the model lacks.",
+    "other": "Check whether the mounting, joint zeros or torque sensors were changed.",
 }
+_SEARCH = " If they were not, let `ident gap` search for what the model lacks."
 _MOST_NAMED = 4
 _DELAY_S = 3e-3
 _SURE = 5.0  # standard errors of a delay
 
 
 def contradictions(
-    evidence: RegressionData, delays: Sequence[Delay] = (), bounds: CheckSettings = DEFAULT
+    evidence: RegressionData,
+    delays: Sequence[Delay] = (),
+    bounds: CheckSettings = DEFAULT,
+    searched: bool = False,
 ) -> tuple[list[Remark], list[dict[str, Any]]]:
     """Recordings that contradict the others: remarks, and `recordings_disagree` of `run.json`.
 
     The one that contradicts most is told, and set aside before the rest are compared. Where the
     torque of the recordings is late or early, that is told first: it passes for other parameters.
+
+    Args:
+        evidence: the recordings, reduced.
+        delays: of each.
+        bounds: of the checks.
+        searched: whether what the model lacks has been searched, and is taken off.
     """
     remarks, rows = [], []
-    advice = _delayed(delays)
+    first, last = _delayed(delays), "" if searched else _SEARCH
     while len(evidence.logs) > 1:
         found = compared(evidence)
         worst = int(np.argmax([_ratio(c, bounds) for c in found]))
         if _ratio(found[worst], bounds) < bounds.disagree_ratio:
             break
         places = _contradicting(found[worst], bounds)
+        advice = f"{first}{_ADVICE[found[worst].change]}"
+        advice += last if found[worst].change == "other" else ""
         remarks.append(_remark(evidence, worst, found[worst], places, advice))
         rows.append(_content(evidence, worst, found[worst], places))
         rest = tuple(log for i, log in enumerate(evidence.logs) if i != worst)
@@ -83,7 +94,7 @@ def _delayed(delays: Sequence[Delay]) -> str:
 
 
 def _remark(
-    evidence: RegressionData, log: int, found: Comparison, places: list[int], first: str
+    evidence: RegressionData, log: int, found: Comparison, places: list[int], advice: str
 ) -> Remark:
     base = evidence.base
     named = [
@@ -99,7 +110,7 @@ def _remark(
         f" an error of {100 * found.error_of_others:.3g} %, its own with {100 * found.error:.3g} %."
         f" {_MEANING[found.change]}"
     )
-    return Remark("recordings_disagree", (), text, Grade.DOUBTFUL, first + _ADVICE[found.change])
+    return Remark("recordings_disagree", (), text, Grade.DOUBTFUL, advice)
 
 
 def _content(

@@ -41,6 +41,7 @@ from ident.report.gap.page import gap_page
 from ident.report.gap.report import GapReport
 from ident.report.gap.words import verdict_sentences
 from ident.report.page import render
+from ident.workflows.agreement import contradictions
 from ident.workflows.gap_json import (
     effects_content,
     forward_content,
@@ -163,14 +164,19 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
         options = replace(options, terms_on_demand=False)
     outcome = searched(source, options, remarks, tell)
     tell("fitting the arm beside the effects")
-    outcome, model, stopped = written_model(outcome, tell)
+    outcome, written = written_model(outcome, tell)
+    model, against, disagree = written.model, [], []
+    if written.evidence is not None:
+        against, disagree = contradictions(written.evidence, searched=True)
     if source.reference_model is not None:
         remarks = _but_of_loads(remarks, source, model)
     errors = errors_on(model, counted(source))
     if notes and errors:
         left = max(log["relative_error_percent"] for log in errors) / 100
         remarks = explained_after_all(remarks, left, DEFAULT)
-    content = _content(outcome) | trust_content((*remarks, *outcome.remarks, *stopped))
+    told = (*remarks, *outcome.remarks, *written.failed, *against)
+    content = _content(outcome) | trust_content(told)
+    content |= {"recordings_disagree": disagree} if disagree else {}
     content["provenance"] = provenance(source.arm, paths)
     tell("preparing the report")
     report = _report(outcome, content)

@@ -8,6 +8,7 @@ import numpy as np
 
 from ident.checks.remark import Grade, Remark, no_fit
 from ident.effects.catalogue import catalogue
+from ident.estimation.regression_data import RegressionData
 from ident.gap.data.experiment import Experiment
 from ident.gap.naming.across_recordings import spread_over_recordings
 from ident.gap.regression.current_model import extend
@@ -52,6 +53,22 @@ class Outcome:
     remarks: tuple[Remark, ...]
 
 
+@dataclass(frozen=True)
+class Written:
+    """The model that is written of a search.
+
+    Attributes:
+        model: the arm with its effects.
+        evidence: what it was fitted to, without the effects; None where the search's own fit is the
+            model.
+        failed: what is said where the fit beside the effects failed.
+    """
+
+    model: Model
+    evidence: RegressionData | None = None
+    failed: tuple[Remark, ...] = ()
+
+
 def outcome_of(found: SearchResult, tell: Tell) -> Outcome:
     """The final fits of a search, and simulations with them."""
     tell("fitting all data")
@@ -77,8 +94,8 @@ def _final_fits(found: SearchResult) -> tuple[FinalEstimates, FeasibleModel]:
     return final, feasible_fit(found.source, last, len(found.rows.base_parameters), near_cad=True)
 
 
-def written_model(outcome: Outcome, tell: Tell) -> tuple[Outcome, Model, tuple[Remark, ...]]:
-    """The arm as `ident run` fits it beside the effects, and a remark where that cannot be done.
+def written_model(outcome: Outcome, tell: Tell) -> tuple[Outcome, Written]:
+    """The arm as `ident run` fits it beside the effects.
 
     The search's own fit is the model then, and so it is beside a reference model, which stays. What
     is in the model without a name has to predict the unfiltered torque no worse: without what does
@@ -89,14 +106,14 @@ def written_model(outcome: Outcome, tell: Tell) -> tuple[Outcome, Model, tuple[R
         tell: is told the progress.
 
     Returns:
-        the outcome of what is in the model, the model, and remarks.
+        the outcome of what is in the model, and the model.
     """
-    model, remarks = _fitted(outcome.found, outcome.final, outcome.whole)
-    rough = set() if remarks else _rough(outcome.found, model)
+    written = _fitted(outcome.found, outcome.final, outcome.whole)
+    rough = set() if written.failed else _rough(outcome.found, written.model)
     if not rough:
-        return outcome, model, remarks
+        return outcome, written
     outcome = outcome_of(_without(outcome.found, rough), tell)
-    return outcome, *_fitted(outcome.found, outcome.final, outcome.whole)
+    return outcome, _fitted(outcome.found, outcome.final, outcome.whole)
 
 
 def _rough(found: SearchResult, model: Model) -> set[Place]:
@@ -113,8 +130,8 @@ def _rough(found: SearchResult, model: Model) -> set[Place]:
     rough = set()
     for place in asked:
         less = _without(found, {place})
-        other, failed = _fitted(less, *_final_fits(less))
-        if not failed and np.nanmean(_unfiltered_errors(other, data) - whole) < 0.0:
+        other = _fitted(less, *_final_fits(less))
+        if not other.failed and np.nanmean(_unfiltered_errors(other.model, data) - whole) < 0.0:
             rough.add(place)
     return rough
 
@@ -142,14 +159,12 @@ def _without(found: SearchResult, places: Collection[Place]) -> SearchResult:
     return replace(found, end=end, verdict=replace(found.verdict, suspected=suspected))
 
 
-def _fitted(
-    found: SearchResult, final: FinalEstimates, whole: FeasibleModel
-) -> tuple[Model, tuple[Remark, ...]]:
-    """The model of a search, and a remark where the fit beside the effects failed."""
+def _fitted(found: SearchResult, final: FinalEstimates, whole: FeasibleModel) -> Written:
+    """The model of a search."""
     source, arm = found.source, found.source.arm
     model = model_with(source, whole, final.fit, final.effects)
     if source.reference_model is not None:
-        return model, ()
+        return Written(model)
     plain = tuple(t for t in arm.settings.terms if t != ON_DEMAND)
     more = (ON_DEMAND,) if found.options.terms_on_demand else ()
     arm = arm.with_settings(terms=(*plain, *more))
@@ -157,9 +172,10 @@ def _fitted(
     pushes = found.verdict.transients
     data = [cut_out(d, log, pushes) for log, d in enumerate(counted(source))]
     try:
-        return fitted_beside(model, named, data, arm), ()
+        return Written(*fitted_beside(model, named, data, arm))
     except (DataError, np.linalg.LinAlgError) as error:
-        return model, (no_fit(f"The fit beside the effects failed: {error}", Grade.DOUBTFUL),)
+        failed = no_fit(f"The fit beside the effects failed: {error}", Grade.DOUBTFUL)
+        return Written(model, failed=(failed,))
 
 
 def counted(source: Experiment) -> list[Dataset]:

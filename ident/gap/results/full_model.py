@@ -12,7 +12,7 @@ from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
 from ident.effects.compensation import without_effects
 from ident.effects.reversal_friction import BASIS
-from ident.estimation.regression_data import posture
+from ident.estimation.regression_data import RegressionData, posture
 from ident.estimation.reversal_shapes import KnownShapes
 from ident.gap.data.experiment import Experiment, own_drives
 from ident.gap.regression.feasible_fit import FeasibleModel
@@ -97,8 +97,8 @@ def _of_today(
 
 def fitted_beside(
     model: Model, named: Collection[Place], data: Sequence[Dataset], arm: Arm
-) -> Model:
-    """The arm as `ident run` fits it beside a model's effects.
+) -> tuple[Model, RegressionData]:
+    """The arm as `ident run` fits it beside a model's effects, and what it was fitted to.
 
     Offsets and rotors are fitted as terms where the arm's settings, or the data, take the term for
     all joints. Those without a name are no effects any more; those with one stay effects, of the
@@ -118,23 +118,23 @@ def fitted_beside(
     kept = {i for i in everything if (effects[i][0].effect, effects[i][0].joints) in named}
     terms = [_usual_term(h, i in kept, arm) for i, (h, _) in enumerate(effects)]
 
-    def beside(chosen: Collection[int], arm: Arm) -> tuple[Model, Arm]:
+    def beside(chosen: Collection[int], arm: Arm) -> tuple[Model, RegressionData]:
         carried = BoundEffects(tuple(m for i, m in enumerate(effects) if i in chosen))
         known = replace(model, effects=carried)
         found = identify([without_effects(known, d) for d in data], arm)
-        return replace(model_of(found), effects=carried), found.evidence.arm
+        return replace(model_of(found), effects=carried), found.evidence
 
-    fitted, arm = beside({i for i in everything if not terms[i]}, arm)
-    taken = {i for i in everything if terms[i] in arm.settings.terms}
+    fitted, evidence = beside({i for i in everything if not terms[i]}, arm)
+    taken = {i for i in everything if terms[i] in evidence.arm.settings.terms}
     if any(terms[i] for i in everything - taken):
-        fitted, arm = beside(everything - taken, arm)
+        fitted, evidence = beside(everything - taken, evidence.arm)
     sized = taken & kept
     if not sized:
-        return fitted
+        return fitted, evidence
     for i in sized:
         h, _ = effects[i]
         effects[i] = (h, fitted.parameter(KIND_OF_TERM[terms[i]])[list(h.joints)])
-    return beside(everything - (taken - sized), arm)[0]
+    return beside(everything - (taken - sized), evidence.arm)
 
 
 def _usual_term(h: Candidate, is_named: bool, arm: Arm) -> str:

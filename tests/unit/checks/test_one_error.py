@@ -86,14 +86,14 @@ def shifted(fitted):
 def test_the_gaps_model_is_what_a_run_fits_beside_its_effects(fitted):
     arm, data, first = fitted
     known = replace(first.model, effects=bound([STRIBECK]))
-    model = fitted_beside(known, (), [data], arm)
+    model, _ = fitted_beside(known, (), [data], arm)
     assert np.array_equal(model.delta, run_data(arm, [data], known=known).model.delta)
     assert model.effects.records == known.effects.records
 
 
 def test_without_effects_the_gaps_model_is_that_of_a_run_alone(fitted):
     arm, data, first = fitted
-    model = fitted_beside(replace(first.model, effects=bound([])), (), [data], arm)
+    model, _ = fitted_beside(replace(first.model, effects=bound([])), (), [data], arm)
     assert np.array_equal(model.delta, first.model.delta)
     assert model.filter.cutoff_hz == first.model.filter.cutoff_hz
 
@@ -101,7 +101,7 @@ def test_without_effects_the_gaps_model_is_that_of_a_run_alone(fitted):
 def test_two_effects_of_one_kind_at_one_joint_stay_two(fitted):
     arm, data, first = fitted
     known = replace(first.model, effects=bound([STRIBECK, STRIBECK]))
-    model = fitted_beside(known, (), [data], arm)
+    model, _ = fitted_beside(known, (), [data], arm)
     assert model.effects.records == known.effects.records
 
 
@@ -115,7 +115,7 @@ def test_offsets_are_of_the_size_of_a_term_where_the_settings_may_hold_one(
         effects=bound([of_joint(j, "torque_offset", offset=x) for j, x in ((1, 2.0), (2, -2.0))]),
     )
     arm = arm.with_settings(terms=("viscous", "coulomb", term))
-    model = fitted_beside(known, {("torque_offset", (1,))}, [shifted], arm)
+    model, _ = fitted_beside(known, {("torque_offset", (1,))}, [shifted], arm)
     assert [e.joints[0] for e in model.effects.records] == kept
     if term == "auto":
         (named,) = model.effects.records

@@ -21,3 +21,23 @@ def test_an_offset_at_one_joint_does_not_answer_for_what_all_others_lack() -> No
     assert after > 3.0 * floor
     assert found["verdict"] == "unknown"
     assert {u["joint"] for u in found["unexplained"]} & {2, 3, 4}
+
+
+def searched(*logs):
+    arm, names = logs[0].arm(), [f"log_{i}" for i in range(len(logs))]
+    source = of_arm(arm, None, [log.recording() for log in logs], names)
+    return gap_of(source, Options(null_runs=0), lambda *told: None).content
+
+
+def test_a_search_tells_recordings_that_contradict_each_other() -> None:
+    """As `ident run` does: effects answer for none of it, and the search was trusted."""
+    heavy = urdf_of(4, 5.0 * 0.7 ** np.arange(4) + np.array([0.0, 0.0, 0.0, 1.0]))
+    first, second = (Experiment(joints=4, seconds=30.0, seed=s).log() for s in (3, 4))
+    loaded = Experiment(joints=4, seconds=30.0, seed=4, true_urdf=heavy).log()
+    right, wrong = searched(first, second), searched(first, loaded)
+    assert right["trust"] == "trustworthy"
+    assert "recordings_disagree" not in right
+    (told,) = (r for r in wrong["remarks"] if r["code"] == "recordings_disagree")
+    assert "A different load on the last link alone would explain it" in told["sentence"]
+    assert wrong["trust"] == "doubtful"
+    assert wrong["recordings_disagree"][0]["change"] == "load"

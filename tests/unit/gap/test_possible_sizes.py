@@ -70,9 +70,9 @@ def test_what_spoils_unfiltered_torque_is_not_in_the_model_without_a_name(
     monkeypatch.setattr(gap_outcome, "counted", lambda _: [*known, *short])
     monkeypatch.setattr(gap_outcome, "predict", predicted)
     outcome = gap_outcome.outcome_of(found, lambda _: None)
-    outcome, model, remarks = gap_outcome.written_model(outcome, lambda _: None)
-    assert remarks == ()
+    outcome, written = gap_outcome.written_model(outcome, lambda _: None)
+    assert written.failed == ()
     assert sorted(errors) == sorted([with_it, 1.0])
     assert [s.in_model for s in outcome.found.verdict.suspected] == [stays]
-    assert [e.name for e in model.effects.records] == [DRAG[0]] * stays
+    assert [e.name for e in written.model.effects.records] == [DRAG[0]] * stays
     assert len(outcome.final.effects) == stays
