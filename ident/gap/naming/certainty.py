@@ -190,8 +190,8 @@ def sure_in_the_end(
 ) -> tuple[SelectionState, tuple[Suspected, ...]]:
     """The whole model, named effects first, and what is suspected.
 
-    What joined the model after the others were found sure may share their size. They stay in it,
-    without a name.
+    What joined the model after the others were found sure may share their size, and what a standard
+    error holds beside noise counts here, as in what is told. They stay in it, without a name.
 
     Args:
         source: the recordings.
@@ -202,7 +202,7 @@ def sure_in_the_end(
     inside = [s for s in apart if s.in_model]
     named = not_among(inside, state.accepted)
     whole = state.with_only([*named, *(s.effect for s in inside)])
-    found = _judged(source, whole, settings)
+    found = _judged(source, whole, settings, systematic=True)
     lost = [replace(s, in_model=True) for s in found[: len(named)] if s.doubt]
     if lost:
         others = [s.effect for s in (*lost, *inside)]
@@ -234,9 +234,11 @@ def withheld(
     return state if in_model else state.with_only([]), apart
 
 
-def _judged(source: Experiment, state: SelectionState, settings: GapSettings) -> list[Suspected]:
+def _judged(
+    source: Experiment, state: SelectionState, settings: GapSettings, systematic: bool = False
+) -> list[Suspected]:
     """All accepted effects, with their doubts."""
-    judged = certainties(source, state, settings)
+    judged = certainties(source, state, settings, systematic)
     return [
         Suspected(a, values, c, c.doubt(settings.naming))
         for a, (values, c) in zip(state.accepted, judged, strict=True)
@@ -244,13 +246,13 @@ def _judged(source: Experiment, state: SelectionState, settings: GapSettings) ->
 
 
 def certainties(
-    source: Experiment, state: SelectionState, settings: GapSettings
+    source: Experiment, state: SelectionState, settings: GapSettings, systematic: bool = False
 ) -> list[tuple[dict[str, Value], Certainty]]:
-    """Values, and how sure they are, of each accepted effect."""
+    """Values of each effect, and how sure they are, by the errors that are reported or tested."""
     if not state.accepted:
         return []
     rows, end = state.rows, state.current
-    final = final_estimates(rows, end, settings.significance, state.accepted)
+    final = final_estimates(rows, end, settings.significance, state.accepted, systematic)
     design = replace(end, accepted=final.effects).design(rows)
     across = across_recordings(design, rows, final.fit, settings.cross_validation)
     resolution = torque_resolution(source)

@@ -174,7 +174,7 @@ def test_an_effect_without_which_a_sure_one_would_fall_stays_in_the_model(
 ):
     """The offset has its three deviations only beside the drag, which is too small to be named."""
 
-    def leaning(source, state, settings):
+    def leaning(source, state, settings, systematic=False):
         names = [a.candidate.effect for a in state.accepted]
         alone = Certainty(0.2, 1.0, 0.1, 0.5, 2.0, 1.0)
         beside = replace(alone, deviations=30.0)
@@ -204,7 +204,7 @@ def test_an_effect_of_which_only_the_size_is_unsure_stands_in_the_model(
     source, state = two_accepted
     drag = replace(SURE, deviations=1.2, **change)
 
-    def judged(source, state, settings):
+    def judged(source, state, settings, systematic=False):
         return [({}, drag if a.place[0] == "nonlinear_viscous" else SURE) for a in state.accepted]
 
     monkeypatch.setattr("ident.gap.naming.certainty.certainties", judged)
@@ -226,7 +226,7 @@ def test_what_a_term_on_demand_makes_unsure_loses_its_name_and_stays(two_accepte
     offset, drag = state.accepted
     term = Suspected(drag, {}, SURE, "", in_model=True)
 
-    def sharing(source, state, settings):
+    def sharing(source, state, settings, systematic=False):
         beside = replace(SURE, deviations=1.5)
         return [
             ({}, beside if a is offset and len(state.accepted) > 1 else SURE)
@@ -241,9 +241,28 @@ def test_what_a_term_on_demand_makes_unsure_loses_its_name_and_stays(two_accepte
         (drag.place, True),
     ]
     monkeypatch.setattr(
-        "ident.gap.naming.certainty.certainties", lambda _, s, __: [({}, SURE)] * len(s.accepted)
+        "ident.gap.naming.certainty.certainties", lambda _, s, *__: [({}, SURE)] * len(s.accepted)
     )
     assert sure_in_the_end(source, state.with_only([offset]), [term], SETTINGS)[1] == (term,)
+
+
+def test_what_is_not_sure_by_the_errors_that_are_told_has_no_name(two_accepted, monkeypatch):
+    """A spring was named, and told with 0.048 ± 0.025 N m/rad."""
+    source, state = two_accepted
+    first = state.accepted[0]
+
+    def judged(source, state, settings, systematic=False):
+        wide = replace(SURE, deviations=1.9) if systematic else SURE
+        return [({}, wide if a is first else SURE) for a in state.accepted]
+
+    monkeypatch.setattr("ident.gap.naming.certainty.certainties", judged)
+    kept, apart = set_apart(source, state, SETTINGS)
+    assert apart == ()
+    whole, (lost,) = sure_in_the_end(source, kept, apart, SETTINGS)
+    assert lost.effect is first
+    assert lost.in_model
+    assert "1.9 standard deviations" in lost.doubt
+    assert len(whole.accepted) == 2
 
 
 @pytest.mark.parametrize(
@@ -257,7 +276,7 @@ def test_a_suspected_effect_stands_in_the_model_where_another_recording_asks_for
     offset, drag = state.accepted
     unsure = replace(SURE, deviations=size, across=across)
 
-    def judged(source, state, settings):
+    def judged(source, state, settings, systematic=False):
         return [({}, SURE if a.place == offset.place else unsure) for a in state.accepted]
 
     monkeypatch.setattr("ident.gap.naming.terms_on_demand.certainties", judged)
@@ -336,7 +355,7 @@ def test_of_two_effects_of_one_kind_at_one_place_one_may_be_named(two_accepted, 
     twin = replace(offset)
     unsure = replace(SURE, deviations=1.0, held=50.0)
 
-    def judged(source, state, settings):
+    def judged(source, state, settings, systematic=False):
         return [({}, unsure if a is twin else SURE) for a in state.accepted]
 
     monkeypatch.setattr("ident.gap.naming.certainty.certainties", judged)
