@@ -12,11 +12,17 @@ from ident.effects.catalogue import catalogue
 from ident.effects.observation import ArmFacts, Observed
 from ident.effects.observing import CurrentModel, observed, on_links
 from ident.effects.reversal_friction import MaxwellSlipMixture, reversal_speed, shapes_of
-from ident.effects.smoothed_segment import MOTION_HZ, SmoothedSegment, smoothed
+from ident.effects.smoothed_segment import EDGE_S, MOTION_HZ, SmoothedSegment, smoothed
 from ident.model.identified_model import Model
 from ident.recordings.dataset import Dataset, Segment, in_memory
 from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
+
+_LEAST_EDGE_S = 0.1
+"""Left out at each end of a short segment at least [s]: the slowest filter's memory."""
+
+_EDGES = 12
+"""A segment's length in what is left out at either end, at least."""
 
 
 def without_effects(model: Model, data: Dataset, motion_hz: float = MOTION_HZ) -> Dataset:
@@ -40,12 +46,21 @@ def without_effects(model: Model, data: Dataset, motion_hz: float = MOTION_HZ) -
     segments = [
         cleaned
         for s in data.segments
-        if (cleaned := _cleaned(s, smoothed(s, data.rate_hz, 0, motion_hz), present, effects))
+        if (cleaned := _cleaned(s, _smoothed(s, data.rate_hz, motion_hz), present, effects))
         is not None
     ]
     if not segments:
         raise DataError(f"{data.name}: too short to say what the model's effects do in it.")
     return in_memory(data, data.rate_hz, segments)
+
+
+def _smoothed(segment: Segment, rate_hz: float, motion_hz: float) -> SmoothedSegment | None:
+    """A segment with less left out at its ends where it is short: its torque need not be searched.
+
+    Else nothing could be said of a recording of two seconds.
+    """
+    edge_s = max(_LEAST_EDGE_S, min(EDGE_S, len(segment.q) // _EDGES / rate_hz))
+    return smoothed(segment, rate_hz, 0, motion_hz, edge_s)
 
 
 def observed_along(model: Model, data: Dataset, motion: SmoothedSegment) -> tuple[Observed, Array]:

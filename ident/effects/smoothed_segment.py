@@ -62,7 +62,11 @@ class SmoothedSegment:
 
 
 def smoothed(
-    segment: Segment, rate_hz: float, log: int, motion_hz: float = MOTION_HZ
+    segment: Segment,
+    rate_hz: float,
+    log: int,
+    motion_hz: float = MOTION_HZ,
+    edge_s: float = EDGE_S,
 ) -> SmoothedSegment | None:
     """A segment's samples but for its ends, as one segment; None if it is too short for that.
 
@@ -71,8 +75,9 @@ def smoothed(
         rate_hz: of the samples.
         log: number of the recording.
         motion_hz: cut-off for position, its derivatives and torque.
+        edge_s: what is left out at either end [s], an eighth of the segment at most.
     """
-    edge = round(EDGE_S * rate_hz)
+    edge = round(edge_s * rate_hz)
     samples = len(segment.q)
     if samples < 8 * edge:
         return None

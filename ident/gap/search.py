@@ -44,6 +44,7 @@ from ident.gap.selection.backward_elimination import (
     keep_significant,
 )
 from ident.gap.selection.candidates import all_candidates
+from ident.gap.selection.rivals import told_apart
 from ident.gap.selection.significance import has_defining_coefficient
 from ident.gap.selection.state import SelectionState
 from ident.gap.selection.thresholds import least_threshold
@@ -96,7 +97,7 @@ def search(source: Experiment, options: Options, tell: Tell) -> SearchResult:
     else:
         state, suspected = withheld(source, state, settings, options.with_suspected)
     end = state.current
-    named = not_among(suspected, state.accepted)
+    named = told_apart(not_among(suspected, state.accepted))
     verdict = decide(faults, named, transients, unexplained, settings, unclosed, suspected)
     verdict = verdict if source.is_possible else verdict.without_names()
     return SearchResult(source, options, rows, nominal, end, first, last, state.threshold, verdict)

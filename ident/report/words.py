@@ -16,6 +16,8 @@ DASH = "–"
 
 _HARDLY = 0.9  # of the whole arm's error: what is left then says nothing of the effect
 _LOWER = 1.02  # ratio of a joint's errors from which it falls, or rises
+_PART = 0.5  # of what the whole arm's error tells: a smaller part of the gap is that of few joints
+_NOTHING = 100.0  # error of no model at all [%]
 
 _UNITS = {
     "kg m^2": "kg·m²",
@@ -234,7 +236,13 @@ def closed_text(held_out: Content, of: Callable[[Sequence[int]], str], count: in
             rises = f", and that of {of([worst + 1])} rises from {old} to {new}"
         if after > _LOWER * before:
             rises += f"; that of the whole arm rises from {percent(before)} to {percent(after)}"
-    closed = closed_share(held_out["closed_fraction"])
+    closed, share = closed_share(held_out["closed_fraction"]), held_out["closed_fraction"]
+    if not where and known(share) and share < _PART * (1.0 - (after / before) ** 2):
+        return (
+            f"Adding {it} lowers the error on held-out data from {texts[0]} to {texts[1]}, but"
+            f" closes {closed} of the gap at the joints that keep structure."
+            f"{_other_motion(held_out)}"
+        )
     return (
         f"Adding {it} closes {closed} of the gap: on held-out data, the error{where} falls from"
         f" {texts[0]} to {texts[1]}{rises}.{_other_motion(held_out)}"
@@ -248,6 +256,11 @@ def _other_motion(held_out: Content) -> str:
     if not all(known(x) for x in sides):
         return (
             " The held-out part is of the same motion; record another one to see what carries over."
+        )
+    if max(sides) > _NOTHING:
+        return (
+            " Predicted by fits to the others, a recording is not explained at all: each tells the"
+            " arm's parameters too little by itself."
         )
     return (
         f" On each recording, predicted by fits to the others, it goes from {percent(sides[0])} to"

@@ -13,7 +13,7 @@ from ident.effects.catalogue import catalogue
 from ident.effects.events import CONTACT, DROPPED_SAMPLES
 from ident.gap.data.experiment import Experiment
 from ident.gap.lack_of_fit.remaining_structure import share_of
-from ident.gap.naming.certainty import Certainty, deviations
+from ident.gap.naming.certainty import IMPOSSIBLE_ARM, Certainty, deviations
 from ident.gap.naming.dependence import Dependence
 from ident.gap.results.error_by_term import Step
 from ident.gap.results.held_out_error import Errors, HeldOut, Share
@@ -154,10 +154,13 @@ def suspected_content(found: SearchResult) -> list[Content]:
 
 
 def _unsure_contact(found: SearchResult, transient: Transient) -> Content:
+    asked = found.options.settings.naming.z
     doubt = (
         f"its torque is {transient.deviations.max():.1f} standard deviations from what is left"
-        f" elsewhere, and {found.options.settings.naming.z:g} are asked for"
+        f" elsewhere, and {asked:g} are asked for"
     )
+    if transient.deviations.max() >= asked:
+        doubt = IMPOSSIBLE_ARM
     if transient.at_start:
         doubt = "it begins with the recording, and what friction held before is not known"
     return _contact(found, transient) | {"doubt": doubt, "in_model": False}

@@ -31,6 +31,9 @@ from ident.gap.selection.state import AcceptedEffect, SelectionState
 from ident.gap.settings import GapSettings, Naming
 from ident.signals.arrays import Array
 
+IMPOSSIBLE_ARM = "no arm whose friction always brakes explains these recordings, with or without it"
+"""Why nothing is named beside such an arm, in half a sentence."""
+
 
 @dataclass(frozen=True)
 class Certainty:
@@ -228,9 +231,8 @@ def withheld(
         settings: of the search.
         in_model: whether the effects stay in the model.
     """
-    doubt = "no arm whose friction always brakes explains these recordings, with or without it"
     found = _judged(source, state, settings)
-    apart = tuple(replace(s, doubt=doubt, in_model=in_model) for s in found)
+    apart = tuple(replace(s, doubt=IMPOSSIBLE_ARM, in_model=in_model) for s in found)
     return state if in_model else state.with_only([]), apart
 
 

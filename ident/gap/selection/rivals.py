@@ -5,6 +5,7 @@ factor between models of equal size).
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -52,6 +53,20 @@ def accept(
         _equivalent_forms(best, forms, before, rows, settings.rivals),
         tuple(s for s in forms if best.gain - s.gain < settings.rivals.near_form_gain),
     )
+
+
+def told_apart(named: Sequence[AcceptedEffect]) -> list[AcceptedEffect]:
+    """The named effects, none of which is another one's rival: the model needs each beside it."""
+    places = {a.place for a in named}
+    return [
+        replace(
+            a,
+            rivals=tuple(
+                r for r in a.rivals if (r.candidate.effect, r.candidate.joints) not in places
+            ),
+        )
+        for a in named
+    ]
 
 
 def yields_to_constant(leader: AcceptedEffect, scores: Sequence[Score], settings: Rivals) -> bool:

@@ -68,9 +68,15 @@ def test_a_recording_too_short_for_effects_does_not_cost_the_result(fitted):
     _, data, run = fitted
     model = replace(run.model, effects=bound([STRIBECK]))
     whole = data.segments[0]
-    few = replace(whole, q=whole.q[:190], tau=whole.tau[:190], reference=None, used=None)
-    short = in_memory(replace(data, name="short"), data.rate_hz, [few])
-    with pytest.raises(DataError, match="short: too short to say what the model's effects do"):
+
+    def first(samples):
+        few = replace(whole, q=whole.q[:samples], tau=whole.tau[:samples], reference=None)
+        return in_memory(replace(data, name="short"), data.rate_hz, [replace(few, used=None)])
+
+    assert data.rate_hz == 100.0
+    assert 0.0 < validated(model, first(230)) < 20.0
+    short = first(70)
+    with pytest.raises(DataError, match="short"):
         validated(model, short)
     assert [e["name"] for e in errors_on(model, [short, data])] == ["log"]
 

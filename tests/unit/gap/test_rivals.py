@@ -6,8 +6,9 @@ import pytest
 from ident.effects.candidate import Candidate, Coefficient, NoParameters
 from ident.gap.regression.model_columns import ModelStructure
 from ident.gap.regression.weighted_fit import Fit
-from ident.gap.selection.rivals import cannot_tell
+from ident.gap.selection.rivals import cannot_tell, told_apart
 from ident.gap.selection.scoring import Score
+from ident.gap.selection.state import AcceptedEffect
 from ident.gap.settings import GapSettings
 
 ROWS = np.array([[500, 500, 0]])  # of one joint: at reversals, while it slides, at shared motors'
@@ -42,3 +43,16 @@ def test_what_shows_while_a_joint_slides_has_to_lead_its_lookalikes_there(leader
     assert first.gain - second.gain == pytest.approx(sum(leader[1:]) - sum(rival[1:]))
     found = cannot_tell(first, second, fitted(), INDEPENDENT, GapSettings().rivals)
     assert found is not told
+
+
+def test_what_the_model_names_is_no_rival_in_it():
+    """A delay was named, and "it may also be a delay" said of a rotor beside it."""
+    names = "torque_delay", "rotor_inertia", "joint_spring"
+    delay, rotor, spring = (score(n, 0.0, 0.1) for n in names)
+    accepted = [
+        AcceptedEffect(delay, (0,), np.zeros(1), (), rivals=(rotor, spring)),
+        AcceptedEffect(rotor, (0,), np.zeros(1), (), rivals=(delay,)),
+    ]
+    told = [[r.candidate.effect for r in a.rivals] for a in told_apart(accepted)]
+    assert told == [["joint_spring"], []]
+    assert [a.score for a in told_apart(accepted)] == [delay, rotor]
