@@ -171,6 +171,10 @@ class Effect(ABC, Generic[P]):
         """The equation in the form that a candidate has."""
         return self.equation
 
+    def assumption_of(self, candidate: Candidate[P]) -> str:
+        """What is taken for granted of a candidate, in a sentence."""
+        return self.taken_for_granted
+
     def drive_factors(self, candidate: Candidate[P], values: Array) -> dict[int, float]:
         """Factors of a joint's rotor and offset that were known before the effect, by joint.
 

@@ -94,6 +94,15 @@ class GravityTilt(Effect[_Tilt]):
                 columns[-1][:, 0] = wave
         return np.stack(columns, axis=-1)
 
+    def assumption_of(self, candidate: Candidate[_Tilt]) -> str:
+        """Where the first joint is not upright, a turn about its axis is no tilt alone."""
+        if candidate.parameters.first_link is not None:
+            return ""
+        return (
+            "A base turned about joint 1's own axis is the same as an error of that joint's zero"
+            " position: that part of the tilt may be either."
+        )
+
     def simulated(
         self, arm: SimulatedArm, candidate: Candidate[_Tilt], values: Array
     ) -> SimulatedArm:

@@ -105,7 +105,7 @@ def _accepted(
         "confirmed_parts": sum(gain > 0.0 for gain in item.held_out),
         "effect_free_runs": found.threshold.draws,
         "leans_on": [_leaning(d) for d in leaning],
-        "taken_for_granted": effect.taken_for_granted,
+        "taken_for_granted": effect.assumption_of(h),
     }
     if item.next_best is not None:
         rival = item.next_best.candidate
