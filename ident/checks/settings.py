@@ -332,7 +332,7 @@ class CheckSettings(Section):
         " right recordings 0.29, but where friction explains more or its centre is metres away",
     )
     load_halves: float = positive(
-        1.06, "times that, which loads of its halves may explain: of true ones 1.05, of wrong 1.12"
+        1.09, "times that, which loads of its halves may explain: of most true ones 1.05, else 1.12"
     )
     load_over_friction: float = positive(1.3, "times what friction of that time explains")
     load_error: float = positive(0.01, "relative error below which no such load is told")
