@@ -56,6 +56,7 @@ from ident.workflows.gap_json import (
     where_content,
 )
 from ident.workflows.gap_outcome import Outcome, counted, outcome_of, written_model
+from ident.workflows.gap_terms import terms_content
 from ident.workflows.model_errors import errors_on
 from ident.workflows.run import cutoff_chosen
 from ident.workflows.work import Search, provenance, recordings_content, write_refusal
@@ -176,6 +177,9 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
         remarks = explained_after_all(remarks, left, DEFAULT)
     told = (*remarks, *outcome.remarks, *written.failed, *against)
     content = _content(outcome) | trust_content(told)
+    content["terms"] = in_own_units(
+        terms_content(written, outcome.places), source.arm.robot.sliding.tolist()
+    )
     content |= {"recordings_disagree": disagree} if disagree else {}
     content["provenance"] = provenance(source.arm, paths)
     tell("preparing the report")

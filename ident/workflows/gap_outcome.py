@@ -52,6 +52,11 @@ class Outcome:
     after: list[ForwardSimulation]
     remarks: tuple[Remark, ...]
 
+    @property
+    def places(self) -> set[Place]:
+        """Effects of the model, with a name or without one."""
+        return {(h.effect, h.joints) for h in self.final.effects}
+
 
 @dataclass(frozen=True)
 class Written:

@@ -34,6 +34,7 @@ from ident.report.words import (
     known,
     number,
     percent,
+    plus_minus,
     quantity_text,
     share,
     unit_text,
@@ -78,7 +79,7 @@ def gap_page(report: GapReport) -> Page:
         Section("Residual on held-out data", _held_out(report)),
         Section("Torque over time", report.torque),
         Section("Simulation against measurement", [*_forward(report), *report.motion]),
-        Section("Suspected", _suspected(report)),
+        Section("Suspected, and usual terms", [*_suspected(report), *_terms(report)]),
         Section("Structure without a name", [*_unexplained(report), *report.left]),
         Section("Other explanations, and how to tell", rival_blocks(report)),
         *([seen] if report.named else []),
@@ -236,6 +237,22 @@ def _suspected(report: GapReport) -> list[Block]:
             "standard deviations": lambda s: number(s["evidence"]["standard_deviations"], 2),
             "in the model": lambda s: "yes" if s["in_model"] else "no",
             "why it is not named": lambda s: s["doubt"],
+        },
+    )
+
+
+def _terms(report: GapReport) -> list[Block]:
+    def size(term: Content) -> str:
+        (value,) = term["parameters"].values()
+        return plus_minus(value["value"], value["sd"], value["unit"])
+
+    return _unless_empty(
+        "Terms that the model holds beside them, as `ident run` fits them at all joints.",
+        report.content.get("terms", []),
+        {
+            "term": lambda t: report.title(t["name"]),
+            "where": lambda t: report.of(t["joints"]),
+            "size": size,
         },
     )
 

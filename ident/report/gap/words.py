@@ -24,6 +24,9 @@ from wamctl.arm.joint_labels import listed
 
 _MOST_IN_A_SENTENCE = 3
 
+_SURE = 3.0
+"""Standard errors by which a term that is told lies from zero."""
+
 _SMALL = 0.02
 """Of the gap that was there: what is left of less needs no name of its own."""
 
@@ -137,7 +140,22 @@ def suspected_sentences(report: GapReport) -> list[str]:
         words.append(
             f"In the model without a name, since it predicts better so: {_counted(kinds[1])}."
         )
+    if terms := kinds_text(sure_terms(report), report.title, report.of):
+        words.append(
+            f"The model also holds {listed(terms)}, as terms that `ident run` fits at all joints."
+        )
     return words
+
+
+def sure_terms(report: GapReport) -> list[Content]:
+    """The terms of the model that are surely not zero."""
+    return [
+        t
+        for t in report.content.get("terms", [])
+        if any(
+            known(p["sd"]) and abs(p["value"]) > _SURE * p["sd"] for p in t["parameters"].values()
+        )
+    ]
 
 
 def _counted(effects: Sequence[str]) -> str:

@@ -377,6 +377,26 @@ def test_what_is_there_and_not_sure_is_not_outside_the_catalogue(
     )
 
 
+def test_terms_that_the_model_holds_are_told(
+    gap_report: GapReport, gap_content: dict[str, Any]
+) -> None:
+    sizes = ((1, -0.3, 0.03), (2, 0.1, 0.09), (3, 0.2, None))
+    terms = [
+        {
+            "name": "torque_offset",
+            "joints": [joint],
+            "parameters": {"offset": {"value": value, "sd": sd, "unit": "N m"}},
+        }
+        for joint, value, sd in sizes
+    ]
+    page = gap_page(replace(gap_report, content=gap_content | {"terms": terms}))
+    (said,) = (m for m in page.verdict.more if "The model also holds" in m)
+    assert "at joint 1 (base), as terms that `ident run` fits at all joints." in said
+    text = text_of(render(page)).replace("\u202f", " ")
+    assert f"{plus_minus(-0.3, 0.03)} N·m" in text
+    assert "0.100 ± 0.090 N·m" in text
+
+
 def test_without_an_effect_there_is_no_before_and_after(
     gap_report: GapReport, gap_content: dict[str, Any]
 ) -> None:
