@@ -254,7 +254,8 @@ def certainties(
     if not state.accepted:
         return []
     rows, end = state.rows, state.current
-    final = final_estimates(rows, end, settings.significance, state.accepted, systematic)
+    of_size = [replace(a, near_forms=()) for a in state.accepted]  # how large, not whether
+    final = final_estimates(rows, end, settings.significance, of_size, systematic)
     design = replace(end, accepted=final.effects).design(rows)
     across = across_recordings(design, rows, final.fit, settings.cross_validation)
     resolution = torque_resolution(source)
