@@ -1,6 +1,6 @@
 """Unbroken segments of a recording, smoothed and differentiated."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -37,7 +37,6 @@ class SmoothedSegment:
 
     Attributes:
         log: number of the recording, from 0.
-        fold: which part of the data it belongs to: 0 and 1 are searched, 2 is held out.
         rate_hz: of the samples.
         t: time since the recording's first sample [s], shape (S,).
         q, qd, qdd: smoothed motion, each of shape (S, n).
@@ -46,7 +45,6 @@ class SmoothedSegment:
     """
 
     log: int
-    fold: int
     rate_hz: float
     t: Array
     q: Array
@@ -54,11 +52,6 @@ class SmoothedSegment:
     qdd: Array
     tau: Array
     speeds: Array
-
-    def part(self, samples: slice, fold: int) -> "SmoothedSegment":
-        """Some of the samples, as another segment."""
-        parts = {name: getattr(self, name)[samples] for name in ("t", "q", "qd", "qdd", "tau")}
-        return replace(self, fold=fold, speeds=self.speeds[:, samples], **parts)
 
 
 def smoothed(
@@ -93,7 +86,6 @@ def smoothed(
     ]
     return SmoothedSegment(
         log,
-        0,
         rate_hz,
         segment.start_s + np.arange(edge, samples - edge) / rate_hz,
         q.signal(motion)[kept],

@@ -74,7 +74,7 @@ class TorqueSaturation(Effect[_Limit]):
         peak = candidate.parameters.peak
         share = values.get("limit_share") or Value(candidate.parameters.limit_share, 0.0, "1")
         limit = Value(share.value * peak, share.sd * peak, "N m")
-        return {"limit": limit, "clipped_share": values["clipped_share"]}
+        return {"limit": limit} | {n: v for n, v in values.items() if n != "limit_share"}
 
     def simulated(
         self, arm: SimulatedArm, candidate: Candidate[_Limit], values: Array

@@ -9,10 +9,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from ident.effects.events import CONTACT
+from ident.gap.data.blocks import blocks_of
 from ident.gap.data.broken_time import data_faults
 from ident.gap.data.experiment import Experiment, base_columns, facts_of
 from ident.gap.data.reference_model import reference_torque
-from ident.gap.data.segments import segments
 from ident.gap.data.windows import windows_for
 from ident.gap.lack_of_fit.repeatability import first_pass, sliding_noise
 from ident.gap.naming.certainty import (
@@ -134,9 +134,8 @@ def rows_of(source: Experiment, options: Options) -> WindowedRows:
     if model is not None:
         highest = min(highest, model.filter.cutoff_hz)
     windows = windows_for(rate, min(options.cutoff_hz, highest))
-    parts = segments(source.datasets, windows)
-    reference = reference_torque(source)
-    rows = windowed_rows(parts, windows, facts_of(source), base_columns(source), reference)
+    blocks = blocks_of(source.datasets, windows)
+    rows = windowed_rows(blocks, facts_of(source), base_columns(source), reference_torque(source))
     return replace(rows, first_pass=first_pass(source, rows, options.settings.repeats))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from ident.effects.candidate import Candidate
 from ident.effects.measured_effect import ACROSS, KNOTS, PERIODIC, VARIANTS, curve_over
 from ident.effects.observation import Observed
-from ident.gap.data.segments import SEARCHED
+from ident.gap.data.blocks import SEARCHED
 from ident.gap.lack_of_fit.basis_functions import FreeCurves, Range, sines, wave_numbers
 from ident.gap.regression.current_model import CurrentFit, extend
 from ident.gap.regression.projection import joint_rows, projected

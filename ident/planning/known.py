@@ -28,7 +28,7 @@ from ident.effects.observation import Observed
 from ident.effects.observing import CurrentModel
 from ident.effects.reversal_friction import BASIS, SmoothedSign
 from ident.effects.smoothed_segment import SmoothedSegment
-from ident.gap.data.segments import FOLDS
+from ident.gap.data.blocks import FOLDS
 from ident.gap.data.windows import Windows, body_step, windows_for
 from ident.gap.regression.design_matrix import build_design_matrix
 from ident.gap.regression.rows import WindowedRows

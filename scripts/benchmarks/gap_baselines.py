@@ -25,8 +25,8 @@ from pysindy.optimizers import STLSQ
 from sklearn.linear_model import ARDRegression, OrthogonalMatchingPursuit
 
 from ident.effects.candidate import Candidate
+from ident.gap.data.blocks import SEARCHED, blocks_of
 from ident.gap.data.experiment import base_columns, experiment, facts_of
-from ident.gap.data.segments import SEARCHED, segments
 from ident.gap.data.windows import windows_for
 from ident.gap.options import Options
 from ident.gap.regression.current_model import nominal_fit
@@ -63,7 +63,7 @@ def problem_of(recorded: Run, log: str) -> Problem:
     source = experiment([getattr(recorded, log)], [log])
     facts = facts_of(source)
     windows = windows_for(source.datasets[0].rate_hz, Options().cutoff_hz)
-    rows = windowed_rows(segments(source.datasets, windows), windows, facts, base_columns(source))
+    rows = windowed_rows(blocks_of(source.datasets, windows), facts, base_columns(source))
     current = nominal_fit(rows, facts)
     candidates = all_candidates(current.model.facts)
     model, effects, torque = _stacked(current.design(rows, candidates), current.fit)

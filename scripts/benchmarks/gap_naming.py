@@ -21,10 +21,10 @@ import numpy as np
 from gap_cases import CHANGES, KNOWN, MOTION, STRANGE, Run, run, truth_of
 from gap_tables import Told, append, print_tables, read
 
+from ident.gap.data.blocks import HELD_OUT, blocks_of
 from ident.gap.data.experiment import Experiment, base_columns, experiment, facts_of
 from ident.gap.data.noise_regions import Region
 from ident.gap.data.reference_model import reference_torque
-from ident.gap.data.segments import HELD_OUT, segments
 from ident.gap.options import Options
 from ident.gap.regression.current_model import CurrentFit, nominal_fit
 from ident.gap.regression.rows import WindowedRows, windowed_rows
@@ -60,8 +60,8 @@ def nominal_of(log: Recording, like: SearchResult) -> tuple[WindowedRows, Curren
     source = source_of(log, like.source.reference_model)
     windows = like.rows.windows
     facts = facts_of(source)
-    parts = segments(source.datasets, windows)
-    rows = windowed_rows(parts, windows, facts, base_columns(source), reference_torque(source))
+    blocks = blocks_of(source.datasets, windows)
+    rows = windowed_rows(blocks, facts, base_columns(source), reference_torque(source))
     return rows, nominal_fit(rows, facts)
 
 

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import beta
 
+from ident.gap.data.blocks import SEARCHED
 from ident.gap.data.experiment import read_experiment
-from ident.gap.data.segments import SEARCHED
 from ident.gap.nulls.null_arms import phase_randomised
 from ident.gap.options import Options
 from ident.gap.regression.design_matrix import DesignMatrix

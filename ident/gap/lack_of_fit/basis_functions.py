@@ -83,8 +83,8 @@ class FreeCurves:
         every = body_step(rows.windows)
         self._extent = Range(whole.min(axis=0), whole.max(axis=0), last)
         self._windows = rows.windows.coarser(every)
+        self._kept = rows.blocks.kept
         self._seen = [observed(s, model, every)[1] for s in rows.segments]
-        self._counts = [len(y) for y in rows.torque]
 
     def windowed(self, curves: Callable[[Observed, Range], list[Array]]) -> list[Array]:
         """Windowed columns of all rows, each of shape (R, size).
@@ -95,7 +95,7 @@ class FreeCurves:
         formed = [curves(seen, self._extent) for seen in self._seen]
         return [
             np.concatenate(
-                [self._windows.mean(b)[:n] for b, n in zip(group, self._counts, strict=True)]
+                [self._windows.mean(b)[kept] for b, kept in zip(group, self._kept, strict=True)]
             )
             for group in zip(*formed, strict=True)
         ]

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.effects.observing import CurrentModel
+from ident.gap.data.blocks import EXCLUDED, HELD_OUT, SEARCHED
 from ident.gap.data.noise_regions import Region
-from ident.gap.data.segments import EXCLUDED, HELD_OUT, SEARCHED
 from ident.gap.lack_of_fit.basis_functions import (
     GROUPS,
     PERIODIC_IN_ANGLE,
@@ -115,7 +115,7 @@ def _clipped_square(left: Residual, chosen: NDArray[np.bool_], quantile: float, 
         values = np.clip(values, -most, most)
     ahead = slice(lag, None)
     back = slice(0, len(values) - lag)
-    both = chosen[ahead] & chosen[back] & (left.segment[ahead] == left.segment[back])
+    both = chosen[ahead] & chosen[back] & (left.block[ahead] == left.block[back])
     return float(values[ahead] @ (values[back] * both)) / max(int(both.sum()), 1)
 
 
@@ -180,7 +180,7 @@ def _joint_structures(
     square = float(e @ e)
     most = max(square, len(e) * allowed)
     least = min((rest for _, rest, _, _ in tried), key=lambda r: float(r @ r))
-    effective = len(e) / autocorrelation_length(least, design.segment[searched.chosen])
+    effective = len(e) / autocorrelation_length(least, design.block[searched.chosen])
     found = []
     for name, rest, beyond, freedom in tried:
         share = float(np.clip((square - float(rest @ rest)) / most, 0.0, 1 - 1e-9))

@@ -71,7 +71,7 @@ def sliding_noise(
 def first_pass(source: Experiment, rows: WindowedRows, settings: Repeats) -> NDArray[np.int64]:
     """The row nearest to where the arm was in the same motion for the first time, shape (R,)."""
     first, second = repeated_rows(source, rows, settings)
-    log, t = rows.log[rows.segment], rows.t
+    log, t = rows.log, rows.t
     before = np.arange(len(t))
     for number in range(len(source.recordings)):
         pairs = log[first] == number
@@ -95,8 +95,8 @@ def repeated_rows(
     The period is that of the trajectory attached to the log. Without one it is the lag after which
     the arm is back in the same place in the most rows.
     """
-    log, t = rows.log[rows.segment], rows.t
-    q = np.concatenate([rows.windows.mean(s.q) for s in rows.segments])
+    log, t = rows.log, rows.t
+    q = rows.blocks.means(lambda s: s.q)
     none = np.zeros(0, dtype=np.int64)
     first, second = [none], [none]
     for number, (recording, data) in enumerate(

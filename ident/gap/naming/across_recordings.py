@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.effects.candidate import Candidate, Value
-from ident.gap.data.segments import EXCLUDED
+from ident.gap.data.blocks import EXCLUDED
 from ident.gap.regression.current_model import CurrentFit
 from ident.gap.regression.design_matrix import DesignMatrix
 from ident.gap.regression.model_columns import without_effect
@@ -47,7 +47,7 @@ def across_recordings(
     unknown = [Across(np.zeros(e.width)) for e in design.index]
     if count < 2 or not unknown:
         return unknown
-    log = rows.log[design.segment]
+    log = rows.log
     apart = design.with_folds(np.where(design.fold == EXCLUDED, EXCLUDED, log), count)
     energy = np.array([effect_energy(design, i, found) for i in range(len(unknown))])
     energy[:, design.fold == EXCLUDED] = 0.0

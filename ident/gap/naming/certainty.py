@@ -14,9 +14,9 @@ import numpy as np
 
 from ident.effects.candidate import Candidate, Value
 from ident.effects.catalogue import catalogue
+from ident.gap.data.blocks import FOLDS
 from ident.gap.data.experiment import Experiment
 from ident.gap.data.rounding import torque_resolution
-from ident.gap.data.segments import FOLDS
 from ident.gap.naming.across_recordings import across_recordings, with_spread
 from ident.gap.regression.design_matrix import DesignMatrix
 from ident.gap.regression.feasible_fit import feasible_fit

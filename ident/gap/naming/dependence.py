@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from ident.effects.candidate import Candidate, Value
 from ident.effects.catalogue import catalogue
-from ident.gap.data.segments import FOLDS
+from ident.gap.data.blocks import FOLDS
 from ident.gap.regression.current_model import CurrentFit
 from ident.gap.regression.rows import WindowedRows
 from ident.gap.regression.weighted_fit import fit

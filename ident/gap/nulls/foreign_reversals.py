@@ -12,6 +12,7 @@ with an exponent, df/dx = (1 - f sgn(v))^p / d (Dahl 1968). Exponents are drawn.
 """
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -80,18 +81,17 @@ def with_foreign_reversals(
     """
     design, found = larger.design(rows), larger.fit
     left = residuals(design, found)
-    torque = np.concatenate(rows.torque).copy()
-    mixtures, viscous = np.concatenate(rows.reversals), np.concatenate(rows.viscous)
+    torque = rows.torque.copy()
     for j, r in enumerate(left):
         if len(r.values) == 0:
             continue
-        fitted = found.coulomb[j] * (mixtures[:, j] @ found.structure.shapes[j])
+        fitted = found.coulomb[j] * (rows.reversals[:, j] @ found.structure.shapes[j])
         weight = ~r.excluded / found.sigma[j][r.region]
         target, error = r.values + fitted, weight * r.values
         worst = np.exp(2.0 * settings.thresholds.min_gain) * (error @ error)
         for _ in range(settings.effect_free_data.curve_draws):
             curve = drawn_curve(rng, settings.effect_free_data)
-            foreign, least = _nearest(rows, j, target, viscous[:, j], weight, curve)
+            foreign, least = _nearest(rows, j, target, weight, curve)
             if least <= worst:
                 break
         else:
@@ -100,17 +100,11 @@ def with_foreign_reversals(
         for i in range(len(current.accepted), len(larger.accepted)):
             if j in design.index[i].joints:
                 torque[:, j] -= design.effect_columns(i, j) @ found.effects[i]
-    edges = np.cumsum([len(t) for t in rows.torque])[:-1]
-    return replace(rows, torque=tuple(np.split(torque, edges)))
+    return replace(rows, torque=torque)
 
 
 def _nearest(
-    rows: WindowedRows,
-    joint: int,
-    target: Array,
-    viscous: Array,
-    weight: Array,
-    curve: ForeignCurve,
+    rows: WindowedRows, joint: int, target: Array, weight: Array, curve: ForeignCurve
 ) -> tuple[Array, float]:
     """Friction by a curve of the scale that comes nearest to a target, and its squared error.
 
@@ -118,11 +112,8 @@ def _nearest(
     """
     best, least = target, np.inf
     for scale in curve.scales:
-        parts = [
-            rows.windows.mean(curve(s, joint, float(scale)))[: len(t)]
-            for s, t in zip(rows.segments, rows.torque, strict=True)
-        ]
-        columns = np.column_stack([np.concatenate(parts), viscous])
+        turning = rows.blocks.means(partial(curve, joint=joint, scale=float(scale)))
+        columns = np.column_stack([turning, rows.viscous[:, joint]])
         values = np.linalg.lstsq(columns * weight[:, None], target * weight, rcond=None)[0]
         error = weight * (target - columns @ values)
         if error @ error < least:

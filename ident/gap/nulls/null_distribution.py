@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.effects.events import CONTACT
+from ident.gap.data.blocks import SEARCHED, blocks_of
 from ident.gap.data.experiment import Experiment, controller_of, wire_of
 from ident.gap.data.reference_model import reference_torque
-from ident.gap.data.segments import SEARCHED, segments
 from ident.gap.data.windows import Windows
 from ident.gap.lack_of_fit.remaining_structure import remaining_structures, structureless_noise
 from ident.gap.nulls.foreign_reversals import with_foreign_reversals
@@ -136,9 +136,8 @@ def _run(plan: _Plan, draw: _Draw) -> _Outcome:
         data = simulated_datasets(source, plan.arm, plan.loop, *draw, longest)
     except DataError:
         return None
-    parts = segments(data, plan.windows)
-    reference = reference_torque(source)
-    rows = windowed_rows(parts, plan.windows, facts, plan.base_parameters, reference)
+    blocks = blocks_of(data, plan.windows)
+    rows = windowed_rows(blocks, facts, plan.base_parameters, reference_torque(source))
     now, gains = _searched(rows, plan.current, settings)
     left = remaining_structures(rows, now, settings.lack_of_fit)
     return gains, max((x.gain for x in left), default=0.0)

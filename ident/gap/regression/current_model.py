@@ -9,7 +9,7 @@ from ident.effects.candidate import Candidate
 from ident.effects.observation import ArmFacts
 from ident.effects.observing import CurrentModel, on_links
 from ident.effects.reversal_friction import SLOW, USUAL, MaxwellSlipMixture, reversal_speed
-from ident.gap.data.segments import SEARCHED
+from ident.gap.data.blocks import SEARCHED
 from ident.gap.regression.design_matrix import DesignMatrix, build_design_matrix
 from ident.gap.regression.model_columns import ModelStructure
 from ident.gap.regression.reversal_curves import curves_beside, fit_reversal_curves

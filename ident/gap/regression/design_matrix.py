@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
 from ident.effects.observing import CurrentModel
+from ident.effects.smoothed_segment import SmoothedSegment
+from ident.gap.data.blocks import EXCLUDED, FOLDS
 from ident.gap.data.noise_regions import Region, regions
-from ident.gap.data.segments import EXCLUDED, FOLDS
 from ident.gap.data.windows import body_step
 from ident.gap.regression.model_columns import ColumnIndex, ModelStructure
 from ident.gap.regression.normal_equations import Layout, NormalEquations, joint_products
@@ -32,7 +33,7 @@ class DesignMatrix:
         columns: per joint, shape (R, p), in the order of its layout; no rows for held joints.
         fold: of each row, shape (R,).
         region: noise region of each row and joint, shape (R, n).
-        segment: of each row, shape (R,).
+        block: number of the block of time of each row, shape (R,).
         t: time of each row since its recording's start [s], shape (R,).
     """
 
@@ -43,7 +44,7 @@ class DesignMatrix:
     columns: tuple[Array, ...]
     fold: NDArray[np.int64]
     region: NDArray[np.int64]
-    segment: NDArray[np.int64]
+    block: NDArray[np.int64]
     t: Array
 
     def of(self, folds: Sequence[int]) -> "DesignMatrix":
@@ -112,13 +113,12 @@ def build_design_matrix(
     formed = [
         rows.cache.get(_key(h, model), lambda h=h: _effect_columns(rows, model, h)) for h in effects
     ]
-    base, reversals = np.concatenate(rows.base), np.concatenate(rows.reversals)
-    viscous, torque = np.concatenate(rows.viscous), np.concatenate(rows.torque)
+    base, torque = rows.base, rows.torque
     layouts, columns = [], []
     for j in range(model.facts.dof):
         felt = np.flatnonzero(np.abs(base[:, j]).max(axis=0) > _ABSENT)
-        layouts.append(Layout(felt, reversals.shape[2], widths[j]))
-        nominal = [base[:, j, felt], viscous[:, j], reversals[:, j]]
+        layouts.append(Layout(felt, rows.reversals.shape[2], widths[j]))
+        nominal = [base[:, j, felt], rows.viscous[:, j], rows.reversals[:, j]]
         extra = np.zeros((len(torque), widths[j]))
         for where, own in zip(index, formed, strict=True):
             if j in where.joints:
@@ -139,7 +139,7 @@ def build_design_matrix(
         tuple(columns),
         fold,
         region,
-        rows.segment,
+        rows.blocks.number,
         rows.t,
     )
     return design.with_folds(fold)
@@ -150,11 +150,10 @@ def _row_labels(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Region and fold of each row."""
     motors = model.facts.motor_from_joint
-    region = [regions(s.speeds[1], model.slow, motors, rows.windows) for s in rows.segments]
-    fold = np.array([s.fold for s in rows.segments])[rows.segment]
-    if rows.excluded is not None:
-        fold[rows.excluded] = EXCLUDED
-    return np.concatenate(region), fold
+    region = rows.blocks.rows(lambda s: regions(s.speeds[1], model.slow, motors, rows.windows))
+    if rows.excluded is None:
+        return region, rows.blocks.fold
+    return region, np.where(rows.excluded, EXCLUDED, rows.blocks.fold)
 
 
 def _index(effects: Sequence[Candidate], dof: int) -> tuple[tuple[ColumnIndex, ...], list[int]]:
@@ -170,19 +169,15 @@ def _index(effects: Sequence[Candidate], dof: int) -> tuple[tuple[ColumnIndex, .
 
 
 def _effect_columns(rows: WindowedRows, model: CurrentModel, h: Candidate) -> Array:
-    """Windowed columns of an effect in all segments, shape (R, len(rows), k)."""
-    return np.concatenate(
-        [_mean_columns(rows, model, h, i)[: len(t)] for i, t in enumerate(rows.torque)]
-    )
-
-
-def _mean_columns(rows: WindowedRows, model: CurrentModel, h: Candidate, segment: int) -> Array:
     """Windowed columns of an effect, shape (R, len(rows), k), decimated where that is enough."""
     effect, every = catalogue()[h.effect], body_step(rows.windows)
-    fine, coarse = rows.cache.observed(rows.segments[segment], segment, model, every)
-    if effect.band_limited:
-        return rows.windows.coarser(every).mean(effect.columns(coarse, h))
-    return rows.windows.mean(effect.columns(fine, h))
+    windows = rows.windows.coarser(every) if effect.band_limited else rows.windows
+
+    def of_windows(s: SmoothedSegment) -> Array:
+        fine, coarse = rows.cache.observed(s, model, every)
+        return windows.mean(effect.columns(coarse if effect.band_limited else fine, h))
+
+    return rows.blocks.rows(of_windows)
 
 
 def _key(h: Candidate, model: CurrentModel) -> tuple[object, ...]:

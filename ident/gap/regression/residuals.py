@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.gap.data.segments import EXCLUDED
+from ident.gap.data.blocks import EXCLUDED
 from ident.gap.regression.design_matrix import DesignMatrix
 from ident.gap.regression.model_columns import joint_columns
 from ident.gap.regression.weighted_fit import Fit
@@ -16,18 +16,18 @@ _NEGLIGIBLE = 0.05  # autocorrelation at which the sum over lags ends
 
 @dataclass(frozen=True)
 class Residual:
-    """Residuals of one joint, rows in order of time, segment by segment.
+    """Residuals of one joint, rows in order of time, block by block.
 
     Attributes:
         values: [N m], shape (R,).
         region: of each row, shape (R,).
-        segment: of each row, shape (R,).
+        block: number of the block of time of each row, shape (R,).
         excluded: rows that no fit uses, shape (R,).
     """
 
     values: Array
     region: NDArray[np.int64]
-    segment: NDArray[np.int64]
+    block: NDArray[np.int64]
     excluded: NDArray[np.bool_]
 
 
@@ -39,20 +39,20 @@ def residuals(design: DesignMatrix, model: Fit) -> list[Residual]:
         values = columns[:, -1] - c.of(columns) @ model.x[c.unknown]
         rows = slice(len(columns))
         excluded = design.fold[rows] == EXCLUDED
-        found.append(Residual(values, design.region[rows, j], design.segment[rows], excluded))
+        found.append(Residual(values, design.region[rows, j], design.block[rows], excluded))
     return found
 
 
-def autocorrelation_length(values: Array, segment: NDArray[np.int64]) -> float:
+def autocorrelation_length(values: Array, block: NDArray[np.int64]) -> float:
     """Rows that count as one independent row: 1 + 2 times the sum of the autocorrelation.
 
     Args:
         values: residual, rows in order of time, shape (R,).
-        segment: of each row; rows of different segments are not neighbours, shape (R,).
+        block: of each row; rows of different blocks are not neighbours, shape (R,).
     """
     total, lag = 0.0, 1
     while lag < len(values) // 8:
-        same = segment[lag:] == segment[:-lag]
+        same = block[lag:] == block[:-lag]
         here, there = values[lag:][same], values[:-lag][same]
         size = float(np.sqrt((here @ here) * (there @ there)))
         rho = float(here @ there) / size if size > 0.0 else 0.0

@@ -1,6 +1,6 @@
 """Rows of the regression that do not depend on the model: windowed torque and nominal columns."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,6 +11,7 @@ from ident.effects.observation import ArmFacts, Observed
 from ident.effects.observing import CurrentModel, observed
 from ident.effects.reversal_friction import BASIS
 from ident.effects.smoothed_segment import SmoothedSegment
+from ident.gap.data.blocks import Blocks
 from ident.gap.data.reference_model import ReferenceTorque
 from ident.gap.data.windows import Windows, body_step
 from ident.signals.arrays import Array
@@ -36,69 +37,71 @@ class ColumnCache:
         return self.columns[key]
 
     def observed(
-        self, s: SmoothedSegment, number: int, model: CurrentModel, every: int
+        self, s: SmoothedSegment, model: CurrentModel, every: int
     ) -> tuple[Observed, Observed]:
-        """The observations of a segment, by its number; kept for the latest model."""
+        """The observations of a segment; kept for the latest model."""
         if self._seen[0] is not model:
             self._seen = model, {}
-        if number not in self._seen[1]:
-            self._seen[1][number] = observed(s, model, every)
-        return self._seen[1][number]
+        if id(s) not in self._seen[1]:
+            self._seen[1][id(s)] = observed(s, model, every)
+        return self._seen[1][id(s)]
 
 
 @dataclass(frozen=True)
 class WindowedRows:
-    """Windowed rows of all segments.
+    """Windowed rows of all recordings.
 
     Attributes:
-        segments: the samples.
-        windows: the averaging windows.
+        blocks: the samples, and which of their windows are rows.
         base_parameters: the inertial parameters that the base columns stand for, shape (b,).
-        base: windowed base columns, per segment, shape (R, n, b).
-        reversals: windowed reversal curves, per segment, shape (R, n, T).
-        viscous, torque: per segment, shape (R, n).
-        reference_error: that of a reference model's torque [N m], shape (n,), or None.
-        parameter_errors: windowed torque [N m] of independent errors of its parameters, each of
-            size one, per segment, shape (R, n, k); k is 0 without such a model.
+        base: windowed base columns, shape (R, n, b).
+        reversals: windowed reversal curves, shape (R, n, T).
+        viscous, torque: shape (R, n).
+        parameter_errors: windowed torque [N m] of independent errors of a reference model's
+            parameters, each of size one, shape (R, n, k); k is 0 without such a model.
+        reference_error: that of the reference model's torque [N m], shape (n,), or None.
         excluded: rows that no fit may use, shape (R,), or None.
         first_pass: the row at which the arm was there in the same motion for the first time, of
             each row, shape (R,); None: no motion is known to repeat.
         cache: windowed columns of effects.
     """
 
-    segments: tuple[SmoothedSegment, ...]
-    windows: Windows
+    blocks: Blocks
     base_parameters: NDArray[np.int64]
-    base: tuple[Array, ...]
-    reversals: tuple[Array, ...]
-    viscous: tuple[Array, ...]
-    torque: tuple[Array, ...]
-    parameter_errors: tuple[Array, ...]
+    base: Array
+    reversals: Array
+    viscous: Array
+    torque: Array
+    parameter_errors: Array
     reference_error: Array | None = None
     excluded: NDArray[np.bool_] | None = None
     first_pass: NDArray[np.int64] | None = None
     cache: ColumnCache = field(default_factory=ColumnCache, repr=False, compare=False)
 
     @property
+    def segments(self) -> tuple[SmoothedSegment, ...]:
+        """The samples, without a hole in each."""
+        return self.blocks.segments
+
+    @property
+    def windows(self) -> Windows:
+        """The averaging windows."""
+        return self.blocks.windows
+
+    @property
     def measured_torque(self) -> Array:
         """Windowed torque as it was measured, without a reference subtracted, shape (R, n)."""
-        return np.concatenate([self.windows.mean(s.tau) for s in self.segments])
+        return self.blocks.means(lambda s: s.tau)
 
     @property
     def log(self) -> NDArray[np.int64]:
-        """Number of the recording of each segment, shape (segments,)."""
-        return np.array([s.log for s in self.segments])
-
-    @property
-    def segment(self) -> NDArray[np.int64]:
-        """Number of the segment of each row, shape (R,)."""
-        return np.repeat(np.arange(len(self.torque)), [len(x) for x in self.torque])
+        """Number of the recording of each row, shape (R,)."""
+        return self.blocks.log
 
     @property
     def t(self) -> Array:
         """Time of each row since its recording's start [s], shape (R,)."""
-        parts = zip(self.segments, self.torque, strict=True)
-        return np.concatenate([self.windows.centres(s.t)[: len(x)] for s, x in parts])
+        return self.blocks.rows(lambda s: self.windows.centres(s.t))
 
     @property
     def hop_s(self) -> float:
@@ -107,8 +110,7 @@ class WindowedRows:
 
 
 def windowed_rows(
-    segments: Sequence[SmoothedSegment],
-    windows: Windows,
+    blocks: Blocks,
     facts: ArmFacts,
     base_parameters: NDArray[np.int64],
     reference: ReferenceTorque | None = None,
@@ -116,34 +118,35 @@ def windowed_rows(
     """Rows of the rigid-body model with friction.
 
     Args:
-        segments: the samples.
-        windows: the averaging windows.
+        blocks: the samples, and which of their windows are rows.
         facts: of the arm.
         base_parameters: the inertial parameters to be fitted.
         reference: of a reference model: its torque is subtracted from the measured one.
     """
-    every = body_step(windows)
-    coarse, middle = windows.coarser(every), slice(every // 2, None, every)
+    every = body_step(blocks.windows)
+    coarse, middle = blocks.windows.coarser(every), slice(every // 2, None, every)
     still = np.where(facts.moving, 1.0, 0.0)
-    base, errors = [], []
-    for s in segments:
-        motion = (s.q[middle], s.qd[middle] * still, s.qdd[middle] * still)
-        columns = regressor(facts.chain, *(np.ascontiguousarray(m) for m in motion))
-        base.append(coarse.mean(columns[:, :, base_parameters]))
-        wrong = np.zeros((*motion[0].shape, 0)) if reference is None else reference.errors(*motion)
-        errors.append(coarse.mean(wrong))
+
+    def motion(s: SmoothedSegment) -> tuple[Array, ...]:
+        parts = (s.q[middle], s.qd[middle] * still, s.qdd[middle] * still)
+        return tuple(np.ascontiguousarray(m) for m in parts)
+
+    def base(s: SmoothedSegment) -> Array:
+        return coarse.mean(regressor(facts.chain, *motion(s))[:, :, base_parameters])
+
+    def errors(s: SmoothedSegment) -> Array:
+        if reference is None:
+            return np.zeros((len(blocks.windows.centres(s.t)), facts.dof, 0))
+        return coarse.mean(reference.errors(*motion(s)))
+
     return WindowedRows(
-        tuple(segments),
-        windows,
+        blocks,
         base_parameters,
-        tuple(base),
-        tuple(_reversal_columns(s, windows) for s in segments),
-        tuple(windows.mean(s.qd) for s in segments),
-        tuple(
-            windows.mean(s.tau if reference is None else s.tau - reference.torque(s))
-            for s in segments
-        ),
-        tuple(errors),
+        blocks.rows(base),
+        blocks.rows(lambda s: _reversal_columns(s, blocks.windows)),
+        blocks.means(lambda s: s.qd),
+        blocks.means(lambda s: s.tau if reference is None else s.tau - reference.torque(s)),
+        blocks.rows(errors),
         None if reference is None else reference.noise,
     )
 

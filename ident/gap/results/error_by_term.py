@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ident.gap.data.blocks import HELD_OUT, SEARCHED
 from ident.gap.data.noise_regions import Region
-from ident.gap.data.segments import HELD_OUT, SEARCHED
 from ident.gap.regression.model_columns import ModelStructure
 from ident.gap.regression.normal_equations import NormalEquations
 from ident.gap.regression.weighted_fit import Fit, fit, predicted_rms

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.gap.data.blocks import EXCLUDED, HELD_OUT
 from ident.gap.data.noise_regions import Region
-from ident.gap.data.segments import EXCLUDED, HELD_OUT
 from ident.gap.lack_of_fit.repeatability import pure_error
 from ident.gap.regression.current_model import CurrentFit
 from ident.gap.regression.design_matrix import DesignMatrix
@@ -150,7 +150,7 @@ def _other_recordings(found: SearchResult) -> tuple[Errors | None, Errors | None
 
 def _left_out(found: SearchResult, side: CurrentFit, count: int) -> Errors:
     design = side.design(found.rows)
-    log = found.rows.log[design.segment]
+    log = found.rows.log
     used = design.fold != EXCLUDED
     apart = design.with_folds(np.where(used, log, EXCLUDED), count)
     structure = design.structure(side.model.shapes)

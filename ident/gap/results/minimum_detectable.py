@@ -7,7 +7,7 @@ import numpy as np
 
 from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
-from ident.gap.data.segments import SEARCHED
+from ident.gap.data.blocks import SEARCHED
 from ident.gap.regression.design_matrix import DesignMatrix
 from ident.gap.regression.model_columns import joint_columns
 from ident.gap.regression.projection import project_off

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ident.gap.data.segments import HELD_OUT
+from ident.gap.data.blocks import HELD_OUT
 from ident.gap.regression.current_model import CurrentFit
 from ident.gap.regression.weighted_fit import mean_log_ratio, predicted_rms
 from ident.gap.selection.cross_validation import excites

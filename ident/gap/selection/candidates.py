@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
 from ident.effects.observation import ArmFacts
-from ident.gap.data.segments import SEARCHED
+from ident.gap.data.blocks import SEARCHED
 from ident.gap.regression.current_model import CurrentFit
 from ident.gap.regression.design_matrix import DesignMatrix
 from ident.gap.regression.rows import WindowedRows

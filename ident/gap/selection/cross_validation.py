@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ident.gap.data.segments import FOLDS
+from ident.gap.data.blocks import FOLDS
 from ident.gap.regression.design_matrix import DesignMatrix
 from ident.gap.regression.weighted_fit import Fit, fit, mean_log_ratio, predicted_rms
 from ident.gap.selection.scoring import Score

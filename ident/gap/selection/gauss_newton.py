@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
-from ident.gap.data.segments import EXCLUDED, FOLDS
+from ident.gap.data.blocks import EXCLUDED, FOLDS
 from ident.gap.regression.current_model import CurrentFit
 from ident.gap.regression.design_matrix import DesignMatrix, build_design_matrix
 from ident.gap.regression.model_columns import joint_columns
@@ -106,7 +106,7 @@ def solution(
     block = _blocks(rows, at.design, block_s)
     alike = block if rows.first_pass is None else block[rows.first_pass]
     scores = np.zeros((2, block.max() + 1, total))
-    wrong = np.concatenate(rows.parameter_errors)
+    wrong = rows.parameter_errors
     known = np.zeros((total, wrong.shape[2]))
     for j, model in enumerate(joint_columns(at.design.equations, at.fit.structure)):
         columns = at.design.columns[j]
@@ -149,9 +149,9 @@ def _sandwich(scores: Array, inverse: Array, freedom: float) -> Array:
 
 def _blocks(rows: WindowedRows, design: DesignMatrix, block_s: float) -> NDArray[np.int64]:
     """Number of the block of time that each row lies in, shape (R,)."""
-    start = np.array([s.t[0] for s in rows.segments])
-    within = np.floor((design.t - start[design.segment]) / block_s).astype(int)
-    return np.unique(design.segment * (within.max() + 1) + within, return_inverse=True)[1]
+    start = design.t[np.searchsorted(rows.blocks.number, rows.blocks.number)]
+    within = np.floor((rows.hop_s + design.t - start) / block_s).astype(int)
+    return np.unique(rows.blocks.number * (within.max() + 1) + within, return_inverse=True)[1]
 
 
 def stepped(

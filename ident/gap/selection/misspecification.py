@@ -8,8 +8,8 @@ import numpy as np
 from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
 from ident.effects.effect import FormUncertainty
+from ident.gap.data.blocks import SEARCHED
 from ident.gap.data.noise_regions import Region
-from ident.gap.data.segments import SEARCHED
 from ident.gap.lack_of_fit.basis_functions import FreeCurves, form_columns
 from ident.gap.regression.design_matrix import DesignMatrix
 from ident.gap.regression.projection import joint_rows, projected

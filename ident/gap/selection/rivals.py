@@ -135,7 +135,7 @@ def _equivalent_forms(
 def _independent_rows(design: DesignMatrix, score: Score) -> Array:
     """Number of independent rows per joint, shape (n,)."""
     left = residuals(design, score.fit)
-    lengths = [autocorrelation_length(r.values * ~r.excluded, r.segment) for r in left]
+    lengths = [autocorrelation_length(r.values * ~r.excluded, r.block) for r in left]
     return score.fit.counts.sum(axis=1) / np.array(lengths)
 
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.gap.data.blocks import EXCLUDED, FOLDS
 from ident.gap.data.noise_regions import Region
-from ident.gap.data.segments import EXCLUDED, FOLDS
 from ident.gap.regression.current_model import CurrentFit
 from ident.gap.regression.design_matrix import DesignMatrix
 from ident.gap.regression.residuals import Residual, residuals
@@ -97,7 +97,7 @@ def find_transient(
     Rows that are excluded already are not looked at.
     """
     design = current.design(rows)
-    log, usual, structure = rows.log[design.segment], current.fit, current.fit.structure
+    log, usual, structure = rows.log, current.fit, current.fit.structure
     chosen = np.zeros(0, dtype=bool)
     for _ in range(_ROUNDS):
         power = _power(design, usual)

@@ -109,11 +109,8 @@ def _where(variable: str, x: Array, torque: Array) -> str:
 def motion_of(found: SearchResult) -> tuple[Array, Array, Array]:
     """Position, velocity, and acceleration of each row, each of shape (R, n)."""
     rows = found.rows
-    q, qd, qdd = (
-        np.concatenate([rows.windows.mean(getattr(s, name)) for s in rows.segments])
-        for name in ("q", "qd", "qdd")
-    )
-    return q, qd, qdd
+    means = rows.blocks.means
+    return means(lambda s: s.q), means(lambda s: s.qd), means(lambda s: s.qdd)
 
 
 def units_of(found: SearchResult, joint: int) -> tuple[str, str]:

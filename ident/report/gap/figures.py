@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.effects.catalogue import catalogue
+from ident.gap.data.blocks import HELD_OUT
 from ident.gap.data.noise_regions import Region
-from ident.gap.data.segments import HELD_OUT
 from ident.gap.results.forward_simulation import ForwardSimulation
 from ident.gap.results.held_out_error import BeforeAfter
 from ident.gap.results.outcome import SearchResult
@@ -133,7 +133,7 @@ def torque_figure(
 ) -> list[Block]:
     """Torque of the first recording's joints over time, without and with the effects."""
     design = both.design
-    log = found.rows.log[design.segment]
+    log = found.rows.log
     order = np.flatnonzero(log == 0)
     order = order[np.argsort(design.t[order], kind="stable")]
     runs = []

@@ -8,8 +8,8 @@ import numpy as np
 
 from ident.dynamics.compiled_chain import chain_of
 from ident.effects.candidate import Value
+from ident.gap.data.blocks import blocks_of
 from ident.gap.data.experiment import Experiment, base_columns, experiment, facts_of
-from ident.gap.data.segments import segments
 from ident.gap.data.windows import windows_for
 from ident.gap.regression.current_model import CurrentFit, nominal_fit
 from ident.gap.regression.rows import WindowedRows, windowed_rows
@@ -132,6 +132,5 @@ def source_of(recording: Recording) -> Experiment:
 def nominal_of(source: Experiment) -> tuple[WindowedRows, CurrentFit]:
     """Rows of the recordings, and the nominal model fitted to them."""
     windows, facts = windows_for(source.datasets[0].rate_hz, 10.0), facts_of(source)
-    parts = segments(source.datasets, windows)
-    rows = windowed_rows(parts, windows, facts, base_columns(source))
+    rows = windowed_rows(blocks_of(source.datasets, windows), facts, base_columns(source))
     return rows, nominal_fit(rows, facts)

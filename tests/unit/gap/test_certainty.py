@@ -10,8 +10,8 @@ from test_verdict import found, score_of
 
 from ident.effects.candidate import Value
 from ident.effects.catalogue import catalogue
+from ident.gap.data.blocks import blocks_of
 from ident.gap.data.experiment import base_columns, experiment, facts_of
-from ident.gap.data.segments import segments
 from ident.gap.data.windows import windows_for
 from ident.gap.naming.across_recordings import (
     Across,
@@ -102,9 +102,9 @@ def beside_an_offset(source, plain, name, drag=0.0, stiffness=0.0):
     more = OFFSET + drag * np.abs(speed) * speed + stiffness * np.eye(7)[4] * plain.q
     command = replace(plain.command, effort=plain.command.effort + more)
     shifted = source_of(replace(plain, command=command))
-    parts = segments(shifted.datasets, windows_for(500.0, 10.0))
+    blocks = blocks_of(shifted.datasets, windows_for(500.0, 10.0))
     facts = facts_of(shifted)
-    rows = windowed_rows(parts, windows_for(500.0, 10.0), facts, base_columns(shifted))
+    rows = windowed_rows(blocks, facts, base_columns(shifted))
     nominal = nominal_fit(rows, facts)
     accepted = []
     for effect in ("torque_offset", name):
@@ -138,7 +138,7 @@ def test_a_value_leans_on_the_effect_without_which_it_is_another_one(source, pla
     assert dependences(state.rows, state.current, unsure, SETTINGS.naming) == [(), ()]
 
 
-@pytest.mark.parametrize("place", range(14, 28))
+@pytest.mark.parametrize("place", range(17, 28))
 def test_final_values_explain_no_less_than_those_they_begin_from(source, plain, place):
     """Of a limit that nothing clips: a whole step may end below the torque that is always there."""
     _, state = beside_an_offset(source, plain, "torque_offset")

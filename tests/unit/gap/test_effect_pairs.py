@@ -11,8 +11,8 @@ from ident.dynamics.compiled_chain import torques
 from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
 from ident.effects.observation import ArmFacts, Observed
+from ident.gap.data.blocks import SEARCHED
 from ident.gap.data.experiment import facts_of
-from ident.gap.data.segments import SEARCHED
 from ident.gap.options import Options
 from ident.gap.regression.model_columns import ModelStructure
 from ident.gap.regression.weighted_fit import fit

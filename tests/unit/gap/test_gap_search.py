@@ -8,10 +8,10 @@ from closed_loop import cord, nominal_of, recorded, source_of, wam
 
 from ident.checks.examine import examine
 from ident.effects.catalogue import catalogue
+from ident.gap.data.blocks import SEARCHED
 from ident.gap.data.broken_time import data_faults
 from ident.gap.data.experiment import experiment, facts_of
 from ident.gap.data.noise_regions import Region
-from ident.gap.data.segments import SEARCHED
 from ident.gap.lack_of_fit.repeatability import repeated_rows
 from ident.gap.options import Options
 from ident.gap.regression.current_model import extend

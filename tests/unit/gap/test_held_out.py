@@ -29,20 +29,16 @@ def sprung(search, folds, until=np.inf):
     hypotheses = catalogue()["joint_spring"].candidates(facts)
     spring = next(h for h in hypotheses if h.joints == (JOINT,))
     rows = replace(search.rows, cache=ColumnCache())
+    where = np.isin(rows.blocks.fold, folds)
     current = nominal_fit(rows, facts)
     extend(rows, current, [spring])
-    fold = np.repeat([s.fold for s in rows.segments], [len(y) for y in rows.torque])
     for key, columns in list(rows.cache.columns.items()):
         if spring.key == key[: len(spring.key)]:
-            rows.cache.columns[key] = columns * np.isin(fold, folds)[:, None, None]
-    torque = []
-    for s, y in zip(rows.segments, rows.torque, strict=True):
-        there = (s.fold in folds) & (rows.windows.centres(s.t)[: len(y)] < until)
-        q = rows.windows.mean(s.q)[: len(y), JOINT]
-        added = y.copy()
-        added[:, JOINT] += SIZE * there * (q - search.rows.segments[0].q[:, JOINT].mean())
-        torque.append(added)
-    rows = replace(rows, torque=tuple(torque))
+            rows.cache.columns[key] = columns * where[:, None, None]
+    q = rows.blocks.means(lambda s: s.q)[:, JOINT]
+    torque = rows.torque.copy()
+    torque[:, JOINT] += SIZE * (where & (rows.t < until)) * (q - q.mean())
+    rows = replace(rows, torque=torque)
     current = nominal_fit(rows, facts)
     design, scores = examine(rows, current, [spring], Scoring())
     return design, scores[0], current.fit

@@ -59,9 +59,9 @@ def test_the_covariance_grows_by_what_the_references_errors_do(source, known, fi
 def test_errors_beside_a_reference_are_those_of_the_measured_torque(source, known):
     beside = replace(source, reference_model=known)
     plain, less = (rows_of(s, Options()) for s in (source, beside))
-    measured = np.concatenate(plain.torque).std(axis=0)
+    measured = plain.torque.std(axis=0)
     np.testing.assert_allclose(less.measured_torque.std(axis=0), measured, rtol=0.1)
-    assert np.concatenate(less.torque).std() < 0.5 * less.measured_torque.std()
+    assert less.torque.std() < 0.5 * less.measured_torque.std()
 
 
 def test_a_model_file_keeps_the_errors_of_the_fit(known, tmp_path):
@@ -82,12 +82,11 @@ def test_a_model_file_without_errors_is_read(known, tmp_path):
 def test_what_comes_again_in_each_period_counts_once(source, known, fitted, again, least, most):
     """Errors of two periods that are alike have twice the variance of errors that are not."""
     rows = rows_of(replace(source, reference_model=known), Options())
-    pattern = np.random.default_rng(4).normal(size=np.concatenate(rows.torque).shape)
+    pattern = np.random.default_rng(4).normal(size=rows.torque.shape)
     pattern *= fitted.fit.sigma.max(axis=1)
     wrong = pattern[rows.first_pass] if again else pattern
-    ends = np.cumsum([len(x) for x in rows.torque])[:-1]
-    torque = [x + y for x, y in zip(rows.torque, np.split(3.0 * wrong, ends), strict=True)]
-    rows = replace(rows, torque=tuple(torque), parameter_errors=(np.zeros((len(wrong), 7, 0)),))
+    nothing = np.zeros((len(wrong), 7, 0))
+    rows = replace(rows, torque=rows.torque + 3.0 * wrong, parameter_errors=nothing)
     at = linearised(rows, fitted, fitted.accepted, [()])
     alone, systematic = (solution(rows, at, 0.4, s)[1][-4:] for s in (False, True))
     assert least <= np.mean(systematic / alone) < most
