@@ -247,6 +247,31 @@ def torques(chain, delta, q, qd, qdd):
 
 
 @compiled
+def weights(chain, delta, q):
+    """Torque that holds the links at rest, per unit of gravity along each base axis [kg m].
+
+    Of S samples, shape (S, n, 3); it does not depend on the chain's own gravity.
+    """
+    samples, n = q.shape
+    found = np.empty((samples, n, 3))
+    w = workspace(n)
+    for s in range(samples):
+        place(chain, q[s], w)
+        mass, first = 0.0, (0.0, 0.0, 0.0)
+        for k in range(n - 1, -1, -1):
+            i = 10 * k
+            h = turned(w.link_rotation, k, (delta[i + 6], delta[i + 7], delta[i + 8]))
+            mass += delta[i + 9]
+            first = add(first, add(h, scale(delta[i + 9], row(w.link_origin, k))))
+            z = row(w.axis, k)
+            if chain.sliding[k]:
+                store(found[s], k, scale(-mass, z))
+            else:
+                store(found[s], k, cross(sub(first, scale(mass, row(w.origin, k))), z))
+    return found
+
+
+@compiled
 def invert(matrix, out):
     """Inverse of a positive definite matrix by Gauss-Jordan steps; the matrix is used up."""
     n = matrix.shape[0]

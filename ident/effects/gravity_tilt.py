@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ident.dynamics.compiled_chain import Chain, torques
+from ident.dynamics.compiled_chain import Chain, weights
 from ident.effects.candidate import Candidate, Coefficient, NonlinearParameter
 from ident.effects.effect import Array, Effect, ExperimentMotion, FormUncertainty
 from ident.effects.observation import ArmFacts, Observed
@@ -81,18 +81,16 @@ class GravityTilt(Effect[_Tilt]):
 
         What the tilt does at joint 1 while all others are at zero counts as the first link's.
         """
-        rest = np.zeros_like(seen.q)
+        arm, first_link = seen.arm, candidate.parameters.first_link
+        turned = _turned(arm)
+        tilts = weights(arm.chain, arm.delta, np.ascontiguousarray(seen.q)) @ turned
+        if first_link is None:
+            return tilts
         waves = np.column_stack([np.cos(seen.q[:, 0]), np.sin(seen.q[:, 0])])
-        columns = []
-        for chain in _turned(seen.arm, _axes(seen.arm)):
-            columns.append(torques(chain, seen.arm.delta, seen.q, rest, rest))
-            if candidate.parameters.first_link is not None:
-                columns[-1][:, 0] -= waves @ _at_zero(chain, seen.arm.delta)
-        if candidate.parameters.first_link is not None:
-            for wave in waves.T * candidate.parameters.first_link:
-                columns.append(np.zeros_like(rest))
-                columns[-1][:, 0] = wave
-        return np.stack(columns, axis=-1)
+        tilts[:, 0] -= waves @ _at_zero(arm.chain, arm.delta) @ turned
+        alone = np.zeros_like(tilts)
+        alone[:, 0] = first_link * waves
+        return np.concatenate([tilts, alone], axis=-1)
 
     def assumption_of(self, candidate: Candidate[_Tilt]) -> str:
         """Where the first joint is not upright, a turn about its axis is no tilt alone."""
@@ -115,7 +113,7 @@ class GravityTilt(Effect[_Tilt]):
         gravity *= np.linalg.norm(arm.chain.gravity) / np.linalg.norm(gravity)
         arm = replace(arm, chain=arm.chain._replace(gravity=gravity))
         if candidate.parameters.first_link is not None:
-            cosine, sine = values[-2:] - _at_zero(arm.chain, arm.delta)
+            cosine, sine = values[-2:] - _at_zero(arm.chain, arm.delta) @ arm.chain.gravity
             parts = float(cosine), float(sine)
             text = f"{parts[0]!r} * cos(q[0]) + {parts[1]!r} * sin(q[0])"
             item = Term(_first_link, 0, parts, ((0, text),))
@@ -124,16 +122,16 @@ class GravityTilt(Effect[_Tilt]):
 
 
 def _at_zero(chain: Chain, delta: Array) -> Array:
-    """Torque of joint 1 with all others at zero: its cosine and sine over that joint's angle."""
+    """Weight at joint 1 with all others at zero: cosine and sine over its angle, shape (2, 3)."""
     q = np.zeros((2, len(delta) // 10))
     q[1, 0] = np.pi / 2
-    return torques(chain, delta, q, np.zeros_like(q), np.zeros_like(q))[:, 0]
+    return weights(chain, delta, q)[:, 0]
 
 
-def _turned(arm: ArmFacts, axes: str) -> list[Chain]:
-    """Chains under the change of gravity per angle about some base axes."""
-    turned = [np.cross(np.eye(3)["xyz".index(axis)], arm.chain.gravity) for axis in axes]
-    return [arm.chain._replace(gravity=np.ascontiguousarray(g)) for g in turned]
+def _turned(arm: ArmFacts) -> Array:
+    """Change of gravity per angle about the two base axes, shape (3, 2)."""
+    axes = [np.eye(3)["xyz".index(axis)] for axis in _axes(arm)]
+    return np.cross(axes, arm.chain.gravity).T
 
 
 def _upright(arm: ArmFacts) -> bool:
@@ -141,9 +139,8 @@ def _upright(arm: ArmFacts) -> bool:
     q = np.zeros((1, arm.dof))
     moments = np.zeros(10 * arm.dof)
     moments[6:9] = 1.0
-    level = torques(arm.chain, moments, q, q, q)[0, 0]
-    tilted = [torques(c, moments, q, q, q)[0, 0] for c in _turned(arm, _axes(arm))]
-    return abs(level) < _NOTHING * np.abs(tilted).max()
+    felt = weights(arm.chain, moments, q)[0, 0]
+    return abs(felt @ arm.chain.gravity) < _NOTHING * np.abs(felt @ _turned(arm)).max()
 
 
 def _axes(arm: ArmFacts) -> str:

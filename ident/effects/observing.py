@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.dynamics.compiled_chain import torques
+from ident.dynamics.compiled_chain import torques, weights
 from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
 from ident.effects.observation import ArmFacts, Observed
@@ -50,9 +50,8 @@ def observed(s: SmoothedSegment, model: CurrentModel, every: int) -> tuple[Obser
     facts = model.facts
     middle = slice(every // 2, None, every)
     q, qd, qdd = (np.ascontiguousarray(a[middle]) for a in (s.q, s.qd, s.qdd))
-    still = np.zeros_like(q)
     load = torques(facts.chain, facts.delta, q, qd, qdd)
-    gravity = torques(facts.chain, facts.delta, q, still, still)
+    gravity = weights(facts.chain, facts.delta, q) @ facts.chain.gravity
     carried = np.zeros_like(q)
     curves = (MaxwellSlipMixture(parts) for parts in model.shapes)
     direction = np.stack([m(s.q[:, j], s.speeds[..., j]) for j, m in enumerate(curves)], axis=-1)

@@ -70,7 +70,7 @@ def windows_for(rate_hz: float, cutoff_hz: float) -> Windows:
     return Windows(max(2, round(rate_hz / (2 * cutoff_hz))), rate_hz)
 
 
-_BODY_RATE_HZ = 100.0  # enough for links that move below 40 Hz
+_BODY_RATE_HZ = 90.0  # enough for links that move below 40 Hz
 
 
 def body_step(windows: Windows) -> int:

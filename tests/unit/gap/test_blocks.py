@@ -1,11 +1,12 @@
 """Blocks of time: each window is of one fold, and what came before a block is not forgotten."""
 
 import numpy as np
+import pytest
 from closed_loop import nominal_of
 
 from ident.effects.catalogue import catalogue
 from ident.gap.data.blocks import FOLDS, blocks_of
-from ident.gap.data.windows import windows_for
+from ident.gap.data.windows import body_step, windows_for
 from ident.gap.regression.design_matrix import build_design_matrix
 
 JOINT = 3
@@ -38,3 +39,8 @@ def test_a_bristle_does_not_come_to_rest_where_a_block_begins(source):
     centres = rows.windows.centres(whole.t)
     expected = means[np.isin(centres, design.t)]
     np.testing.assert_allclose(design.effect_columns(0, JOINT)[:, 0], expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("rate", [499.98, 500.0, 500.02])
+def test_a_rate_that_is_a_little_off_changes_nothing(rate):
+    assert body_step(windows_for(rate, 10.0)) == 5
