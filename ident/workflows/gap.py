@@ -227,7 +227,7 @@ def _content(outcome: Outcome) -> dict[str, Any]:
     return {
         "verdict": str(found.verdict.kind),
         "effects": in_own_units(effects_content(found, outcome.final, leaning), sliding),
-        "suspected": in_own_units(suspected_content(found), sliding),
+        "suspected": in_own_units(suspected_content(found, outcome.final), sliding),
         "where": where_content(gap_location(found, both), sliding),
         "not_observable": unobservable,
         "held_out": held_out_content(held_out(found, both)),

@@ -135,13 +135,20 @@ def in_own_units(entries: Sequence[Content], sliding: Sequence[bool]) -> list[Co
     return [entry | {"parameters": parameters(entry)} for entry in entries]
 
 
-def suspected_content(found: SearchResult) -> list[Content]:
-    """Effects that help prediction and contacts, if they are not sure enough to be named."""
+def suspected_content(found: SearchResult, final: FinalEstimates) -> list[Content]:
+    """Effects that help prediction and contacts, if they are not sure enough to be named.
+
+    Args:
+        found: the search.
+        final: values of what is in the model, with a name or without one.
+    """
+    places = ((h.effect, h.joints) for h in final.effects)
+    of_model = dict(zip(places, final.parameters, strict=True))
     effects = [
         _entry(
             s.candidate.effect,
             s.candidate.joints,
-            _parameters(s.parameters),
+            _parameters(of_model.get(s.effect.place, s.parameters)),
             catalogue()[s.candidate.effect].equation_of(s.candidate),
             {"gain_nats_per_sample": s.effect.score.gain} | _certainty(s.certainty),
             [_rival(r) for r in s.effect.rivals],

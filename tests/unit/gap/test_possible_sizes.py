@@ -11,6 +11,7 @@ from ident.gap.naming.terms_on_demand import terms_on_demand
 from ident.gap.regression.current_model import extend
 from ident.gap.settings import GapSettings
 from ident.workflows import gap_outcome
+from ident.workflows.gap_json import suspected_content
 from wamctl.arm.errors import DataError
 
 SETTINGS = GapSettings()
@@ -76,3 +77,7 @@ def test_what_spoils_unfiltered_torque_is_not_in_the_model_without_a_name(
     assert [s.in_model for s in outcome.found.verdict.suspected] == [stays]
     assert [e.name for e in written.model.effects.records] == [DRAG[0]] * stays
     assert len(outcome.final.effects) == stays
+    (told,) = suspected_content(outcome.found, outcome.final)
+    sizes = {name: p["value"] for name, p in told["parameters"].items()}
+    of_model = [{n: v.value for n, v in values.items()} for values in outcome.final.parameters]
+    assert sizes == (of_model[0] if stays else {})
