@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ident.recordings.errors import JointMismatchError
 from ident.recordings.samples import Queue, TorqueSource
@@ -43,6 +44,7 @@ class Sampler:
         topics: of states and commands.
         torque: which to use; None: the commanded one where it comes among the first states.
         source: what to call it.
+        delay_s: by which torque acts later than its stamps say [s].
     """
 
     def __init__(
@@ -51,10 +53,11 @@ class Sampler:
         topics: tuple[str, str],
         torque: TorqueSource | None,
         source: str,
+        delay_s: float = 0.0,
     ) -> None:
         n = len(joints)
         self._joints, self._topics, self._torque = tuple(joints), topics, torque
-        self._source = source
+        self._source, self._later_ns = source, round(delay_s * 1e9)
         self._q, self._tau = Queue(n, np.int64), Queue(n, np.int64)
         self._period_ns = 0.0
         self._next_ns: float | None = None
@@ -84,7 +87,7 @@ class Sampler:
         states, commands = self._topics
         measured, wanted = self._series(batch, states), self._series(batch, commands)
         for series in measured:
-            self._add(self._q, series, series.positions)
+            self._add(self._q, series, series.stamp_ns, series.positions)
         if self._torque is None and any(s.effort is not None for s in wanted):
             self._torque = "commanded"
         elif self._torque is None:  # a live server sends one message at a time
@@ -93,7 +96,7 @@ class Sampler:
             self._torque = "measured"
         for series in wanted if self._torque == "commanded" else measured:
             if series.effort is not None:
-                self._add(self._tau, series, series.effort)
+                self._add(self._tau, series, series.stamp_ns + self._later_ns, series.effort)
         if measured and self._torque == "measured" and not len(self._tau.t):
             raise DataError(f"{self._source} holds no joint torque; nothing can be watched.")
 
@@ -103,14 +106,16 @@ class Sampler:
         stamps, data = batch[topic]
         return joint_series(data, stamps)
 
-    def _add(self, waiting: Queue, series: JointSeries, values: Array) -> None:
+    def _add(
+        self, waiting: Queue, series: JointSeries, ns: NDArray[np.int64], values: Array
+    ) -> None:
         missing = [j for j in self._joints if j not in series.joint_names]
         if missing:
             raise JointMismatchError(self._source, missing, series.joint_names)
         last = waiting.t[-1] if len(waiting.t) else -1
-        new = np.diff(series.stamp_ns, prepend=last) > 0
+        new = np.diff(ns, prepend=last) > 0
         columns = [series.joint_names.index(j) for j in self._joints]
-        waiting.add(series.stamp_ns[new], values[new][:, columns])
+        waiting.add(ns[new], values[new][:, columns])
 
     def _ready(self) -> Samples | None:
         """The samples up to where both topics are known, or to a hole."""

@@ -58,7 +58,8 @@ def _told(
     residual = Residual(model, settings)
     watcher = Watcher(model, residual, settings)
     topics = reading.joint_states, reading.joint_commands
-    sampler = Sampler(model.robot.joint_names, topics, reading.torque, source)
+    delay_s = model.filter.delay_s
+    sampler = Sampler(model.robot.joint_names, topics, reading.torque, source, delay_s)
     moved = told = 0
     for samples in sampler.samples(messages(source, topics, idle_s)):
         for window in residual.windows(samples):
