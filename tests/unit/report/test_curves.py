@@ -79,7 +79,7 @@ def curve_of(
     before = SimpleNamespace(values=after.values + torque, region=region)
     segment = SimpleNamespace(**{k: v[:, None] for k, v in motion.items()})
     found = SimpleNamespace(
-        rows=SimpleNamespace(segments=[segment], windows=SimpleNamespace(mean=lambda x: x)),
+        rows=SimpleNamespace(blocks=SimpleNamespace(means=lambda samples: samples(segment))),
         end=SimpleNamespace(
             fit=SimpleNamespace(effects=[np.array([1.0])]),
             model=SimpleNamespace(facts=SimpleNamespace(motor_from_joint=None, chain=chain)),
