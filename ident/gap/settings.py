@@ -125,7 +125,7 @@ class CrossValidation(_Section):
         0.1, "Share of an effect's squared torque from which a fold counts as exciting it [1]."
     )
     min_gain_share: float = _share(
-        0.25, "Share of its gain that an effect must reach on every fold that excites it [1]."
+        0.25, "Share of its gain on each exciting fold to keep with the size of the others [1]."
     )
     min_confirmed_share: float = _share(
         0.1, "Share of its gain that it must keep on the held-out fold beside all others [1]."

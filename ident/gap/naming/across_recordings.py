@@ -15,10 +15,9 @@ from ident.effects.candidate import Candidate, Value
 from ident.gap.data.blocks import EXCLUDED
 from ident.gap.regression.current_model import CurrentFit
 from ident.gap.regression.design_matrix import DesignMatrix
-from ident.gap.regression.model_columns import without_effect
 from ident.gap.regression.rows import WindowedRows
-from ident.gap.regression.weighted_fit import Fit, fit, mean_log_ratio, predicted_rms
-from ident.gap.selection.cross_validation import effect_energy
+from ident.gap.regression.weighted_fit import Fit, fit
+from ident.gap.selection.cross_validation import effect_energy, gain_of
 from ident.gap.selection.estimates import FinalEstimates
 from ident.gap.settings import CrossValidation
 from ident.signals.arrays import Array
@@ -63,7 +62,7 @@ def across_recordings(
             continue
         parts = {k: left_out[k] for k in logs}
         spread = relative_spread([*parts.values()], found, i, settings.min_energy_share)
-        across.append(Across(spread, _gain(apart, parts, found, i, count)))
+        across.append(Across(spread, _gain(apart, parts, found, i)))
     return across
 
 
@@ -92,25 +91,18 @@ def relative_spread(left_out: Sequence[Fit], found: Fit, index: int, least: floa
     return spread / np.maximum(np.abs(value), 1e-300)
 
 
-def _gain(
-    apart: DesignMatrix, left_out: Mapping[int, Fit], found: Fit, index: int, count: int
-) -> float:
-    """Mean gain on recordings at all joints, of an effect of the size that the others give it.
+def _gain(apart: DesignMatrix, left_out: Mapping[int, Fit], found: Fit, index: int) -> float:
+    """Mean gain on recordings, of an effect of the size that the others give it.
 
-    All else, which no single recording may tell, is fitted to all of them, with the effect and
-    without. Each counts by what the others know of the effect.
+    Each counts by what the others know of the effect.
     """
     others = tuple(e for i, e in enumerate(found.structure.effects) if i != index)
-    structure, logs = replace(found.structure, effects=others), range(count)
-    without = fit(apart.equations.of(logs), structure, found.sigma)
+    structure = replace(found.structure, effects=others)
+    without = fit(apart.equations.of(range(apart.folds)), structure, found.sigma)
     known = found.effect_variances[index]
     gains, weights = [], []
     for k, rest in left_out.items():
-        less = without_effect(apart.equations, apart.index[index], rest.effects[index])
-        beside = fit(less.of(logs), structure, found.sigma)
-        here = apart.equations.of([k])
-        errors = predicted_rms(here, without), predicted_rms(less.of([k]), beside)
-        gains.append(float(mean_log_ratio(*errors, here.counts[:, 0]).sum()))
+        gains.append(gain_of(rest.effects[index], apart, index, k, without, found))
         weights.append(float((known / rest.effect_variances[index]).min()))
     return float(np.average(gains, weights=weights))
 

@@ -66,6 +66,11 @@ class DesignMatrix:
         return replace(self, fold=fold, equations=equations)
 
     @property
+    def folds(self) -> int:
+        """Number of folds."""
+        return self.equations.counts.shape[1]
+
+    @property
     def layouts(self) -> tuple[Layout, ...]:
         """Order of the columns, per joint."""
         return self.equations.layouts

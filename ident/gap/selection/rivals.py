@@ -14,7 +14,7 @@ from ident.effects.effect import FormUncertainty
 from ident.gap.regression.design_matrix import DesignMatrix
 from ident.gap.regression.residuals import autocorrelation_length, residuals
 from ident.gap.regression.weighted_fit import Fit, mean_squares
-from ident.gap.selection.cross_validation import held_out_gains
+from ident.gap.selection.cross_validation import fold_gains
 from ident.gap.selection.refinement import refine_nonlinear_parameters
 from ident.gap.selection.scoring import Score, main_joints
 from ident.gap.selection.state import AcceptedEffect, SelectionState
@@ -47,7 +47,7 @@ def accept(
         best,
         joints,
         np.maximum(mean_squares(before) - mean_squares(best.fit), 0.0),
-        held_out_gains(design, score, before, settings.cross_validation),
+        tuple(g.carried for g in fold_gains(design, score, before, settings.cross_validation)),
         tuple(s for s in others if cannot_tell(best, s, before, rows, settings.rivals)),
         others[0] if others else None,
         _equivalent_forms(best, forms, before, rows, settings.rivals),

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from ident.effects.catalogue import catalogue
+from ident.gap.data.blocks import HELD_OUT
 from ident.gap.regression.current_model import extend, nominal_fit
 from ident.gap.regression.rows import ColumnCache
 from ident.gap.results.held_out_error import (
@@ -16,15 +17,22 @@ from ident.gap.results.held_out_error import (
     held_out,
 )
 from ident.gap.selection.candidates import examine
-from ident.gap.selection.cross_validation import excites, passes_cross_validation
+from ident.gap.selection.cross_validation import (
+    excites,
+    fold_gains,
+    passes_cross_validation,
+)
 from ident.gap.settings import CrossValidation, Scoring
 
 JOINT = 3
 SIZE = 3.0  # N m/rad
 
 
-def sprung(search, folds, until=np.inf):
-    """Design matrix and score of a spring that acts in some folds, up to some time."""
+def sprung(search, folds, until=np.inf, noise=0.0):
+    """Design matrix and score of a spring that acts in some folds, up to some time.
+
+    The held-out fold is as noisy [N m] as told at the spring's joint.
+    """
     facts = search.start.model.facts
     hypotheses = catalogue()["joint_spring"].candidates(facts)
     spring = next(h for h in hypotheses if h.joints == (JOINT,))
@@ -38,6 +46,8 @@ def sprung(search, folds, until=np.inf):
     q = rows.blocks.means(lambda s: s.q)[:, JOINT]
     torque = rows.torque.copy()
     torque[:, JOINT] += SIZE * (where & (rows.t < until)) * (q - q.mean())
+    loud = rows.blocks.fold == HELD_OUT
+    torque[loud, JOINT] += noise * np.random.default_rng(0).normal(size=loud.sum())
     rows = replace(rows, torque=torque)
     current = nominal_fit(rows, facts)
     design, scores = examine(rows, current, [spring], Scoring())
@@ -58,6 +68,14 @@ def test_an_effect_that_acts_in_a_part_of_the_only_fold_that_knows_it_does_not_h
 ):
     design, score, before = sprung(nothing_hidden, (0,), until=6.0)
     assert not passes_cross_validation(design, score, before, CrossValidation())
+
+
+def test_a_fold_that_is_noisy_asks_no_more_of_an_effect_than_it_can_gain_there(nothing_hidden):
+    design, score, before = sprung(nothing_hidden, (0, 1, 2), noise=3.0)
+    *quiet, noisy = fold_gains(design, score, before, CrossValidation())
+    assert noisy.own < 0.2 * min(g.own for g in quiet)
+    assert noisy.carried == pytest.approx(noisy.own, rel=0.1)
+    assert passes_cross_validation(design, score, before, CrossValidation())
 
 
 @pytest.mark.parametrize(
