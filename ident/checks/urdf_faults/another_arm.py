@@ -89,8 +89,8 @@ def _out_of_scale(case: Case, bounds: CheckSettings) -> list[Remark]:
         for other, j in others:
             text += f", or else that of {joints([j], case.robot.joint_names)} {1 / other:.2g} times"
         advice = (
-            "Check the torque constant and the gear ratio of this joint; if the efforts are"
-            " currents, let `--set torque_unit=A` estimate the gains."
+            "Check the torque constant and the gear ratio of this joint, or its torque sensor; if"
+            " the efforts are currents, let `--set torque_unit=A` estimate the gains."
         )
         code, places = "current_not_torque", numbers([k])
     return [Remark(code, places, f"{text} ({figures}).", Grade.DOUBTFUL, advice)]
