@@ -223,7 +223,7 @@ def evidence_text(report: GapReport, effect: Content) -> str:
     if facts.get("held_out_parts"):
         parts.append(
             f"confirmed on {facts['confirmed_parts']} of {facts['held_out_parts']} parts of the"
-            " recordings, each predicted by a fit to the others"
+            " recordings, each with the size that the others give it"
         )
     if facts.get("effect_free_runs"):
         runs = facts["effect_free_runs"]

@@ -306,7 +306,7 @@ def test_gap_page_has_the_numbers_of_gap_json(pages: dict[str, str]) -> None:
     assert (
         "Evidence: it needed 0.21, and has 0.37 (log-likelihood gained per sample); its size is"
         " 12 standard deviations from zero; confirmed on 3"
-        " of 3 parts of the recordings, each predicted by a fit to the others; none of 4"
+        " of 3 parts of the recordings, each with the size that the others give it; none of 4"
         " effect-free simulations of this arm looks like it; the next best explanation, a base"
         " that is not level at joint 1 (base), has 0.12."
     ) in text
