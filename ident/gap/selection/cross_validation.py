@@ -61,14 +61,17 @@ def fold_gains(
         folds = list(range(FOLDS))
     every = design.equations.of(range(FOLDS))
     without = fit(every, before.structure, before.sigma)
-    whole = fit(every, score.fit.structure, score.fit.sigma).effects[-1]
+    whole = fit(every, score.fit.structure, score.fit.sigma)
     gains = []
     for fold in folds:
         rest = design.equations.of([f for f in range(FOLDS) if f != fold])
-        if design.equations.counts[:, fold].sum() == 0 or rest.counts.sum() == 0:
+        here = design.equations.of([fold])
+        if here.counts.sum() == 0 or rest.counts.sum() == 0:
             continue
-        sizes = fit(rest, score.fit.structure, score.fit.sigma).effects[-1], whole
-        carried, own = (gain_of(x, design, score.index, fold, without, score.fit) for x in sizes)
+        size = fit(rest, score.fit.structure, score.fit.sigma).effects[-1]
+        carried = gain_of(size, design, score.index, fold, without, score.fit)
+        errors = predicted_rms(here, without), predicted_rms(here, whole)
+        own = float(mean_log_ratio(*errors, here.counts[:, 0]).sum())
         gains.append(FoldGain(carried, own))
     return tuple(gains)
 

@@ -17,11 +17,7 @@ from ident.gap.results.held_out_error import (
     held_out,
 )
 from ident.gap.selection.candidates import examine
-from ident.gap.selection.cross_validation import (
-    excites,
-    fold_gains,
-    passes_cross_validation,
-)
+from ident.gap.selection.cross_validation import excites, fold_gains, passes_cross_validation
 from ident.gap.settings import CrossValidation, Scoring
 
 JOINT = 3
