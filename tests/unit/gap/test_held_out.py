@@ -66,6 +66,12 @@ def test_an_effect_that_acts_in_a_part_of_the_only_fold_that_knows_it_does_not_h
     assert not passes_cross_validation(design, score, before, CrossValidation())
 
 
+def test_an_effect_that_only_a_part_of_the_motion_shows_does_not_hold(nothing_hidden):
+    design, score, before = sprung(nothing_hidden, (0, 1, 2), until=20.0)
+    assert all(excites(design, 0, before, f, CrossValidation()) for f in range(3))
+    assert not passes_cross_validation(design, score, before, CrossValidation())
+
+
 def test_a_fold_that_is_noisy_asks_no_more_of_an_effect_than_it_can_gain_there(nothing_hidden):
     design, score, before = sprung(nothing_hidden, (0, 1, 2), noise=3.0)
     *quiet, noisy = fold_gains(design, score, before, CrossValidation())
