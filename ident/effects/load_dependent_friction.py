@@ -13,17 +13,19 @@ from ident.simulation.arm import SimulatedArm, Term, term
 _TEXTS = {
     "whole load": "fabs(load[{j}])",
     "gravity load": "fabs(held[{j}])",
-    "driving load": "fabs(load[{j}]) * step(load[{j}] * qd[{j}])",
-    "braking load": "fabs(load[{j}]) * (1.0 - step(load[{j}] * qd[{j}]))",
+    "load while driving": "2.0 * fabs(load[{j}]) * step(load[{j}] * qd[{j}])",
+    "load while braking": "2.0 * fabs(load[{j}]) * (1.0 - step(load[{j}] * qd[{j}]))",
     "motor torque": "fabs({less}) / (1.0 + {share!r} - 2.0 * {share!r} * step({less} * qd[{j}]))",
 }
 _FORMS = tuple(_TEXTS)
+_ONE_WAY = _FORMS[2:4]
 _LOADS = {
-    "whole load": "load_j the torque of the rigid arm",
-    "gravity load": "load_j the torque of its weight",
-    "driving load": "load_j the torque of the rigid arm where it has the sign of qd_j, else 0",
-    "braking load": "load_j the torque of the rigid arm where it has the sign of -qd_j, else 0",
-    "motor torque": "load_j all that the motor gives, this friction included",
+    "whole load": "the torque of the rigid arm",
+    "gravity load": "the torque of its weight",
+    "load while driving": "twice the torque of the rigid arm where it has the sign of qd_j, else 0",
+    "load while braking": "twice the torque of the rigid arm where it has the sign of -qd_j, else"
+    " 0",
+    "motor torque": "all that the motor gives, this friction included",
 }
 _MOST = 0.6
 
@@ -36,8 +38,10 @@ def _load(t, q, qd, load, joint, settings, resistance, level):
         less = load[joint] + settings[2] * qd[joint] + settings[3] * np.sign(qd[joint])
         share = settings[0] if less * qd[joint] >= 0.0 else -settings[0]
         level[joint] += settings[0] * abs(less) / (1.0 - share)
-    elif form < 1.5 or (form < 2.5 and pushing) or (form > 2.5 and not pushing):
+    elif form < 1.5:
         level[joint] += settings[0] * abs(load[joint])
+    elif pushing == (form < 2.5):
+        level[joint] += 2.0 * settings[0] * abs(load[joint])
 
 
 class _About(NamedTuple):
@@ -50,7 +54,9 @@ class LoadDependentFriction(Effect[_About]):
     """tau = .. + mu |load| sgn(qd).
 
     The load is the rigid-body torque, its gravity, its driving or its braking part, or all that the
-    motor gives at the joint, this friction included.
+    motor gives at the joint, this friction included. In each form the coefficient is the mean of
+    driving and braking: half their difference times the load is a torque gain, or a heavier link,
+    and where the data leave it open so is the form, but not the mean.
     """
 
     id = "load_dependent_friction"
@@ -73,42 +79,55 @@ class LoadDependentFriction(Effect[_About]):
         """One for each joint and form of the load."""
         return [self.at((j,), variant=form) for j in arm.moving_joints for form in _FORMS]
 
+    def coefficients(self, parameters: _About, variant: str) -> tuple[Coefficient, ...]:
+        """The mean of driving and braking.
+
+        Raises:
+            KeyError: a form of the load that is not known.
+        """
+        _ = _LOADS[variant]
+        return self.linear
+
     def equation_of(self, candidate: Candidate[_About]) -> str:
         """With the load that it has."""
-        return f"{self.equation}, {_LOADS[candidate.variant]}"
+        return f"{self.equation}, load_j {_LOADS[candidate.variant]}"
 
     def linearised_at(self, candidate: Candidate[_About], values: Array) -> Candidate[_About]:
         """With the motor's torque of a coefficient."""
         if candidate.variant != "motor torque":
             return candidate
-        return replace(candidate, parameters=_About(float(np.clip(values[0], 0.0, _MOST))))
+        return self.moved(candidate, {"about": float(np.clip(values[0], 0.0, _MOST))})
+
+    def alternative_form(
+        self, candidate: Candidate[_About], values: Array
+    ) -> Candidate[_About] | None:
+        """Of friction in one direction only, the same in both."""
+        one_way = candidate.variant in _ONE_WAY
+        return replace(candidate, variant="whole load") if one_way else None
 
     def columns(self, seen: Observed, candidate: Candidate[_About]) -> Array:
         """Direction of motion times the size of the load."""
-        j = candidate.joints[0]
-        load = seen.load[:, j]
-        if candidate.variant == "gravity load":
-            load = seen.gravity[:, j]
-        if candidate.variant == "motor torque":
-            load = load + seen.viscous[j] * seen.qd[:, j] + seen.coulomb[j] * seen.direction[:, j]
-            load = load / (1.0 - candidate.parameters.about * np.sign(load * seen.direction[:, j]))
-        pushing = load * seen.direction[:, j] >= 0.0
-        if candidate.variant == "driving load":
-            load = np.where(pushing, load, 0.0)
-        if candidate.variant == "braking load":
-            load = np.where(pushing, 0.0, load)
-        return (np.abs(load) * seen.direction[:, j])[:, None, None]
+        j, form = candidate.joints[0], candidate.variant
+        direction = seen.direction[:, j]
+        load = seen.gravity[:, j] if form == "gravity load" else seen.load[:, j]
+        if form == "motor torque":
+            load = load + seen.viscous[j] * seen.qd[:, j] + seen.coulomb[j] * direction
+            load = load / (1.0 - candidate.parameters.about * np.sign(load * direction))
+        drives = load * direction >= 0.0
+        if form in _ONE_WAY:
+            load = np.where(drives == (form == _ONE_WAY[0]), 2.0 * load, 0.0)
+        return (np.abs(load) * direction)[:, None, None]
 
     def simulated(
         self, arm: SimulatedArm, candidate: Candidate[_About], values: Array
     ) -> SimulatedArm:
         """A Coulomb level that grows with the load."""
-        j, coefficient = candidate.joints[0], float(values[0])
+        j, share = candidate.joints[0], float(values[0])
         viscous, coulomb = float(arm.viscous[j]), float(arm.coulomb[j])
-        settings = (coefficient, float(_FORMS.index(candidate.variant)), viscous, coulomb)
+        settings = (share, float(_FORMS.index(candidate.variant)), viscous, coulomb)
         less = f"(load[{j}] + {viscous!r} * qd[{j}] + {coulomb!r} * sgn(qd[{j}]))"
-        load = _TEXTS[candidate.variant].format(j=j, less=less, share=coefficient)
-        text = f"{coefficient!r} * {load} * sgn(qd[{j}])"
+        load = _TEXTS[candidate.variant].format(j=j, less=less, share=share)
+        text = f"{share!r} * {load} * sgn(qd[{j}])"
         return arm.with_terms(Term(_load, j, settings, ((j, text),)))
 
 

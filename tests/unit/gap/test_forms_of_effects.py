@@ -20,6 +20,7 @@ from ident.simulation.arm import Term, term
 JOINT, STIFFNESS, REST = 3, 2.0, 1.4  # from 0, N m/rad, rad
 HARDENING = 0.2  # N m/rad^3
 EXTRA, SPEED = 0.6, 0.15  # N m, rad/s
+SHARE = 0.1  # of the load, mean of driving and braking
 
 
 @term
@@ -71,3 +72,21 @@ def test_an_interval_holds_the_forms_that_come_near():
     value, less = wider["extra_friction"], alone["extra_friction"]
     assert value.sd == pytest.approx(np.hypot(less.sd, apart * value.value / np.sqrt(3)), rel=0.1)
     assert value.sd > 2.0 * less.sd
+
+
+@term
+def while_driving(t, q, qd, load, joint, settings, resistance, level):
+    if load[joint] * qd[joint] > 0.0:
+        level[joint] += settings[0] * abs(load[joint])
+
+
+@pytest.mark.parametrize("other", ["whole load", "gravity load"])
+def test_friction_that_grows_with_the_load_is_as_large_in_another_form(other):
+    """What driving has more than braking looks like a torque gain, so that the form stays open."""
+    arm = wam(Term(while_driving, JOINT, (2 * SHARE,)))
+    rows, nominal = nominal_of(source_of(recorded(arm, 1)))
+    effect = catalogue()["load_dependent_friction"]
+    for form, least in ("load while driving", 0.99), (other, 0.8):
+        end = extend(rows, nominal, [effect.at((JOINT,), variant=form)])
+        values = final_estimates(rows, end, Significance()).parameters[0]
+        assert least * SHARE < values["coefficient"].value < SHARE / least

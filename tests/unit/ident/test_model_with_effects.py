@@ -254,6 +254,13 @@ def test_an_effect_of_a_file_that_lacks_a_number_is_refused():
         bound((EFFECTS[7].model_copy(update={"variant": "cold"}),))
 
 
+def test_a_form_of_before_whose_size_meant_something_else_is_refused():
+    with pytest.raises(DataError, match="load_dependent_friction has a variant 'driving load'"):
+        bound(
+            (record("load_dependent_friction", (2,), {"coefficient": 0.2}, None, "driving load"),)
+        )
+
+
 @pytest.mark.parametrize("item", EFFECTS, ids=lambda e: e.name)
 def test_accelerations_and_torques_agree(item):
     model = named(item)
