@@ -28,6 +28,7 @@ from ident.checks.motion import (
 )
 from ident.checks.recorder_faults.delay import lag
 from ident.checks.recorder_faults.glitches import glitch_remarks
+from ident.checks.recorder_faults.lasting_jumps import lasting_jumps
 from ident.checks.recorder_faults.positions import position_remarks
 from ident.checks.recorder_faults.torque_range import clipped_torque, shifted_torque_zero
 from ident.checks.recorder_faults.velocities import stuck_remarks, velocity_remarks
@@ -170,7 +171,7 @@ def _signals(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
     chunks = chunks_of(data)
     moving = _moving(data)
     names = arm.robot.joint_names
-    jumps = jump_remarks(arm.robot, data, chunks, bounds)
+    jumps = jump_remarks(arm.robot, data, chunks, bounds) or lasting_jumps(data, chunks, names)
     remarks = [
         *constant_effort(chunks, moving, names, bounds),
         *frozen_effort(chunks, moving, names, bounds),

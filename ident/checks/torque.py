@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from ident.checks.case import Case
 from ident.checks.remark import Grade, Remark, joined, joints, numbers
 from ident.checks.settings import CheckSettings
+from ident.recordings.samples import ROUNDING
 from ident.regression.probe import Chunk
 from ident.signals.arrays import Array
 
@@ -66,7 +67,8 @@ def frozen_effort(
             start, end = _longest_run(c.tau[:, k])
             q, value = c.q[start:end, k], c.tau[start, k]
             there, back = q - np.minimum.accumulate(q), np.maximum.accumulate(q) - q
-            at_limit = value in (low[k], high[k]) and value != 0.0
+            at_end = min(value - low[k], high[k] - value) <= _same(c.tau[:, k])
+            at_limit = at_end and value != 0.0
             if not at_limit and min(there.max(), back.max()) > bounds.frozen_rad:
                 times = c.start_s + start / c.rate_hz, c.start_s + end / c.rate_hz
                 found.setdefault(times, []).append(k)
@@ -91,9 +93,15 @@ def _frozen(names: Sequence[str], places: list[int], start_s: float, end_s: floa
     )
 
 
+def _same(values: Array) -> float:
+    """By how much equal values may differ, once they are interpolated to an even clock."""
+    return ROUNDING * float(np.abs(values).max())
+
+
 def _longest_run(values: Array) -> tuple[int, int]:
     """Begin and end of the longest stretch of equal values."""
-    edges = np.flatnonzero(np.diff(values, prepend=np.nan, append=np.nan) != 0)
+    steps = np.abs(np.diff(values, prepend=np.nan, append=np.nan))
+    edges = np.flatnonzero(~(steps <= _same(values)))
     k = int(np.argmax(np.diff(edges)))
     return int(edges[k]), int(edges[k + 1])
 

@@ -55,9 +55,15 @@ from ident.workflows.gap_json import (
     visibility_content,
     where_content,
 )
-from ident.workflows.gap_outcome import Outcome, counted, outcome_of, written_model
+from ident.workflows.gap_outcome import (
+    Outcome,
+    counted,
+    model_of_run,
+    outcome_of,
+    written_model,
+)
 from ident.workflows.gap_terms import terms_content
-from ident.workflows.model_errors import errors_on
+from ident.workflows.model_errors import errors_on, worse_than_run
 from ident.workflows.run import cutoff_chosen
 from ident.workflows.work import Search, provenance, recordings_content, write_refusal
 from wamctl.arm.errors import DataError
@@ -175,7 +181,9 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
     if notes and errors:
         left = max(log["relative_error_percent"] for log in errors) / 100
         remarks = explained_after_all(remarks, left, DEFAULT)
-    told = (*remarks, *outcome.remarks, *written.failed, *against)
+    run = model_of_run(outcome.found) if model.effects.records else None
+    worse = worse_than_run(errors, run, counted(source)) if run else []
+    told = (*remarks, *outcome.remarks, *written.failed, *against, *worse)
     content = _content(outcome) | trust_content(told)
     content["terms"] = in_own_units(
         terms_content(written, outcome.places), source.arm.robot.sliding.tolist()

@@ -222,9 +222,8 @@ def _contact(found: SearchResult, transient: Transient) -> Content:
         f"torque_{j + 1}": {"value": float(torque), "sd": float(sd), "unit": "N m"}
         for j, torque, sd in each
     }
-    step = found.rows.hop_s
-    parameters["start"] = {"value": transient.start_s, "sd": step, "unit": "s"}
-    parameters["end"] = {"value": transient.end_s, "sd": step, "unit": "s"}
+    for edge, at_s in ("start", transient.start_s), ("end", transient.end_s):
+        parameters[edge] = {"value": at_s, "sd": found.rows.hop_s, "unit": "s"}
     evidence = {
         "standard_deviations": _finite(float(transient.deviations.max())),
         "gain_nats_per_sample": transient.gain,
@@ -260,14 +259,15 @@ def unexplained_content(found: SearchResult) -> list[Content]:
 
 
 def _unexplained(found: SearchResult, item: UnexplainedStructure) -> Content:
-    left = item.structure
+    left, inside = item.structure, {(h.effect, h.joints) for h in found.end.accepted}
     nearest: dict[str, Content] = {}
     for score in found.last_scores:
-        tried = score.candidate
-        if left.joint in tried.rows and score.gain > _LEAST_SHARE * left.gain:
-            joints = [j + 1 for j in tried.joints]
-            entry = {"name": tried.effect, "joints": joints, "evidence": score.gain}
-            nearest.setdefault(tried.effect, entry | {"share_of_residual": share_of(score.gain)})
+        tried, here = score.candidate, score.fit.gains_over(found.end.fit)[left.joint]
+        new = left.joint in tried.rows and (tried.effect, tried.joints) not in inside
+        if new and here > _LEAST_SHARE * left.gain:
+            entry = {"name": tried.effect, "joints": [j + 1 for j in tried.joints]}
+            sizes = {"evidence": score.gain, "share_of_residual": share_of(here)}
+            nearest.setdefault(tried.effect, entry | sizes)
     return {
         "joint": left.joint + 1,
         "depends_on": left.group,

@@ -20,8 +20,10 @@ from ident.gap.results.outcome import SearchResult
 from ident.gap.selection.estimates import FinalEstimates, final_estimates
 from ident.gap.selection.state import Place
 from ident.gap.transients.cut_out import cut_out
+from ident.identification.identify import identify, model_of
 from ident.identification.term_selection import ON_DEMAND
 from ident.identification.validation import arm_of, predict
+from ident.model.arm import Arm
 from ident.model.identified_model import Model
 from ident.recordings.dataset import Dataset
 from ident.recordings.steady_state import only_steady_state
@@ -166,13 +168,11 @@ def _without(found: SearchResult, places: Collection[Place]) -> SearchResult:
 
 def _fitted(found: SearchResult, final: FinalEstimates, whole: FeasibleModel) -> Written:
     """The model of a search."""
-    source, arm = found.source, found.source.arm
+    source = found.source
     model = model_with(source, whole, final.fit, final.effects)
     if source.reference_model is not None:
         return Written(model)
-    plain = tuple(t for t in arm.settings.terms if t != ON_DEMAND)
-    more = (ON_DEMAND,) if found.options.terms_on_demand else ()
-    arm = arm.with_settings(terms=(*plain, *more))
+    arm = _as_run(found)
     named = {e.place for e in found.verdict.effects}
     pushes = found.verdict.transients
     data = [cut_out(d, log, pushes) for log, d in enumerate(counted(source))]
@@ -183,7 +183,27 @@ def _fitted(found: SearchResult, final: FinalEstimates, whole: FeasibleModel) ->
         return Written(model, failed=(failed,))
 
 
+def _as_run(found: SearchResult) -> Arm:
+    """The arm with the terms that `ident run` fits to it."""
+    arm = found.source.arm
+    plain = tuple(t for t in arm.settings.terms if t != ON_DEMAND)
+    more = (ON_DEMAND,) if found.options.terms_on_demand else ()
+    return arm.with_settings(terms=(*plain, *more))
+
+
+def model_of_run(found: SearchResult) -> Model | None:
+    """The model of `ident run` on the same recordings, without effects; None where it has none."""
+    try:
+        return model_of(identify(counted(found.source), _as_run(found)))
+    except (DataError, np.linalg.LinAlgError):
+        return None
+
+
 def counted(source: Experiment) -> list[Dataset]:
-    """The recordings of a search, in the periods that `ident run` and `ident validate` count."""
+    """The recordings of a search as `ident run` and `ident validate` count them.
+
+    In their steady state, and whole: where the search does not go across a step that readings lost,
+    the parts may be too short for a filter, and little would be left of them.
+    """
     pairs = zip(source.datasets, source.recordings, strict=True)
-    return [only_steady_state(data, recording, data.name) for data, recording in pairs]
+    return [only_steady_state(replace(d, breaks=()), found, d.name) for d, found in pairs]

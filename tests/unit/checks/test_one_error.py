@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from chain_arm import Experiment
 
+from ident.checks.remark import Grade
 from ident.effects.bound_effects import bound
 from ident.effects.compensation import without_effects
 from ident.effects.reversal_friction import BASIS, USUAL, shapes_of
@@ -14,7 +15,7 @@ from ident.gap.results.full_model import fitted_beside
 from ident.identification.validation import arm_of, predict
 from ident.model.records import EffectRecord
 from ident.recordings.dataset import in_memory
-from ident.workflows.model_errors import errors_on
+from ident.workflows.model_errors import errors_on, worse_than_run
 from ident.workflows.run import run_data
 from ident.workflows.validate import predicts
 from wamctl.arm.errors import DataError
@@ -62,6 +63,18 @@ def test_of_a_fit_beside_effects_that_were_given(fitted):
     assert told["relative_error_percent"] == pytest.approx(validated(run.model, data), rel=1e-9)
     (bare,) = errors_on(replace(run.model, effects=bound([])), [data])
     assert abs(bare["relative_error_percent"] - told["relative_error_percent"]) > 0.1
+
+
+def test_effects_beside_which_the_arm_explains_less_are_told(fitted):
+    _, data, run = fitted
+    wrong = STRIBECK.model_copy(update={"parameters": {"extra_friction": 4.0}})
+    (remark,) = worse_than_run(
+        errors_on(replace(run.model, effects=bound([wrong])), [data]), run.model, [data]
+    )
+    assert remark.grade is Grade.DOUBTFUL
+    of_run = run.content["errors"][0]["relative_error_percent"]
+    assert f"instead of {of_run:.3g} %" in remark.finding
+    assert worse_than_run(errors_on(run.model, [data]), run.model, [data]) == []
 
 
 def test_a_recording_too_short_for_effects_does_not_cost_the_result(fitted):

@@ -247,6 +247,28 @@ def frozen(*joints: int) -> Log:
     return log.with_(tau=tau)
 
 
+def frozen_and_interpolated(joint: int) -> Log:
+    """The same at other instants than it was read at: equal values differ by rounding there."""
+    log, rng = frozen(joint), np.random.default_rng(0)
+    return log.with_(tau=log.tau * (1 + 1e-15 * rng.normal(size=log.tau.shape)))
+
+
+def slipped(joint: int, by: float) -> Log:
+    """An encoder that loses counts half-way [rad]."""
+    log = right()
+    q = log.q.copy()
+    q[len(q) // 2 :, joint] += by
+    return log.with_(q=q)
+
+
+def stood(joint: int, first: int, end: int) -> Log:
+    """An encoder whose reading stays the same from one sample to another."""
+    log = right()
+    q = log.q.copy()
+    q[first:end, joint] = q[first, joint]
+    return log.with_(q=q)
+
+
 def weightless(**settings) -> Log:
     """Torque that a controller reports beside its gravity compensation."""
     log = right(**settings)

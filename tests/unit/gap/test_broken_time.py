@@ -13,6 +13,7 @@ from ident.model.arm import arm_from_urdf
 from ident.recordings.loading import dataset_for
 from ident.recordings.log_summary import summarise_log
 from ident.workflows.gap import gap_of
+from ident.workflows.model_errors import errors_on
 from wamctl.arm.recording import Recording
 from wamctl.arm.robot import inverse_dynamics
 
@@ -148,7 +149,9 @@ def test_a_push_is_named_and_a_late_stamp_is_none():
     found = []
     for push in (0.0, 3.0):
         one = of_arm(ARM, None, [recording(late=late, push=push)], ["log"])
-        content = gap_of(one, Options(null_runs=0), lambda *told: None).content
+        done = gap_of(one, Options(null_runs=0), lambda *told: None)
+        content = done.content
         assert content["trust"] == "trustworthy"
+        assert content["errors"] == errors_on(done.model, one.datasets)  # the step is in them
         found.append([(e["name"], e["joints"]) for e in content["effects"]])
     assert found == [[], [("contact", [2])]]
