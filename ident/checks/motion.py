@@ -187,10 +187,17 @@ def _in_turn(positions: Sequence[Array], bounds: CheckSettings) -> bool:
 def rate_remarks(
     data: Sequence[Dataset], chunks: Sequence[Chunk], bounds: CheckSettings
 ) -> list[Remark]:
-    """Recordings whose samples lie too far apart for their motion."""
+    """Recordings whose samples lie too far apart for their motion.
+
+    A joint that hardly moves says nothing of the rate, but of its encoder's noise.
+    """
     found = []
     for log, one in enumerate(data):
-        courses = [c.q[:, one.moving] for c in chunks if c.log == log]
+        own = [c.q for c in chunks if c.log == log]
+        moves = one.moving & (np.ptp(np.concatenate(own), axis=0) >= bounds.hardly_moves_rad)
+        courses = [q[:, moves] for q in own] if moves.any() else []
+        if not courses:
+            continue
         least = _MOVES * np.concatenate(courses).std(axis=0)
         worst = max(_interpolation(q, least) for q in courses)
         if worst < bounds.interpolation_doubtful:

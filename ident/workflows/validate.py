@@ -180,9 +180,12 @@ def with_signs_of_fit(
     if not (errors > _WORSE_THAN_NONE).any():
         return found, []
     other = predict(model, arm, upright.with_torque_times(-np.ones(len(errors))))
-    inverted = other.filtered[model.estimator].relative_percent_by_joint < _CLEARLY * errors
+    against = other.filtered[model.estimator].relative_percent_by_joint
+    inverted = against < _CLEARLY * errors
     if not inverted.any():
         return found, []
+    if not (errors < _CLEARLY * against).any():  # a joint that does not tell is as the others are
+        inverted = np.isfinite(errors)
     turned = predict(model, arm, upright.with_torque_times(np.where(inverted, -1.0, 1.0)))
     if turned.filtered[model.estimator].relative_percent > _EXPLAINED:
         return found, []

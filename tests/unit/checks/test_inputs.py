@@ -54,6 +54,16 @@ def test_the_tables_are_long_enough():
     assert len({name for name, _, _ in WRONG}) == len(WRONG)
 
 
+def test_a_joint_that_stands_still_but_for_a_flipped_bit_says_nothing_of_the_rate():
+    log = right()
+    q = log.q.copy()
+    q[:, 2] = 0.4 + 1e-4 * np.random.default_rng(0).normal(size=len(q))
+    q[600, 2] += 0.1
+    _, codes, _ = judged(log.with_(q=q))
+    assert {"glitches", "poor_motion"} <= codes
+    assert "low_rate" not in codes
+
+
 @pytest.mark.parametrize(("name", "make", "codes"), WRONG, ids=[w[0] for w in WRONG])
 def test_a_wrong_input_is_told(name, make, codes):
     verdict, found, remarks = judged(make())
