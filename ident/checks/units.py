@@ -37,9 +37,16 @@ def unit_factor(found: Gains, bounds: CheckSettings) -> float | None:
 
 
 def _outside(found: Gains, bounds: CheckSettings) -> bool:
-    size = abs(found.common)
+    """Whether the torque of all joints is of another size.
+
+    A joint whose torque alone is a thousand times too large makes all of the common factor: where
+    several joints tell theirs, most have to be of that size.
+    """
     believed = found.common_explained > bounds.gain_explained
-    return believed and not 1 / bounds.gain_bounds < size < bounds.gain_bounds
+    sure = (found.explained > bounds.gain_explained) & (np.abs(found.value) > 5 * found.sd)
+    sizes = np.abs([found.common, *([np.median(np.abs(found.value[sure]))] if sure.any() else [])])
+    low, high = 1 / bounds.gain_bounds, bounds.gain_bounds
+    return believed and bool((sizes >= high).all() or (sizes <= low).all())
 
 
 def unit_remarks(case: Case, found: Gains, tells: bool, bounds: CheckSettings) -> list[Remark]:
@@ -85,7 +92,7 @@ def unit_remarks(case: Case, found: Gains, tells: bool, bounds: CheckSettings) -
     if not apart and (size := _size_apart(found, bounds)):
         return size
     one = [] if apart else _one_factor(case, found, bounds)
-    return one or [*_strange(case, found, bounds), *apart]
+    return one or apart or _strange(case, found, bounds)
 
 
 def _mass_kg(case: Case) -> float:
@@ -179,7 +186,7 @@ def _apart(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark]:
     listed = joined([f"{found.value[k]:.3g} ± {found.sd[k]:.2g}" for k in places])
     rest = np.flatnonzero(sure & ~odd)
     load, names = load_of(case, found), case.robot.joint_names
-    others = ""
+    others, tolerance = "", np.log(bounds.unit_tolerance)
     if len(rest):
         span = " to ".join(dict.fromkeys(f"{f(size[rest]):.2g}" for f in (np.min, np.max)))
         others = f", and that of {joints(rest, names)} {span} times"
@@ -194,6 +201,10 @@ def _apart(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark]:
         first = load.explains(1.0)
         readings.insert(0 if first else 1, _lacking(load))
         advice = f"{_GIVE_LOAD} {estimate}" if first else f"{estimate} {_GIVE_LOAD}"
+    unit = [u for u in MENDED if np.abs(np.log(size[places] / middle / u)).max() < tolerance]
+    if unit:
+        readings.insert(0, f"{'they are' if len(places) > 1 else 'it is'} in {UNITS[unit[0]]}")
+        advice = f"Record all torques in N m. {advice}"
     text = (
         f"The effort of {joints(places, names)} is {listed} times what the URDF's links"
         f" require{others}: {', or '.join(readings)}."

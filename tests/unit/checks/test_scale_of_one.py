@@ -21,3 +21,16 @@ def test_the_joint_whose_torque_is_off(joint: int, factor: float, share: float) 
     told = [r for r in examine(arm, [log.dataset(arm)]).remarks if r.code == "current_not_torque"]
     assert [r.joints for r in told] == [(joint + 1,)]
     assert f"{factor:g} times as large as the other joints' torques require" in told[0].finding
+
+
+@pytest.mark.parametrize("joint", [0, 1])
+def test_one_joint_in_another_unit_says_nothing_of_the_others(joint: int) -> None:
+    """Its size alone made all torques be taken for N mm, and converted."""
+    log = LOG.with_(tau=LOG.tau * np.where(np.arange(4) == joint, 1000.0, 1.0))
+    arm = log.arm()
+    examined = examine(arm, [log.dataset(arm)])
+    told = [r for r in examined.remarks if r.code in ("units", "current_not_torque")]
+    assert [(r.code, r.joints) for r in told] == [("current_not_torque", (joint + 1,))]
+    assert "it is in N mm" in told[0].finding
+    (segment,) = examined.data[0].segments
+    assert np.abs(segment.tau).max() == np.abs(log.tau).max()
