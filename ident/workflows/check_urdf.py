@@ -58,8 +58,9 @@ class UrdfCheck:
         if not count:
             doubts = len(self.examined.findings)
             which = "doubt" if doubts == 1 else f"{doubts} doubts"
-            more = f", but see the {which} above" if doubts else ""
-            return f"{self.file}: such an arm can exist; no fault was found{more}."
+            if doubts:
+                return f"{self.file}: no fault was found, but see the {which} above."
+            return f"{self.file}: such an arm can exist; no fault was found."
         if self.verdict == "repaired":
             return f"{self.file}: {noun}, all repaired in {self.out}."
         mendable = count - len(self.examined.faults_left)
