@@ -1,6 +1,6 @@
 """Whether the efforts can be torques: constant ones, and ones that no motion explains."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -216,12 +216,18 @@ def poorly_predicted(
     return [Remark("large_error", numbers(places), text, Grade.DOUBTFUL, advice)]
 
 
-def beyond_possible(error: float, least: float, bounds: CheckSettings) -> list[Remark]:
+def beyond_possible(
+    error: float, least: float, turned: Callable[[], float], bounds: CheckSettings
+) -> list[Remark]:
     """A torque that impossible parameters explain far better, on held-out data too.
+
+    Least squares explains a torque as well that counts the other way round, with masses below zero.
+    Where the URDF has no masses that would tell, a possible arm does.
 
     Args:
         error: relative error of a possible arm on held-out data.
         least: the same of ordinary least squares.
+        turned: finds the same as the first of the torque turned round.
         bounds: of the checks.
     """
     if error < bounds.impossible_error or error < bounds.impossible_ratio * least:
@@ -231,6 +237,10 @@ def beyond_possible(error: float, least: float, bounds: CheckSettings) -> list[R
         " held-out data, and ordinary least squares, whose masses may be negative,"
         f" {100 * least:.3g} %."
     )
+    if (other := turned()) < bounds.believed_ratio * error:
+        text += f" Of the torque turned round it leaves {100 * other:.3g} %."
+        advice = "Turn the sign of all torques: they count the other way round."
+        return [Remark("sign", (), text, Grade.DOUBTFUL, advice)]
     advice = (
         "Let `ident gap` search for what the model lacks; check the URDF's axes and which motors"
         " drive which joints, the torques' units, and whether something was subtracted from them."

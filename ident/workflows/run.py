@@ -1,8 +1,10 @@
 """The work of `ident run`, from files to files."""
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -220,8 +222,19 @@ def _poor(found: Identification, told: Sequence[Remark]) -> list[Remark]:
             more += late_by_fit(one, log.data.name, DEFAULT)
     if found.chosen == "feasible" and "ols" in found.held_out:
         error, least = (found.held_out[n].errors.relative_percent for n in ("feasible", "ols"))
-        more += beyond_possible(error / 100, least / 100, DEFAULT)
+        more += beyond_possible(error / 100, least / 100, partial(_error_turned, found), DEFAULT)
     return more
+
+
+def _error_turned(found: Identification) -> float:
+    """The relative error of a possible arm on held-out data whose torque is turned round."""
+    arm = found.evidence.arm
+    turned = [log.data.with_torque_times(-np.ones(arm.robot.dof)) for log in found.evidence.logs]
+    try:
+        other = identify(turned, arm)
+    except (DataError, np.linalg.LinAlgError):
+        return math.inf
+    return other.held_out[other.chosen].errors.relative_percent / 100
 
 
 def cutoff_chosen(

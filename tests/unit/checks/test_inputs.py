@@ -229,8 +229,19 @@ def test_samples_are_not_lost_unseen_where_the_stamps_are_uneven():
     ("error", "least", "told"), [(0.206, 0.131, True), (0.163, 0.147, False), (0.024, 0.015, False)]
 )
 def test_torque_that_no_possible_arm_explains_is_told(error, least, told):
-    remarks = beyond_possible(error, least, DEFAULT)
-    assert [r.code for r in remarks] == ["impossible_torque"] * told
+    for other, code in (error, "impossible_torque"), (0.1 * error, "sign"):
+        remarks = beyond_possible(error, least, lambda other=other: other, DEFAULT)
+        assert [r.code for r in remarks] == [code] * told
+
+
+def test_reversed_torque_is_told_by_what_an_arm_can_be_where_the_urdf_has_no_masses():
+    """And without friction, which tells it else."""
+    log = Experiment(joints=3, friction=0.0).log()
+    bare = re.sub("<inertial>.*?</inertial>", "", log.urdf, flags=re.DOTALL)
+    _, codes, remarks = judged(log.with_(urdf=bare, tau=-log.tau))
+    assert "sign" in codes
+    assert any("Turn the sign of all torques" in r["sentence"] for r in remarks)
+    assert "sign" not in judged(log.with_(urdf=bare))[1]
 
 
 def test_a_joint_without_torque_in_one_recording_is_asked_for_no_load():
