@@ -80,13 +80,13 @@ class LoadDependentFriction(Effect[_About]):
         return [self.at((j,), variant=form) for j in arm.moving_joints for form in _FORMS]
 
     def coefficients(self, parameters: _About, variant: str) -> tuple[Coefficient, ...]:
-        """The mean of driving and braking.
+        """The mean of driving and braking, either of which may be as large as the other.
 
         Raises:
             KeyError: a form of the load that is not known.
         """
-        _ = _LOADS[variant]
-        return self.linear
+        most = {form: _MOST / 2 if form in _ONE_WAY else _MOST for form in _FORMS}
+        return (replace(self.linear[0], upper=most[variant]),)
 
     def equation_of(self, candidate: Candidate[_About]) -> str:
         """With the load that it has."""
