@@ -1,6 +1,7 @@
 """Torque in another unit, and currents: one factor over all joints, or one at each joint."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ident.checks.case import Case
 from ident.checks.gains import Gains, Load, load_of, of_rotors
@@ -42,11 +43,16 @@ def _outside(found: Gains, bounds: CheckSettings) -> bool:
     A joint whose torque alone is a thousand times too large makes all of the common factor: where
     several joints tell theirs, most have to be of that size.
     """
-    believed = found.common_explained > bounds.gain_explained
-    sure = (found.explained > bounds.gain_explained) & (np.abs(found.value) > 5 * found.sd)
-    sizes = np.abs([found.common, *([np.median(np.abs(found.value[sure]))] if sure.any() else [])])
-    low, high = 1 / bounds.gain_bounds, bounds.gain_bounds
-    return believed and bool((sizes >= high).all() or (sizes <= low).all())
+    sure, size = _sure(found, bounds), abs(found.common)
+    middle = float(np.median(np.abs(found.value[sure]))) if sure.any() else size
+    large = min(size, middle) >= bounds.gain_bounds
+    small = max(size, middle) <= 1 / bounds.gain_bounds
+    return found.common_explained > bounds.gain_explained and (large or small)
+
+
+def _sure(found: Gains, bounds: CheckSettings) -> NDArray[np.bool_]:
+    """Joints that tell a gain of their own, shape (n,)."""
+    return (found.explained > bounds.gain_explained) & (np.abs(found.value) > 5 * found.sd)
 
 
 def unit_remarks(case: Case, found: Gains, tells: bool, bounds: CheckSettings) -> list[Remark]:
@@ -174,7 +180,7 @@ def _lacking(load: Load) -> str:
 
 def _apart(case: Case, found: Gains, bounds: CheckSettings) -> list[Remark]:
     """Joints whose torque has factors of their own: currents, or masses that the URDF lacks."""
-    sure = (found.explained > bounds.gain_explained) & (np.abs(found.value) > 5 * found.sd)
+    sure = _sure(found, bounds)
     if sure.sum() < 2:
         return []
     size = np.abs(np.where(sure, found.value, np.nan))
