@@ -7,17 +7,15 @@ import numpy as np
 
 from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
-from ident.gap.data.blocks import SEARCHED
+from ident.gap.data.blocks import FOLDS, SEARCHED
+from ident.gap.data.rounding import torque_resolution
 from ident.gap.regression.design_matrix import DesignMatrix
-from ident.gap.regression.model_columns import joint_columns
-from ident.gap.regression.projection import project_off
-from ident.gap.regression.weighted_fit import Fit, fit
+from ident.gap.regression.sandwich import block_labels
 from ident.gap.results.outcome import SearchResult
+from ident.gap.results.smallest_size import model_on
 from ident.gap.selection.candidates import all_candidates
 from ident.signals.arrays import Array
 
-_ABSORBED = 1e-5  # of a column's squares: with less left of it, other parameters stand for it
-_MOST_GAIN = 300.0  # nats: more overflows
 _NO_TORQUE = 1e-6  # of a joint's peak torque, per unit: rounding
 
 
@@ -38,20 +36,29 @@ class MinimumDetectable:
 
 
 def minimum_detectable(found: SearchResult) -> MinimumDetectable:
-    """Smallest sizes that would have been found beside the model with all effects."""
-    facts, end = found.end.model.facts, found.end
-    searched = end.design(found.rows, all_candidates(facts)).of(SEARCHED)
-    now = fit(searched.equations, end.fit.structure, end.fit.sigma)
-    weighted = [
-        np.tensordot(1 / sigma**2, products[0], axes=1)
-        for sigma, products in zip(now.sigma, searched.equations.products, strict=True)
-    ]
+    """Smallest sizes that would have been named beside the model with all effects.
+
+    An effect of that size reaches the gain that is asked for, is as many standard errors from zero
+    as a name needs, and is seen beside the torque's resolution and the joint's friction.
+    """
+    rows, end, settings = found.rows, found.end, found.options.settings
+    design = end.design(rows, all_candidates(end.model.facts))
+    searched, whole = (model_on(design, end.fit, folds) for folds in (SEARCHED, range(FOLDS)))
+    labels = block_labels(rows, design, settings.significance.block_s)
+    resolution, facts = torque_resolution(found.source), end.model.facts
     sizes: dict[str, dict[int, list[float]]] = {}
-    for i, h in enumerate(searched.effects):
-        if i < searched.accepted:
+    for i, h in enumerate(design.effects):
+        if i < design.accepted:
             continue
-        left, raw = _projected(searched, now, weighted, i)
-        size = _smallest(searched, i, left, raw, found.threshold.of(h.effect), facts.peak_torque)
+        size, gained, sure = np.inf, searched.beside(i), whole.beside(i)
+        if gained is not None and sure is not None:
+            size = max(
+                gained.size_of_gain(found.threshold.of(h.effect)),
+                settings.naming.z * sure.standard_error(labels),
+                sure.size_of_torque(i, settings.naming, resolution),
+                h.coefficients[0].min_size,
+            )
+            size = size if _is_possible(design, i, size, facts.peak_torque) else np.inf
         for j in h.joints or h.rows:
             sizes.setdefault(h.effect, {}).setdefault(j, []).append(size)
     medians = {e: {j: float(np.median(s)) for j, s in by.items()} for e, by in sizes.items()}
@@ -84,58 +91,19 @@ def _unobservable(
     return found
 
 
-def _smallest(
-    design: DesignMatrix, index: int, left: Array, raw: Array, gain: float, peak: Array
-) -> float:
-    """First coefficient at which an effect reaches its threshold; infinite if it never does.
+def _is_possible(design: DesignMatrix, index: int, size: float, peak: Array) -> bool:
+    """Whether a first coefficient is one that the effect may have, and is no giant's.
+
+    Its torque is usually no larger than a joint's peak.
 
     Args:
         design: columns of all candidates.
         index: the effect's place among them.
-        left: weighted products (k, k) of its columns with the model projected off.
-        raw: the same before the projection.
-        gain: threshold of the effect [nats].
-        peak: peak torque of each joint [N m].
+        size: the coefficient.
+        peak: peak torque of each joint [N m], shape (n,).
     """
-    if (np.diag(left) <= _ABSORBED * np.diag(raw)).any():
-        return np.inf
-    h = design.effects[index]
-    rows = float(max(design.equations.counts[list(h.rows)].sum(axis=(1, 2)).max(), 1))
-    kept = first_alone(left)
-    if kept <= _ABSORBED * raw[0, 0]:
-        return np.inf
-    size = float(np.sqrt(max((np.exp(2 * min(gain, _MOST_GAIN)) - 1) * rows / kept, 0.0)))
-    torque = [np.sqrt(_first_square(design, index, j) / rows) / max(peak[j], 1e-9) for j in h.rows]
-    never = max(torque) < _NO_TORQUE or size * max(torque) > 1.0
-    return np.inf if never else max(size, h.coefficients[0].min_size)
-
-
-def first_alone(products: Array) -> float:
-    """Square of the first column without what the others explain of it.
-
-    Args:
-        products: of k columns, shape (k, k); held joints leave some of them alike.
-    """
-    others = np.linalg.lstsq(products[1:, 1:], products[1:, 0])[0]
-    return float(products[0, 0] - products[0, 1:] @ others)
-
-
-def _first_square(design: DesignMatrix, index: int, joint: int) -> float:
-    """Sum of squares of an effect's first column on a joint."""
-    at = design.places(index, joint).start
-    return float(design.equations.products[joint][0, :, at, at].sum())
-
-
-def _projected(
-    design: DesignMatrix, now: Fit, weighted: list[Array], index: int
-) -> tuple[Array, Array]:
-    """Weighted products of an effect's columns, shape (k, k): model projected off, and raw."""
-    effect = design.index[index]
-    model = joint_columns(design.equations, now.structure)
-    raw = np.zeros((effect.width, effect.width))
-    across = np.zeros((len(now.normal), effect.width))
-    for j in effect.joints:
-        own = np.arange(len(weighted[j]))[design.places(index, j)]
-        raw += weighted[j][np.ix_(own, own)]
-        across[model[j].unknown] += model[j].across(weighted[j], own)
-    return project_off(now.normal, across, raw)[0], raw
+    columns = {j: design.effect_columns(index, j)[:, 0] for j in design.effects[index].rows}
+    shares = [np.sqrt(np.mean(c**2)) / max(peak[j], 1e-9) for j, c in columns.items() if len(c) > 0]
+    first = design.effects[index].coefficients[0]
+    allowed = size <= max(-first.lower, first.upper)
+    return allowed and max(shares) >= _NO_TORQUE and size * max(shares) <= 1.0

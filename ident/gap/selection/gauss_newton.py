@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
@@ -20,6 +19,7 @@ from ident.gap.regression.current_model import CurrentFit
 from ident.gap.regression.design_matrix import DesignMatrix, build_design_matrix
 from ident.gap.regression.model_columns import joint_columns
 from ident.gap.regression.rows import WindowedRows
+from ident.gap.regression.sandwich import block_labels, block_sums, sandwich
 from ident.gap.regression.weighted_fit import Fit, fit, solve
 from ident.signals.arrays import Array
 
@@ -103,9 +103,8 @@ def solution(
     size, more = len(at.fit.x), len(at.slopes)
     total = size + more
     normal, right = np.zeros((2, total, total)), np.zeros((2, total))
-    block = _blocks(rows, at.design, block_s)
-    alike = block if rows.first_pass is None else block[rows.first_pass]
-    scores = np.zeros((2, block.max() + 1, total))
+    labels = block_labels(rows, at.design, block_s)
+    scores = np.zeros((2, labels[0].max() + 1, total))
     wrong = rows.parameter_errors
     known = np.zeros((total, wrong.shape[2]))
     for j, model in enumerate(joint_columns(at.design.equations, at.fit.structure)):
@@ -124,34 +123,18 @@ def solution(
         for k, x in enumerate((weighted, own * steeper)):
             normal[k][np.ix_(where, where)] += own.T @ x
             right[k, where] += x.T @ columns[:, -1]
-        for k, label in enumerate((block, alike)):
-            parts = np.zeros((scores.shape[1], len(where)))
-            np.add.at(parts, label, weighted * error[:, None])
-            scores[k][:, where] += parts
+        for k, label in enumerate(labels):
+            scores[k][:, where] += block_sums(weighted * error[:, None], label, scores.shape[1])
         known[where] += weighted.T @ wrong[:, j]
     inverse, x = solve(normal[0], np.eye(total)), solve(normal[0], right[0])
     freedom = total / at.design.equations.dof
-    variance = _sandwich(scores[0], inverse, freedom)
+    variance = sandwich(scores[0], inverse, freedom)
     if systematic:
-        variance = np.maximum(variance, _sandwich(scores[1], inverse, freedom))
+        variance = np.maximum(variance, sandwich(scores[1], inverse, freedom))
         variance += 0.5 * (solve(normal[1], right[1]) - x) ** 2
         seen = np.einsum("ij,ji->i", inverse, normal[0])  # part of each that the rows determine
         variance[(seen < _DETERMINED) & (np.diag(normal[0]) > 0.0)] = np.inf
     return x, variance + np.sum((inverse @ known) ** 2, axis=1)
-
-
-def _sandwich(scores: Array, inverse: Array, freedom: float) -> Array:
-    """Variances of the unknowns, shape (p,), from scores of independent blocks, shape (B, p)."""
-    count = int(scores.any(axis=1).sum())
-    inflation = count / max(count - freedom, 1.0)
-    return inflation * np.sum((scores @ inverse.T) ** 2, axis=0)
-
-
-def _blocks(rows: WindowedRows, design: DesignMatrix, block_s: float) -> NDArray[np.int64]:
-    """Number of the block of time that each row lies in, shape (R,)."""
-    start = design.t[np.searchsorted(rows.blocks.number, rows.blocks.number)]
-    within = np.floor((rows.hop_s + design.t - start) / block_s).astype(int)
-    return np.unique(rows.blocks.number * (within.max() + 1) + within, return_inverse=True)[1]
 
 
 def stepped(

@@ -14,16 +14,13 @@ from ident.gap.data.experiment import experiment, facts_of
 from ident.gap.data.noise_regions import Region
 from ident.gap.lack_of_fit.repeatability import repeated_rows
 from ident.gap.options import Options
-from ident.gap.regression.current_model import extend
 from ident.gap.regression.design_matrix import build_design_matrix
 from ident.gap.regression.feasible_fit import feasible_fit
 from ident.gap.regression.model_columns import joint_columns
 from ident.gap.results.error_by_term import error_by_term
 from ident.gap.results.held_out_error import before_and_after, gap_location, held_out
-from ident.gap.results.minimum_detectable import first_alone, minimum_detectable
 from ident.gap.results.verdict import Kind
 from ident.gap.search import search
-from ident.gap.selection.candidates import all_candidates
 from ident.gap.settings import Repeats
 from ident.simulation.arm import Term
 
@@ -173,42 +170,6 @@ def test_the_error_falls_step_by_step_from_the_rigid_body(nothing_hidden):
         nothing_hidden, before_and_after(nothing_hidden, x, x)
     ).before.relative_percent
     assert second.relative_percent == pytest.approx(fitted, rel=1e-3)
-
-
-def test_columns_that_held_joints_make_alike_do_not_hide_the_first_one():
-    columns = np.random.default_rng(0).normal(size=(50, 3))
-    alone = first_alone(columns.T @ columns)
-    assert alone == pytest.approx(1 / np.linalg.inv(columns.T @ columns)[0, 0])
-    twice = np.column_stack([columns, columns[:, 2]])
-    assert first_alone(twice.T @ twice) == pytest.approx(alone)
-
-
-def test_what_could_not_be_seen_and_what_could(nothing_hidden):
-    seen = minimum_detectable(nothing_hidden)
-    known = {h.effect for h in all_candidates(nothing_hidden.end.model.facts)}
-    assert set(seen.sizes) | {e for e, j in seen.unobservable.items() if not j} >= known
-    # a rotor about the vertical axis is the link's own inertia
-    assert 0 in seen.unobservable["rotor_inertia"]
-    assert seen.unobservable["payload"] == ()
-    assert seen.unsearched == ()
-    end = nothing_hidden.end
-    facts = replace(end.model.facts, motor_from_joint=None)
-    unknown = replace(end, model=replace(end.model, facts=facts))
-    assert minimum_detectable(replace(nothing_hidden, end=unknown)).unsearched == ("torque_ripple",)
-    sizes = seen.sizes["stribeck"]
-    assert set(sizes) == set(range(7))
-    assert all(0.0 < size < 1.0 for size in sizes.values())
-
-
-def test_what_is_in_the_model_is_not_called_unobservable(nothing_hidden):
-    """Its columns are all in the model, which is no lack of motion."""
-    rows, start = nothing_hidden.rows, nothing_hidden.start
-    spring, tilt = (catalogue()[name] for name in ("joint_spring", "gravity_tilt"))
-    whole = next(iter(tilt.candidates(start.model.facts)))
-    end = extend(rows, start, [spring.at((3,)), whole])
-    seen = minimum_detectable(replace(nothing_hidden, end=end))
-    assert 3 not in seen.unobservable.get("joint_spring", ())
-    assert "gravity_tilt" not in seen.unobservable
 
 
 def test_repeated_samples_are_mended_and_no_fault(plain):
