@@ -8,6 +8,7 @@ state and returns the next one.
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from ident.effects.candidate import Candidate
 from ident.effects.events import CONTACT
 from ident.gap.data.blocks import blocks_of
 from ident.gap.data.broken_time import data_faults
@@ -44,8 +45,9 @@ from ident.gap.selection.backward_elimination import (
     keep_significant,
 )
 from ident.gap.selection.candidates import all_candidates
+from ident.gap.selection.masked_pairs import masked_pair
 from ident.gap.selection.rivals import told_apart
-from ident.gap.selection.significance import has_defining_coefficient
+from ident.gap.selection.significance import has_defining_coefficient, significant
 from ident.gap.selection.state import SelectionState
 from ident.gap.selection.thresholds import least_threshold
 from ident.gap.transients.detect import with_affected_joints
@@ -142,12 +144,39 @@ def rows_of(source: Experiment, options: Options) -> WindowedRows:
 def _select_forward(
     source: Experiment, state: SelectionState, options: Options, tell: Tell
 ) -> SelectionState:
-    """Forward selection: rounds until no candidate passes every test."""
+    """Forward selection, until neither a candidate passes every test nor two hide each other."""
     again = True
     while again and not state.is_full(options.settings.scoring.max_effects):
         tell(f"scanning the catalogue, round {len(state.scores) + 1}")
         state, again = _round(source, state, options, tell)
+        if not again:
+            state, again = _pair_round(source, state, options, tell)
     return state
+
+
+def _free(state: SelectionState) -> list[Candidate]:
+    """All candidates that have not turned out insignificant at their places."""
+    every = all_candidates(state.current.model.facts)
+    return [h for h in every if (h.effect, h.joints) not in state.dropped]
+
+
+def _pair_round(
+    source: Experiment, state: SelectionState, options: Options, tell: Tell
+) -> tuple[SelectionState, bool]:
+    """Accept two effects that hide each other; the next state, and whether to go on."""
+    settings = options.settings
+    pair = masked_pair(state, _free(state), settings)
+    if not pair:
+        return state, False
+    larger = state.with_more(pair)
+    if state.calibrations <= (1 if state.accepted else 0):
+        state = replace(state, calibrations=state.calibrations + 1)
+        state = _calibrated(source, state, larger, options, tell)
+        if any(a.score.gain < state.threshold.of(a.candidate.effect) for a in pair):
+            return state, True
+    if not all(significant(state.rows, larger, len(pair), settings.significance)):
+        return state, False
+    return replace(state, current=larger, accepted=(*state.accepted, *pair)), True
 
 
 def _round(
@@ -155,12 +184,7 @@ def _round(
 ) -> tuple[SelectionState, bool]:
     """Score, accept, exclude transients, calibrate; the next state, and whether to go on."""
     settings = options.settings
-    candidates = [
-        h
-        for h in all_candidates(state.current.model.facts)
-        if (h.effect, h.joints) not in state.dropped
-    ]
-    fresh, scores = next_effects(state, candidates, settings)
+    fresh, scores = next_effects(state, _free(state), settings)
     state = replace(state, scores=(*state.scores, scores))
     larger = state.with_more(fresh) if fresh else state.current
     without = _exclude_transients(source, state, larger, options)

@@ -87,12 +87,29 @@ def try_pair(
     joints = set(main_joints(score, state.current.fit, settings.scoring))
     effect = score.candidate.effect
     near = [h for h in candidates if joints & set(h.joints) and h.effect != effect]
-    second = _best_beside(state, score.candidate, near, settings)
-    if second is None or second.score.gain < score.gain:
+    near = [score.candidate, *near]
+    pair = each_beside_the_other(state, score.candidate, near, settings)
+    return pair if pair and pair[1].score.gain >= score.gain else []
+
+
+def each_beside_the_other(
+    state: SelectionState, one: Candidate, near: Sequence[Candidate], settings: GapSettings
+) -> list[AcceptedEffect]:
+    """An effect and the best one beside it, if that one has it as its own best one; else none.
+
+    Args:
+        state: without either.
+        one: the effect.
+        near: candidates, those of the same effect among them.
+        settings: of the search.
+    """
+    others = [h for h in near if h.effect != one.effect]
+    second = _best_beside(state, one, others, settings)
+    if second is None:
         return []
-    again = [score.candidate, *(h for h in near if h.effect != second.candidate.effect)]
+    again = [h for h in near if h.effect != second.candidate.effect]
     first = _best_beside(state, second.candidate, again, settings)
-    if first is None or first.candidate.effect != effect:
+    if first is None or first.candidate.effect != one.effect:
         return []
     return [first, second]
 
@@ -110,7 +127,9 @@ def _best_beside(
         return None
     confirmed = _cross_validated(beside, design, scores[0], settings)
     leader = None if confirmed is None else accept(beside, *confirmed, scores, settings)
-    return leader if leader is not None and _is_plausible(leader) else None
+    if leader is None or yields_to_constant(leader, scores, settings.rivals):
+        return None
+    return leader if _is_plausible(leader) else None
 
 
 def _same(first: Candidate, second: Candidate) -> bool:

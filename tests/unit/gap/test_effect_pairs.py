@@ -17,8 +17,9 @@ from ident.gap.options import Options
 from ident.gap.regression.model_columns import ModelStructure
 from ident.gap.regression.weighted_fit import fit
 from ident.gap.search import search
-from ident.gap.selection.acceptance import try_pair
+from ident.gap.selection.acceptance import next_effects, try_pair
 from ident.gap.selection.candidates import all_candidates, examine
+from ident.gap.selection.masked_pairs import masked_pair
 from ident.gap.selection.refinement import refine_nonlinear_parameters
 from ident.gap.selection.state import SelectionState
 from ident.gap.selection.thresholds import least_threshold
@@ -84,6 +85,32 @@ def test_two_effects_of_one_joint_that_hold_beside_each_other():
     assert [f.candidate.effect for f in pair] == ["rotor_inertia", "joint_spring"]
     offset = next(s for s in scores if s.candidate.effect == "torque_offset")
     assert try_pair(state, offset, own, SETTINGS) == []
+
+
+def test_two_effects_of_one_joint_that_hide_each_other():
+    """A swinging spring and rotor pull against each other: either alone gains less than asked."""
+    arm = wam(Term(sling, 5, (0.04, 2.0)))
+    rotor = np.zeros((7, 7))
+    rotor[5, 5] = 0.008
+    asked = SETTINGS.model_copy(
+        update={"thresholds": SETTINGS.thresholds.model_copy(update={"min_gain": 1.2})}
+    )
+    source = source_of(recorded(replace(arm, armature=rotor)))
+    rows, nominal = nominal_of(source)
+    state = SelectionState(rows, nominal, least_threshold(asked.thresholds), None)
+    candidates = all_candidates(nominal.model.facts)
+    assert next_effects(state, candidates, asked)[0] == []
+    pair = masked_pair(state, candidates, asked)
+    assert {a.place for a in pair} == {("joint_spring", (5,)), ("rotor_inertia", (5,))}
+    found = search(source, replace(OPTIONS, settings=asked), lambda _: None)
+    named = {f.place for f in found.verdict.effects}
+    assert named == {("joint_spring", (5,)), ("rotor_inertia", (5,))}
+
+
+def test_no_two_effects_hide_each_other_where_there_are_none(nothing_hidden):
+    rows, nominal = nothing_hidden.rows, nothing_hidden.start
+    state = SelectionState(rows, nominal, nothing_hidden.threshold, None)
+    assert masked_pair(state, all_candidates(nominal.model.facts), SETTINGS) == []
 
 
 def test_the_stiffness_of_a_spring_that_hardens_is_as_uncertain_as_its_form():
