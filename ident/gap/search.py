@@ -17,6 +17,7 @@ from ident.gap.data.reference_model import reference_torque
 from ident.gap.data.windows import windows_for
 from ident.gap.lack_of_fit.repeatability import first_pass, sliding_noise
 from ident.gap.naming.certainty import (
+    IMPOSSIBLE_ARM,
     Suspected,
     not_among,
     set_apart,
@@ -97,7 +98,8 @@ def search(source: Experiment, options: Options, tell: Tell) -> SearchResult:
         if suspected or state.accepted:
             state, suspected = sure_in_the_end(source, state, suspected, settings)
     else:
-        state, suspected = withheld(source, state, settings, options.with_suspected)
+        inside = options.with_suspected
+        state, suspected = withheld(source, state, settings, inside, IMPOSSIBLE_ARM)
     end = state.current
     named = told_apart(not_among(suspected, state.accepted))
     verdict = decide(faults, named, transients, unexplained, settings, unclosed, suspected)

@@ -57,13 +57,13 @@ from ident.workflows.gap_json import (
 )
 from ident.workflows.gap_outcome import (
     Outcome,
+    beside_run,
     counted,
-    model_of_run,
     outcome_of,
     written_model,
 )
 from ident.workflows.gap_terms import terms_content
-from ident.workflows.model_errors import errors_on, worse_than_run
+from ident.workflows.model_errors import errors_on
 from ident.workflows.run import cutoff_chosen
 from ident.workflows.work import Search, provenance, recordings_content, write_refusal
 from wamctl.arm.errors import DataError
@@ -171,7 +171,7 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
         options = replace(options, terms_on_demand=False)
     outcome = searched(source, options, remarks, tell)
     tell("fitting the arm beside the effects")
-    outcome, written = written_model(outcome, tell)
+    outcome, written, withheld = beside_run(*written_model(outcome, tell), tell)
     model, against, disagree = written.model, [], []
     if written.evidence is not None:
         against, disagree = contradictions(written.evidence, searched=True)
@@ -181,9 +181,7 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
     if notes and errors:
         left = max(log["relative_error_percent"] for log in errors) / 100
         remarks = explained_after_all(remarks, left, DEFAULT)
-    run = model_of_run(outcome.found) if model.effects.records else None
-    worse = worse_than_run(errors, run, counted(source)) if run else []
-    told = (*remarks, *outcome.remarks, *written.failed, *against, *worse)
+    told = (*remarks, *outcome.remarks, *written.failed, *against, *withheld)
     content = _content(outcome) | trust_content(told)
     content["terms"] = in_own_units(
         terms_content(written, outcome.places), source.arm.robot.sliding.tolist()

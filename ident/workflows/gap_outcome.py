@@ -11,6 +11,7 @@ from ident.effects.catalogue import catalogue
 from ident.estimation.regression_data import RegressionData
 from ident.gap.data.experiment import Experiment
 from ident.gap.naming.across_recordings import spread_over_recordings
+from ident.gap.naming.certainty import withheld
 from ident.gap.regression.current_model import extend
 from ident.gap.regression.feasible_fit import FeasibleModel, feasible_fit
 from ident.gap.results.forward_simulation import ForwardSimulation, forward_simulations
@@ -18,7 +19,7 @@ from ident.gap.results.full_model import fitted_beside, model_with
 from ident.gap.results.held_out_error import BeforeAfter, before_and_after
 from ident.gap.results.outcome import SearchResult
 from ident.gap.selection.estimates import FinalEstimates, final_estimates
-from ident.gap.selection.state import Place
+from ident.gap.selection.state import Place, SelectionState
 from ident.gap.transients.cut_out import cut_out
 from ident.identification.identify import identify, model_of
 from ident.identification.term_selection import ON_DEMAND
@@ -28,9 +29,18 @@ from ident.model.identified_model import Model
 from ident.recordings.dataset import Dataset
 from ident.recordings.steady_state import only_steady_state
 from ident.signals.arrays import Array
+from ident.workflows.model_errors import (
+    errors_on,
+    withheld_names,
+    worse_reference,
+    worse_than_run,
+)
 from wamctl.arm.errors import DataError
 
 Tell = Callable[[str], None]
+
+_WORSE_WITH_IT = "beside it, and what was found with it, the arm explains these recordings worse"
+"""Why nothing is named, in half a sentence."""
 
 
 @dataclass(frozen=True)
@@ -166,6 +176,42 @@ def _without(found: SearchResult, places: Collection[Place]) -> SearchResult:
     return replace(found, end=end, verdict=replace(found.verdict, suspected=suspected))
 
 
+def beside_run(
+    outcome: Outcome, written: Written, tell: Tell
+) -> tuple[Outcome, Written, tuple[Remark, ...]]:
+    """Without names, where beside them the arm explains less than `ident run`'s without effects.
+
+    Args:
+        outcome: of a search.
+        written: the model of it.
+        tell: is told the progress.
+
+    Returns:
+        the outcome and the model that count, and what is said of it.
+    """
+    found, data = outcome.found, counted(outcome.found.source)
+    run = _model_of_run(found) if written.model.effects.records else None
+    worse = worse_than_run(errors_on(written.model, data), run, data) if run else None
+    if worse is None:
+        return outcome, written, ()
+    if found.source.reference_model is not None:
+        return outcome, written, (worse_reference(worse),)
+    outcome, written = written_model(outcome_of(_without_names(found), tell), tell)
+    return outcome, written, (withheld_names(worse),)
+
+
+def _without_names(found: SearchResult) -> SearchResult:
+    """The search with all that it found suspected only, and in the model only on request."""
+    asked, before = found.options.settings, found.verdict
+    effects = (*before.effects, *(s.effect for s in before.suspected if s.in_model))
+    state = SelectionState(found.rows, found.end, found.threshold, None, effects)
+    inside = found.options.with_suspected
+    rest, apart = withheld(found.source, state, asked, inside, _WORSE_WITH_IT)
+    others = (s for s in before.suspected if not s.in_model)
+    verdict = replace(before.without_names(), effects=(), suspected=(*apart, *others))
+    return replace(found, end=rest.current, verdict=verdict)
+
+
 def _fitted(found: SearchResult, final: FinalEstimates, whole: FeasibleModel) -> Written:
     """The model of a search."""
     source = found.source
@@ -191,7 +237,7 @@ def _as_run(found: SearchResult) -> Arm:
     return arm.with_settings(terms=(*plain, *more))
 
 
-def model_of_run(found: SearchResult) -> Model | None:
+def _model_of_run(found: SearchResult) -> Model | None:
     """The model of `ident run` on the same recordings, without effects; None where it has none."""
     try:
         return model_of(identify(counted(found.source), _as_run(found)))

@@ -53,8 +53,8 @@ def errors_of_fit(found: Identification) -> list[dict[str, Any]]:
 
 def worse_than_run(
     told: Sequence[Mapping[str, Any]], run: Model, data: Sequence[Dataset]
-) -> list[Remark]:
-    """What is said of effects beside which the arm explains its own recordings worse.
+) -> tuple[list[float], list[float]] | None:
+    """Errors of a model with effects beside those of one without [%], where they are larger.
 
     Effects are named on windows of the motion; what is a fault of the record (stamps, lost samples)
     may look like one there, and spoil the rest.
@@ -69,20 +69,44 @@ def worse_than_run(
         for errors in (told, errors_on(run, data))
     )
     names = [name for name in with_effects if name in without]
-    pairs = [(with_effects[name], without[name]) for name in names]
-    if not pairs or sum(a for a, _ in pairs) <= _WORSE * sum(b for _, b in pairs):
-        return []
-    beside = listed([f"{a:.3g} instead of {b:.3g} %" for a, b in pairs])
+    pair = [with_effects[name] for name in names], [without[name] for name in names]
+    return pair if sum(pair[0]) > _WORSE * sum(pair[1]) else None
+
+
+def withheld_names(worse: tuple[list[float], list[float]]) -> Remark:
+    """What is said where nothing is named, since the arm explains less beside what was found.
+
+    Args:
+        worse: errors with it, and without [%].
+    """
     text = (
-        f"The model with these effects explains the recordings that were searched worse than that"
-        f" of `ident run`: it leaves {beside}. What is named, or held without a name, is not what"
-        " the arm has."
+        "Beside what the search found, the model explains the recordings worse than that of `ident"
+        f" run` does without it: it leaves {_beside(worse)}. So nothing is named."
     )
     advice = (
-        "Use the model of `ident run`, and check the stamps and the samples that the recorder lost:"
-        " their faults look like delays, contacts and offsets."
+        "Check the stamps and the samples that the recorder lost: their faults look like delays,"
+        " contacts and offsets."
     )
-    return [Remark("large_error", (), text, Grade.DOUBTFUL, advice)]
+    return Remark("large_error", (), text, Grade.DOUBTFUL, advice)
+
+
+def worse_reference(worse: tuple[list[float], list[float]]) -> Remark:
+    """What is said of a reference model that explains less than one fitted to the recordings.
+
+    Args:
+        worse: errors of the reference model with its effects, and of the other one [%].
+    """
+    text = (
+        "The reference model with these effects explains the recordings worse than a model that is"
+        f" fitted to them does without effects: it leaves {_beside(worse)}. What is named is not"
+        " all that has changed."
+    )
+    advice = "Check that the reference model is of this arm, or search without it."
+    return Remark("large_error", (), text, Grade.DOUBTFUL, advice)
+
+
+def _beside(worse: tuple[list[float], list[float]]) -> str:
+    return listed([f"{a:.3g} instead of {b:.3g} %" for a, b in zip(*worse, strict=True)])
 
 
 def _content(name: str, cutoff_hz: float, errors: Errors) -> dict[str, Any]:

@@ -221,18 +221,19 @@ def not_among(
 
 
 def withheld(
-    source: Experiment, state: SelectionState, settings: GapSettings, in_model: bool
+    source: Experiment, state: SelectionState, settings: GapSettings, in_model: bool, doubt: str
 ) -> tuple[SelectionState, tuple[Suspected, ...]]:
-    """All effects suspected only, beside an arm that is not physically possible.
+    """All effects suspected only.
 
     Args:
         source: the recordings.
         state: with what was found.
         settings: of the search.
         in_model: whether the effects stay in the model.
+        doubt: why none is named, in half a sentence.
     """
     found = _judged(source, state, settings)
-    apart = tuple(replace(s, doubt=IMPOSSIBLE_ARM, in_model=in_model) for s in found)
+    apart = tuple(replace(s, doubt=doubt, in_model=in_model) for s in found)
     return state if in_model else state.with_only([]), apart
 
 

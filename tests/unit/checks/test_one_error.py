@@ -15,7 +15,12 @@ from ident.gap.results.full_model import fitted_beside
 from ident.identification.validation import arm_of, predict
 from ident.model.records import EffectRecord
 from ident.recordings.dataset import in_memory
-from ident.workflows.model_errors import errors_on, worse_than_run
+from ident.workflows.model_errors import (
+    errors_on,
+    withheld_names,
+    worse_reference,
+    worse_than_run,
+)
 from ident.workflows.run import run_data
 from ident.workflows.validate import predicts
 from wamctl.arm.errors import DataError
@@ -65,16 +70,20 @@ def test_of_a_fit_beside_effects_that_were_given(fitted):
     assert abs(bare["relative_error_percent"] - told["relative_error_percent"]) > 0.1
 
 
-def test_effects_beside_which_the_arm_explains_less_are_told(fitted):
+def test_effects_beside_which_the_arm_explains_less_are_seen(fitted):
     _, data, run = fitted
     wrong = STRIBECK.model_copy(update={"parameters": {"extra_friction": 4.0}})
-    (remark,) = worse_than_run(
-        errors_on(replace(run.model, effects=bound([wrong])), [data]), run.model, [data]
+    model = replace(run.model, effects=bound([wrong]))
+    ((much,), (little,)) = worse_than_run(errors_on(model, [data]), run.model, [data])
+    assert little == pytest.approx(run.content["errors"][0]["relative_error_percent"])
+    assert much > 2 * little
+    assert worse_than_run(errors_on(run.model, [data]), run.model, [data]) is None
+    (of_reference, of_search) = (
+        say(([much], [little])) for say in (worse_reference, withheld_names)
     )
-    assert remark.grade is Grade.DOUBTFUL
-    of_run = run.content["errors"][0]["relative_error_percent"]
-    assert f"instead of {of_run:.3g} %" in remark.finding
-    assert worse_than_run(errors_on(run.model, [data]), run.model, [data]) == []
+    for remark in (of_reference, of_search):
+        assert remark.grade is Grade.DOUBTFUL
+        assert f"{much:.3g} instead of {little:.3g} %" in remark.finding
 
 
 def test_a_recording_too_short_for_effects_does_not_cost_the_result(fitted):
