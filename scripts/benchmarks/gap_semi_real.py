@@ -1,10 +1,12 @@
 """Effects added by arithmetic to the torque of real recordings: does `ident gap` name them?
 
 Run: .venv/bin/python scripts/benchmarks/gap_semi_real.py LOG.. [--seed S] [--level X]
+     .venv/bin/python scripts/benchmarks/gap_semi_real.py LOG.. [--seed S] --detectable X
 
 Each effect of the list is added once to each recording, at a random joint at which the recording
-as it is shows no such effect; its rms is so many times the residual of that joint (`--level`). The
-motion stays as it was recorded. Prints what was named beside what is named without it.
+as it is shows no such effect; its rms is so many times the residual of that joint (`--level`), or
+its size so many times the smallest one that the search calls detectable there (`--detectable`).
+The motion stays as it was recorded. Prints what was named beside what is named without it.
 """
 
 import argparse
@@ -19,6 +21,7 @@ from scipy.signal import savgol_filter
 from ident.gap.data.experiment import Experiment, read_experiment
 from ident.gap.options import Options
 from ident.gap.regression.weighted_fit import mean_squares
+from ident.gap.results.minimum_detectable import minimum_detectable
 from ident.gap.results.outcome import SearchResult
 from ident.gap.search import search
 from ident.recordings.dataset import in_memory
@@ -53,7 +56,21 @@ def _rotor(q: Array, qd: Array, qdd: Array) -> Array:
     return qdd
 
 
-EFFECTS: dict[str, Callable[[Array, Array, Array], Array]] = {
+def _linear(q: Array, qd: Array, qdd: Array) -> Array:
+    return q - q.mean()
+
+
+def _extra_at_rest(q: Array, qd: Array, qdd: Array) -> Array:
+    return np.sign(qd) * np.exp(-((qd / (0.1 * np.abs(qd).max())) ** 2))
+
+
+def _both_ways(q: Array, qd: Array, qdd: Array) -> Array:
+    return np.abs(qd)
+
+
+Shape = Callable[[Array, Array, Array], Array]
+
+EFFECTS: dict[str, Shape] = {
     "joint_spring": _springs,
     "stribeck": _low_speed,
     "nonlinear_viscous": _square,
@@ -63,8 +80,33 @@ EFFECTS: dict[str, Callable[[Array, Array, Array], Array]] = {
 }
 
 
-def with_effect(source: Experiment, effect: str, joint: int, rms: float) -> Experiment:
+OF_SIZE_ONE: dict[str, Shape] = {
+    "joint_spring": _linear,
+    "stribeck": _extra_at_rest,
+    "asymmetric_viscous": _both_ways,
+    "torque_offset": _constant,
+    "rotor_inertia": _rotor,
+}
+"""Torque of effects whose first coefficient is one, in the unit that the search tells."""
+
+
+def with_rms(source: Experiment, effect: str, joint: int, rms: float) -> Experiment:
     """The recordings with a torque of that rms [N m] added at a joint (from 0)."""
+
+    def torque(*motion: Array) -> Array:
+        shape = EFFECTS[effect](*motion)
+        return rms * shape / np.sqrt(np.mean(shape**2))
+
+    return with_torque(source, joint, torque)
+
+
+def with_size(source: Experiment, effect: str, joint: int, size: float) -> Experiment:
+    """The recordings with an effect of that first coefficient at a joint (from 0)."""
+    return with_torque(source, joint, lambda *motion: size * OF_SIZE_ONE[effect](*motion))
+
+
+def with_torque(source: Experiment, joint: int, added: Shape) -> Experiment:
+    """The recordings with a torque of the motion [N m] added at a joint (from 0)."""
     data = []
     for d in source.datasets:
         segments = []
@@ -74,9 +116,8 @@ def with_effect(source: Experiment, effect: str, joint: int, rms: float) -> Expe
                 savgol_filter(s.q[:, joint], width, 3, deriv=k, delta=1 / d.rate_hz)
                 for k in range(3)
             ]
-            shape = EFFECTS[effect](motion[0], motion[1], motion[2])
             tau = s.tau.copy()
-            tau[:, joint] += rms * shape / np.sqrt(np.mean(shape**2))
+            tau[:, joint] += added(motion[0], motion[1], motion[2])
             segments.append(replace(s, tau=tau))
         data.append(in_memory(d, d.rate_hz, segments))
     return replace(source, datasets=tuple(data))
@@ -103,6 +144,7 @@ def main() -> None:
     options.add_argument("logs", type=Path, nargs="+")
     options.add_argument("--seed", type=int, default=0)
     options.add_argument("--level", type=float, default=1.0)
+    options.add_argument("--detectable", type=float, default=None)
     chosen = options.parse_args()
     rng = np.random.default_rng(chosen.seed)
     counts = {"named": 0, "rival of another": 0, "missed": 0}
@@ -112,12 +154,19 @@ def main() -> None:
         there = named(before)
         print(f"{path.stem} as it is: {before.verdict.kind}, {sorted(there)}", flush=True)
         noise = np.sqrt(mean_squares(before.end.fit))
-        for effect in EFFECTS:
+        least = minimum_detectable(before).sizes
+        for effect in EFFECTS if chosen.detectable is None else OF_SIZE_ONE:
             free = [j for j in np.flatnonzero(source.moving) if (effect, j + 1) not in there]
+            if chosen.detectable is not None:
+                free = [j for j in free if j in least.get(effect, {})]
             if not free:
                 continue
             joint = int(rng.choice(free))
-            changed = with_effect(source, effect, joint, chosen.level * float(noise[joint]))
+            if chosen.detectable is None:
+                changed = with_rms(source, effect, joint, chosen.level * float(noise[joint]))
+            else:
+                size = chosen.detectable * least[effect][joint]
+                changed = with_size(source, effect, joint, size)
             after = search(changed, Options(), lambda _: None)
             place = (effect, joint + 1)
             what = "named" if place in named(after) else "missed"
