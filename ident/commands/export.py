@@ -131,7 +131,7 @@ def _told(summary: dict[str, Any], log: Path | None, *, as_json: bool) -> None:
     if summary["format"] == Format.URDF:
         next_step("ident check-urdf", Path(summary["file"]))
     elif summary["format"] == Format.MJCF and log is None:
-        next_step("the same with --force --replay LOG.mcap, to compare it with a recording")
+        next_step("the same with --force --replay LOG.mcap, LOG of wamctl excite, to compare them")
 
 
 def _replayed(to: Format, text: str, model: Model, log: Path) -> Replay:

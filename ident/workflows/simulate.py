@@ -132,7 +132,7 @@ def _file(
             "--config",
             [
                 f"not given, and neither the model's recording nor a shipped file says how"
-                f" {model.arm} is controlled; name a file as wam7.yaml is one"
+                f" {model.arm} is controlled; name a file that does, such as wam7.yaml"
             ],
         ) from error
     return load_arm_file(path), {"config.yaml": path.read_bytes()}

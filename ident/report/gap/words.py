@@ -109,9 +109,10 @@ def _usual_terms(effects: Sequence[Content]) -> str:
     usual = [e["name"] in catalogue() and catalogue()[e["name"]].usual_term != "" for e in effects]
     if not any(usual):
         return ""
-    which = "These are terms" if all(usual) else "Offsets and motors' rotors are terms"
-    which = "This is a term" if len(usual) == 1 else which
-    return f"{which} that `ident run` adds as well where they predict better."
+    if len(usual) == 1:
+        return "This is a term that `ident run` adds as well where it predicts better."
+    which = "These" if all(usual) else "Offsets and motors' rotors"
+    return f"{which} are terms that `ident run` adds as well where they predict better."
 
 
 def _as_validated(errors: Sequence[Content]) -> str:
