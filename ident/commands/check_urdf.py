@@ -73,9 +73,15 @@ def _recording(checked: UrdfCheck) -> Iterator[str]:
     if not checked.recording:
         return
     yield from (remark["sentence"] for remark in checked.recording["remarks"])
+    errors = checked.recording.get("relative_error_percent")
+    if errors is None:
+        return  # refused
     if checked.weighed is None:
+        yield (
+            f"Recording: with identified links, the torque is off by {errors['identified']:.1f} %."
+            " The URDF has no masses to compare them with."
+        )
         return
-    errors = checked.recording["relative_error_percent"]
     yield (
         f"Recording: with the URDF's links, without friction, the torque is off by"
         f" {errors['urdf']:.1f} %, with identified links by {errors['identified']:.1f} %."

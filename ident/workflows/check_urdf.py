@@ -25,9 +25,9 @@ class UrdfCheck:
         out: where the repaired one was written, if anywhere.
         examined: what the file alone says.
         weighed: what the recordings say of its masses; None without recordings, or where they
-            were refused.
+            were refused, or without masses.
         recording: verdict and remarks of the recordings' check, and the errors of the URDF's own
-            and of identified parameters; empty without recordings.
+            and of identified parameters, None where the URDF has none; empty without recordings.
     """
 
     file: Path
@@ -53,21 +53,32 @@ class UrdfCheck:
             wrong = len(self.weighed.contradictions)
             return (
                 f"{self.file}: such an arm can exist, but {wrong} of its masses"
-                f" {'is' if wrong == 1 else 'are'} contradicted."
+                f" {'is' if wrong == 1 else 'are'} contradicted.{self._written}"
             )
         if not count:
             doubts = len(self.examined.findings)
             which = "doubt" if doubts == 1 else f"{doubts} doubts"
             if doubts:
-                return f"{self.file}: no fault was found, but see the {which} above."
-            return f"{self.file}: such an arm can exist; no fault was found."
+                return f"{self.file}: no fault was found, but see the {which} above.{self._written}"
+            return f"{self.file}: such an arm can exist; no fault was found.{self._written}"
         if self.verdict == "repaired":
             return f"{self.file}: {noun}, all repaired in {self.out}."
         mendable = count - len(self.examined.faults_left)
         if not mendable:
-            return f"{self.file}: {noun}, which cannot be repaired without knowing what is meant."
+            why = "which cannot be repaired without knowing what is meant"
+            return f"{self.file}: {noun}, {why}.{self._written}"
         words = f"{self.file}: {noun}, of which {mendable} can be repaired"
         return words + (f" and were in {self.out}." if self.out else " (--out FILE writes it).")
+
+    @property
+    def _written(self) -> str:
+        """What a written file holds beside the faults, as one more sentence; empty without one."""
+        if self.out is None:
+            return ""
+        count = sum(finding.repair is not None for finding in self.examined.findings)
+        if not count:
+            return f" {self.out} holds the same: nothing was repaired."
+        return f" {self.out} holds {count} repair{'s' * (count != 1)}."
 
     def content(self) -> dict[str, Any]:
         """For JSON."""
@@ -122,9 +133,14 @@ def _compared(
         run = run_data(arm, data, tell)
     except RefusedError as refusal:
         return None, verdict_content(refusal.remarks)
+    has_masses = "cad" in run.found.assessments
     errors = {
-        name: run.found.assessments[key].filtered.relative_percent
-        for name, key in (("urdf", "cad"), ("identified", run.found.chosen))
+        name: run.found.assessments[key].filtered.relative_percent if known else None
+        for name, key, known in (
+            ("urdf", "cad", has_masses),
+            ("identified", run.found.chosen, True),
+        )
     }
     recording = {key: run.content[key] for key in ("verdict", "remarks")}
-    return weighed(run.found), recording | {"relative_error_percent": errors}
+    compared = weighed(run.found) if has_masses else None
+    return compared, recording | {"relative_error_percent": errors}

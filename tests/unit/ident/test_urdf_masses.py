@@ -56,3 +56,19 @@ def test_a_refused_recording(tmp_path, noisy, capsys):
     short.write_bytes(short.read_bytes()[: len(short.read_bytes()) // 40])
     assert call("check-urdf", heavier(tmp_path, 1.0), short) == 6
     assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_a_urdf_without_masses_has_none_to_compare(tmp_path, log, capsys):
+    bare = tmp_path / "bare.urdf"
+    bare.write_text(re.sub(r"<inertial>.*?</inertial>", "", URDF, flags=re.DOTALL), "utf-8")
+    out = tmp_path / "out.urdf"
+    assert call("check-urdf", bare, log, "--out", out) == 0
+    told = capsys.readouterr().out
+    assert re.search(r"with identified links, the torque is off by \d", told)
+    assert "The URDF has no masses to compare them with." in told
+    assert f" {out} holds the same: nothing was repaired." in told
+    content = checked(capsys, bare, log)
+    assert content["masses"] == []
+    errors = content["recording"]["relative_error_percent"]
+    assert errors["urdf"] is None
+    assert errors["identified"] < 10
