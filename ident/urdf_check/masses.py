@@ -3,8 +3,9 @@
 A recording tells base parameters, not masses. So it is asked which links' masses would have to be
 others, with centres of mass and tensors about them as the URDF has them: generalised least squares
 of the difference between identified and CAD base parameters on the masses, one link after the
-other, as long as one more is significant. What masses cannot explain (tensors that are wrong too)
-counts as scatter, so that it lowers the significance of all of them (Birge 1932).
+other, as long as one more is significant. One that stood in for others that came after it is left
+out again where it is not significant beside them. What masses cannot explain (tensors that are
+wrong too) counts as scatter, so that it lowers the significance of all of them (Birge 1932).
 """
 
 from collections.abc import Sequence
@@ -82,7 +83,7 @@ def weighed(found: Identification) -> Weighed:
     masses = np.array([inertia.mass for inertia in list(robot.model.inertias)[1:]])
     A, y = _whitened(found)
     seen = np.linalg.norm(A, axis=0) * masses.sum() > SIGNIFICANT  # were it as heavy as the arm
-    chosen = _selected(A, y, masses, seen)
+    chosen = selected(A, y, masses, seen)
     unseen = [
         k
         for k in range(robot.dof)
@@ -99,17 +100,31 @@ def weighed(found: Identification) -> Weighed:
     )
 
 
-def _selected(A: Array, y: Array, masses: Array, seen: NDArray[np.bool_]) -> list[int]:
-    """Forward selection of links, from 0."""
+def selected(A: Array, y: Array, masses: Array, seen: NDArray[np.bool_]) -> list[int]:
+    """Links, from 0, whose masses must be others: the fewest that explain the difference.
+
+    Args:
+        A: change of the base parameters by each mass, in standard errors, shape (b, n).
+        y: their difference from the URDF's, in standard errors, shape (b,).
+        masses: of the URDF [kg], shape (n,).
+        seen: which masses the motion shows, shape (n,).
+    """
     chosen: list[int] = []
     while len(chosen) < min(seen.sum(), len(y) - 2):
         others = [int(k) for k in np.flatnonzero(seen) if k not in chosen]
         nearest = min(others, key=lambda k: _left(A[:, [*chosen, k]], y))
-        change, sd = _fit(A, y, [*chosen, nearest])[-1]
-        if abs(change) < max(SIGNIFICANT * sd, _LEAST_SHARE * masses[nearest]):
+        if _sizes(A, y, masses, [*chosen, nearest])[-1] < 1.0:
             break
         chosen.append(nearest)
+    while chosen and (sizes := _sizes(A, y, masses, chosen)).min() < 1.0:
+        chosen.pop(int(np.argmin(sizes)))
     return chosen
+
+
+def _sizes(A: Array, y: Array, masses: Array, chosen: list[int]) -> Array:
+    """Change of each chosen mass beside the least that counts, shape (k,)."""
+    change, sd = np.transpose(_fit(A, y, chosen))
+    return np.abs(change) / np.maximum(SIGNIFICANT * sd, _LEAST_SHARE * masses[chosen])
 
 
 def _fit(A: Array, y: Array, chosen: list[int]) -> list[tuple[float, float]]:

@@ -4,9 +4,11 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from test_ident_commands import call, write_log
 
+from ident.urdf_check.masses import selected
 from wamctl.arm.config import shipped_file
 
 URDF = shipped_file("wam7.urdf").read_text("utf-8")
@@ -72,3 +74,13 @@ def test_a_urdf_without_masses_has_none_to_compare(tmp_path, log, capsys):
     errors = content["recording"]["relative_error_percent"]
     assert errors["urdf"] is None
     assert errors["identified"] < 10
+
+
+def test_a_mass_that_stood_in_for_later_ones_is_not_contradicted():
+    """The first link does nearly what the two others do together, which alone are wrong."""
+    A = np.zeros((8, 3))
+    A[:3] = 100 * np.array([[1.0, 1.0, 0.0], [1.0, 0.0, 1.0], [0.3, 0.0, 0.0]])
+    y = A @ [0.0, 1.0, 0.6]
+    alone = np.linalg.lstsq(A[:, :1], y, rcond=None)[1]
+    assert all(alone < np.linalg.lstsq(A[:, [k]], y, rcond=None)[1] for k in (1, 2))
+    assert sorted(selected(A, y, np.ones(3), np.full(3, True))) == [1, 2]
