@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 from ident.urdf_check.finding import Finding, Grade, Repair
 from ident.urdf_check.inertials import inertial_findings
-from ident.urdf_check.joints import joint_findings
+from ident.urdf_check.joints import Ranges, joint_findings
 from ident.urdf_check.structure import massless_findings, reach_m, structure_findings
 from ident.urdf_check.xml_values import Element
 from wamctl.arm.errors import ConfigurationError
@@ -46,12 +46,13 @@ class Examination:
         return _faults(self.left)
 
 
-def examine_urdf(text: str, source: Path | str) -> Examination:
+def examine_urdf(text: str, source: Path | str, moved: Ranges | None = None) -> Examination:
     """Check a URDF, and repair what can be repaired without a measurement.
 
     Args:
         text: of the file.
         source: what to call it in messages.
+        moved: where a recording has the joints, if there is one; what it contradicts is not done.
 
     Raises:
         ConfigurationError: no XML, no robot, or xacro.
@@ -59,9 +60,9 @@ def examine_urdf(text: str, source: Path | str) -> Examination:
     root = _parsed(text, source)
     findings = list(_numbers(root))
     _repair(findings)
-    values = list(_values(root))
+    values = list(_values(root, moved))
     _repair(values)
-    left = [*_numbers(root), *_values(root)]
+    left = [*_numbers(root), *_values(root, moved)]
     ElementTree.indent(root)
     repaired = '<?xml version="1.0"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
     return Examination(_sorted([*findings, *values]), _sorted(left), repaired)
@@ -81,7 +82,7 @@ def _parsed(text: str, source: Path | str) -> Element:
     return root
 
 
-def _values(root: Element) -> Iterator[Finding]:
+def _values(root: Element, moved: Ranges | None) -> Iterator[Finding]:
     """Findings on numbers that are readable."""
     yield from structure_findings(root)
     reach = reach_m(root)
@@ -89,7 +90,7 @@ def _values(root: Element) -> Iterator[Finding]:
         yield from inertial_findings(link, reach)
     names = frozenset(joint.get("name", "") for joint in root.iterfind("joint"))
     for joint in root.iterfind("joint"):
-        yield from joint_findings(joint, names)
+        yield from joint_findings(joint, names, moved)
     yield from massless_findings(root)
 
 

@@ -1,6 +1,6 @@
 """Axes, limits, frames and friction of joints."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import partial
 
 import numpy as np
@@ -10,20 +10,29 @@ from ident.urdf_check.xml_values import Element, number, triple
 
 _TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 _DRIVEN = ("revolute", "continuous", "prismatic")
-_MOST_TURNS = 4 * np.pi
-"""A joint's limit beyond two turns [rad] is in degrees, or no limit."""
+_MOST_TURNS = 1.01 * 4 * np.pi
+"""A joint's limit beyond two turns [rad], be they rounded up, is in degrees, or no limit."""
 
 _MOST_DEGREES = 720.0
 _FULL_TURN = 2 * np.pi
+_BEYOND = 0.1
+"""Positions so far beyond limits [rad] do not contradict them: limits are rounded, stops yield."""
+
 _UNIT_LENGTH = 1e-3
 
+Ranges = Mapping[str, tuple[float, float]]
+"""Lowest and highest position of joints in a recording, by their names [rad or m]."""
 
-def joint_findings(joint: Element, names: frozenset[str]) -> Iterator[Finding]:
+
+def joint_findings(
+    joint: Element, names: frozenset[str], moved: Ranges | None = None
+) -> Iterator[Finding]:
     """What is wrong with a joint.
 
     Args:
         joint: the element.
         names: of all joints.
+        moved: where a recording has them, if there is one.
     """
     name, kind = joint.get("name", ""), joint.get("type", "")
     if kind not in _TYPES:
@@ -32,7 +41,7 @@ def joint_findings(joint: Element, names: frozenset[str]) -> Iterator[Finding]:
     if kind in (*_DRIVEN, "planar"):
         yield from _axis(name, joint)
     if kind in _DRIVEN:
-        yield from _limits(name, joint, kind)
+        yield from _limits(name, joint, kind, (moved or {}).get(name, (0.0, 0.0)))
         yield from _friction(name, joint)
     mimic = joint.find("mimic")
     if mimic is not None and mimic.get("joint", "") not in names:
@@ -68,7 +77,7 @@ def _axis(name: str, joint: Element) -> Iterator[Finding]:
         )
 
 
-def _limits(name: str, joint: Element, kind: str) -> Iterator[Finding]:
+def _limits(name: str, joint: Element, kind: str, moved: tuple[float, float]) -> Iterator[Finding]:
     limit = joint.find("limit")
     if limit is None:
         if kind != "continuous":
@@ -76,7 +85,7 @@ def _limits(name: str, joint: Element, kind: str) -> Iterator[Finding]:
             yield _fault("limit_missing", name, f"has no limit element: give {wanted}")
         return
     if kind != "continuous":
-        yield from _range(name, limit, kind)
+        yield from _range(name, limit, kind, moved)
     for what, unit in (("effort", "N m"), ("velocity", "rad/s")):
         value = number(limit, what)
         if limit.get(what) is None:
@@ -94,7 +103,7 @@ def _limits(name: str, joint: Element, kind: str) -> Iterator[Finding]:
             yield _note(f"{what}_zero", name, f"its {what} limit is zero, so that it cannot move")
 
 
-def _range(name: str, limit: Element, kind: str) -> Iterator[Finding]:
+def _range(name: str, limit: Element, kind: str, moved: tuple[float, float]) -> Iterator[Finding]:
     lower, upper = (number(limit, x) if limit.get(x) else 0.0 for x in ("lower", "upper"))
     if lower is None or upper is None or not np.isfinite([lower, upper]).all():
         return
@@ -110,15 +119,32 @@ def _range(name: str, limit: Element, kind: str) -> Iterator[Finding]:
         yield _fault("limit_empty", name, f"its limits are both {lower:g}, so that it cannot move")
     most = max(abs(lower), abs(upper))
     if kind == "revolute" and _MOST_TURNS < most <= _MOST_DEGREES:
-        low, high = np.radians(sorted((lower, upper)))
-        yield _doubt(
-            "limit_degrees",
-            name,
-            f"its limits {lower:g} and {upper:g} rad are more than two turns: they look like"
-            " degrees",
-            partial(_set_range, limit, low, high),
-            f"from {low:.5g} to {high:.5g} rad",
+        yield _turns(name, limit, tuple(sorted((lower, upper))), moved)
+
+
+def _turns(
+    name: str, limit: Element, given: tuple[float, ...], moved: tuple[float, float]
+) -> Finding:
+    """Limits of more than two turns; no degrees where a recording passes them as such.
+
+    A recording that has as many turns itself may be in degrees as well, and says nothing.
+    """
+    text = f"its limits {given[0]:g} and {given[1]:g} rad are more than two turns"
+    low, high = np.radians(given)
+    passes = moved[0] < low - _BEYOND or moved[1] > high + _BEYOND
+    if passes and max(np.abs(moved)) <= _MOST_TURNS:
+        text = (
+            f"{text}, and no degrees either, since the recording moves it from {moved[0]:.3g} to"
+            f" {moved[1]:.3g} rad: give those of the joint"
         )
+        return _doubt("limit_turns", name, text)
+    return _doubt(
+        "limit_degrees",
+        name,
+        f"{text}: they look like degrees",
+        partial(_set_range, limit, low, high),
+        f"from {low:.5g} to {high:.5g} rad",
+    )
 
 
 def _set_range(limit: Element, lower: float, upper: float) -> None:

@@ -7,9 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from ident.checks.remark import RefusedError, verdict_content
+from ident.model.arm import Arm
+from ident.recordings.dataset import Dataset
 from ident.recordings.loading import Reading, read_logs
 from ident.regression.progress import Tell, silent
 from ident.urdf_check.examine import Examination, examine_urdf
+from ident.urdf_check.finding import Grade
+from ident.urdf_check.joints import Ranges
 from ident.urdf_check.masses import Weighed, weighed
 from ident.workflows.run import run_data
 from wamctl.arm.config import find_file, read_text
@@ -55,11 +59,10 @@ class UrdfCheck:
                 f"{self.file}: such an arm can exist, but {wrong} of its masses"
                 f" {'is' if wrong == 1 else 'are'} contradicted.{self._written}"
             )
+        if not count and self.examined.findings:
+            seen = f"but see the {self._less_than_faults} above"
+            return f"{self.file}: no fault was found, {seen}.{self._written}"
         if not count:
-            doubts = len(self.examined.findings)
-            which = "doubt" if doubts == 1 else f"{doubts} doubts"
-            if doubts:
-                return f"{self.file}: no fault was found, but see the {which} above.{self._written}"
             return f"{self.file}: such an arm can exist; no fault was found.{self._written}"
         if self.verdict == "repaired":
             return f"{self.file}: {noun}, all repaired in {self.out}."
@@ -69,6 +72,15 @@ class UrdfCheck:
             return f"{self.file}: {noun}, {why}.{self._written}"
         words = f"{self.file}: {noun}, of which {mendable} can be repaired"
         return words + (f" and were in {self.out}." if self.out else " (--out FILE writes it).")
+
+    @property
+    def _less_than_faults(self) -> str:
+        """How many doubts and notes there are, such as `doubt` or `2 doubts and 3 notes`."""
+        grades = [finding.grade for finding in self.examined.findings]
+        counts = [(g, grades.count(g)) for g in (Grade.DOUBT, Grade.NOTE) if g in grades]
+        if len(counts) == 1 and counts[0][1] == 1:
+            return counts[0][0].value
+        return " and ".join(f"{n} {g.value}{'s' * (n != 1)}" for g, n in counts)
 
     @property
     def _written(self) -> str:
@@ -112,23 +124,46 @@ def check_urdf(
         DataError: recordings that cannot be used, or a file that cannot be written.
     """
     path = find_file(file)
-    examined = examine_urdf(read_text(path), path)
+    text = read_text(path)
+    examined = examine_urdf(text, path)
+    compared, recording = None, {}
+    if logs:
+        tell("reading")
+        arm, data = _read(path.name, examined.repaired, logs, reading)
+        first, examined = examined, examine_urdf(text, path, _ranges(data))
+        if examined.repaired != first.repaired:
+            arm, data = _read(path.name, examined.repaired, logs, reading)
+        compared, recording = _compared(arm, data, tell)
     if out is not None:
         write_text(out, examined.repaired)
-    if not logs:
-        return UrdfCheck(path, out, examined, None, {})
-    compared, recording = _compared(path.name, examined.repaired, logs, reading, tell)
     return UrdfCheck(path, out, examined, compared, recording)
 
 
-def _compared(
-    name: str, urdf: str, logs: Sequence[Path], reading: Reading, tell: Tell
-) -> tuple[Weighed | None, dict[str, Any]]:
-    tell("reading")
+def _read(
+    name: str, urdf: str, logs: Sequence[Path], reading: Reading
+) -> tuple[Arm, list[Dataset]]:
+    """Recordings of the arm of a URDF that is not, or not so, a file."""
     with tempfile.TemporaryDirectory() as folder:
         repaired = Path(folder) / name
         repaired.write_text(urdf, encoding="utf-8")
-        arm, data = read_logs(logs, repaired, reading)
+        return read_logs(logs, repaired, reading)
+
+
+def _ranges(data: Sequence[Dataset]) -> Ranges:
+    """Where the recordings have the joints, all of them together."""
+    found: dict[str, tuple[float, float]] = {}
+    for one in data:
+        rows = zip(one.source.joint_names, one.source.low, one.source.high, strict=True)
+        for name, low, high in rows:
+            before = found.get(name, (low, high))
+            found[name] = (float(min(low, before[0])), float(max(high, before[1])))
+    return found
+
+
+def _compared(
+    arm: Arm, data: Sequence[Dataset], tell: Tell
+) -> tuple[Weighed | None, dict[str, Any]]:
+    """What recordings say of the masses, and of the URDF as a whole."""
     try:
         run = run_data(arm, data, tell)
     except RefusedError as refusal:

@@ -84,3 +84,34 @@ def test_a_mass_that_stood_in_for_later_ones_is_not_contradicted():
     alone = np.linalg.lstsq(A[:, :1], y, rcond=None)[1]
     assert all(alone < np.linalg.lstsq(A[:, [k]], y, rcond=None)[1] for k in (1, 2))
     assert sorted(selected(A, y, np.ones(3), np.full(3, True))) == [1, 2]
+
+
+def with_limits(tmp_path: Path, lower: float, upper: float) -> Path:
+    """The arm with other limits of its first joint."""
+    path = tmp_path / "limits.urdf"
+    old = re.search(r'lower="[^"]*" upper="[^"]*"', URDF)[0]
+    new = f'lower="{lower}" upper="{upper}"'
+    path.write_text(URDF.replace(old, new, 1), encoding="utf-8")
+    return path
+
+
+def limits_after(capsys, urdf: Path, log: Path) -> tuple[str, float]:
+    """What is told, and the first upper limit of the repaired file."""
+    out = urdf.with_name("repaired.urdf")
+    call("check-urdf", urdf, log, "--out", out)
+    return capsys.readouterr().out, float(re.search(r'upper="([^"]*)"', out.read_text("utf-8"))[1])
+
+
+def test_limits_that_the_recording_passes_as_degrees_are_left(tmp_path, log, capsys):
+    told, upper = limits_after(capsys, with_limits(tmp_path, -20, 20), log)
+    assert upper == 20
+    assert "are more than two turns, and no degrees either, since the recording moves it" in told
+    assert "but see the doubt above" in told
+    assert "exceeded the URDF's limits" not in told
+
+
+def test_limits_in_degrees_that_the_recording_keeps_are_repaired(tmp_path, log, capsys):
+    told, upper = limits_after(capsys, with_limits(tmp_path, -150, 150), log)
+    assert upper == pytest.approx(np.radians(150))
+    assert "they look like degrees" in told
+    assert "holds 1 repair." in told

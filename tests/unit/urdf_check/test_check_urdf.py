@@ -278,6 +278,24 @@ def test_the_command_says_what_is_no_urdf(tmp_path, capsys) -> None:
     assert capsys.readouterr().err.count("\n") == 2
 
 
+def test_two_turns_rounded_up_are_no_degrees() -> None:
+    root = ElementTree.fromstring(arms()[0].read_text("utf-8"))
+    of_joint("limit", lower="-12.6", upper="12.6")(root)
+    found = examine_urdf(ElementTree.tostring(root, encoding="unicode"), "arm.urdf")
+    assert not [f for f in found.findings if f.code.startswith("limit")]
+
+
+def test_doubts_and_notes_are_counted_apart(tmp_path, capsys) -> None:
+    bare = tmp_path / "bare.urdf"
+    limit = '<limit lower="-170" upper="170" effort="1" velocity="1"/>'
+    bare.write_text(
+        '<robot name="a"><link name="b"/><link name="c"/><joint name="j" type="revolute">'
+        f'<parent link="b"/><child link="c"/><axis xyz="0 0 1"/>{limit}</joint></robot>'
+    )
+    assert call("check-urdf", bare) == 0
+    assert "no fault was found, but see the 1 doubt and 1 note above." in capsys.readouterr().out
+
+
 def test_planted_in_twenty() -> None:
     assert len(PLANTED) >= 20
     assert len(arms()) == 20
