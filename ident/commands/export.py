@@ -128,9 +128,7 @@ def _told(summary: dict[str, Any], log: Path | None, *, as_json: bool) -> None:
     typer.echo(summary["file"])
     if "replay_page" in summary:
         typer.echo(summary["replay_page"])
-    if summary["format"] == Format.URDF:
-        next_step("ident check-urdf", Path(summary["file"]))
-    elif summary["format"] == Format.MJCF and log is None:
+    if summary["format"] == Format.MJCF and log is None:
         next_step("the same with --force --replay LOG.mcap, LOG of wamctl excite, to compare them")
 
 

@@ -244,6 +244,10 @@ def test_the_command(tmp_path: Path) -> None:
     assert result.stdout == f"{out}\n"
     assert result.stderr.startswith("Next: the same with --force --replay LOG.mcap")
     assert mujoco.MjModel.from_xml_path(str(out)).nq == 2  # pyright: ignore
+    urdf = CliRunner().invoke(app, [str(path), "--to", "urdf", "--out", str(tmp_path / "a.urdf")])
+    assert (
+        "Next" not in urdf.stderr
+    )  # an impossible one is refused; its masses are as the data tell
     missing = tmp_path / "no" / "arm.urdf"
     result = CliRunner().invoke(app, [str(path), "--to", "urdf", "--out", str(missing)])
     assert str(result.exception) == (
