@@ -213,8 +213,8 @@ class CheckSettings(Section):
     )
     sign_cost: float = positive(
         1.15,
-        "the error may rise by this factor when a joint with negative friction is turned: the"
-        " sign alone then decides",
+        "the error may rise by this factor where something else tells: an arm's other recordings"
+        " its signs, or its weight a zero pose and how it is mounted",
     )
     impossible_ratio: float = positive(
         1.3,

@@ -33,6 +33,9 @@ _FAST = 0.95
 _CHANGES = 0.95
 """Of the error, above which it hardly changes."""
 
+_RISES = 1.02
+"""Of the error: more is no chance of held-out data, and the torque was the right way round."""
+
 _ADVICE = "Correct the sign where the torque is recorded."
 
 
@@ -220,9 +223,9 @@ def feeding_turned(
 def _brakes(
     case: Case, without: Case, places: NDArray[np.intp] | int, bounds: CheckSettings
 ) -> bool:
-    """Whether friction brakes these joints once they are turned, at hardly any error."""
-    cheap = without.error < bounds.sign_cost * case.error
-    return cheap and not bool(np.any(feeding(without, bounds)[places]))
+    """Whether friction brakes these joints once they are turned, and the error does not rise."""
+    rises = without.error > _RISES * case.error
+    return not rises and not bool(np.any(feeding(without, bounds)[places]))
 
 
 def _turned(
@@ -241,11 +244,14 @@ def _turned(
             text = f"The torque of {whose}, or else its position, has the wrong sign; the torque"
             best = replace(best, text=f"{text} was inverted")
         return without, change, best.told(_figures(case, without))
+    reason, advice = "has the wrong sign", "Check the stamps and the sign of this joint's torque."
+    if without.error > _RISES * case.error:
+        reason = "another joint's is wrong; turned round, it is explained worse"
+        advice = "Check the stamps, and the unit of every joint's torque."
     text = (
         f"Friction at {joints([k], names)} would drive the motion: the torque lags or leads the"
-        " position, or has the wrong sign."
+        f" position, or {reason}."
     )
-    advice = "Check the stamps and the sign of this joint's torque."
     return case, 1.0, Remark("sign", numbers([k]), text, Grade.DOUBTFUL, advice)
 
 

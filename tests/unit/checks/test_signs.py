@@ -96,6 +96,21 @@ def test_where_the_motion_tells_little_only_a_falling_error_turns_a_torque(monke
     assert "Friction at joint 2 (b) would drive the motion" in remark.finding
 
 
+def test_a_turn_that_explains_less_is_not_made(monkeypatch):
+    """The fit of another joint's wrong torque may make a right joint's friction negative."""
+    monkeypatch.setattr(signs, "feeding", lambda c, _: (c.factors > 0) & [False, True, False])
+    monkeypatch.setattr(signs, "nearest", lambda c, tried: (tried[0], tried[0].without(c)))
+    monkeypatch.setattr(signs, "position_sign", signs.torque_sign)
+    case: Any = Coupled(alone=0.11)
+    found, factors, (remark,) = signs.feeding_turned(case, True, DEFAULT)
+    assert found is case
+    assert factors.tolist() == [1, 1, 1]
+    assert remark.finding == (
+        "Friction at joint 2 (b) would drive the motion: the torque lags or leads the position, or"
+        " another joint's is wrong; turned round, it is explained worse."
+    )
+
+
 @pytest.mark.parametrize(
     ("log", "grade"), [(right(), Grade.REFUSED), (on_one_line(0.001), Grade.DOUBTFUL)]
 )
