@@ -125,7 +125,8 @@ def _shifted(case: Case, chunks: Sequence[Chunk], delays: Array) -> "_Shifted | 
 def late_by_fit(found: Delay, name: str, bounds: CheckSettings) -> list[Remark]:
     """What is said of a delay that moving the torque hardly mends, but the fit's leftover shows.
 
-    A long one, as where torque alone was filtered, or one that explains much of the leftover.
+    A long one, as where torque or positions alone were filtered, or one that explains much of the
+    leftover. A filter delays what passes it: torque that leads is that of filtered positions.
 
     Args:
         found: the delay beside the fit.
@@ -139,8 +140,15 @@ def late_by_fit(found: Delay, name: str, bounds: CheckSettings) -> list[Remark]:
     told = f"{way} the motion by about {size:.2g} s (± {found.sd:.1g} s)"
     if size >= bounds.late_by_fit_s:
         text = f"{name}: what the model leaves is that of torque which {told}"
-        text += ", as torque that was filtered alone does."
-        advice = "Record the torque without a filter, or filter positions by the same one."
+        if found.seconds > 0:
+            text += ", as where positions were filtered alone, or where two clocks give the stamps."
+            advice = (
+                "Record positions without a filter, or filter the torque by the same one, and stamp"
+                " both by one clock."
+            )
+        else:
+            text += ", as torque that was filtered alone does."
+            advice = "Record the torque without a filter, or filter positions by the same one."
     elif size >= _SHORTEST_S and found.explained >= bounds.late_by_fit_share:
         text = f"{name}: {100 * found.explained:.0f} % of the squares that the model leaves are"
         text += f" those of torque which {told}."

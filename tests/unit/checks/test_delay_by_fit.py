@@ -17,10 +17,14 @@ def low_pass(x, seconds, rate_hz):
 
 
 def delays_told(filtered_s):
-    """What a run says of torque behind a filter, beside a slow torque that is no arm's."""
+    """What a run says of torque behind a filter, beside a slow torque that is no arm's.
+
+    Of positions, where the time is negative.
+    """
     log = right(joints=3, seconds=80.0)
     rate_hz = 1.0 / np.median(np.diff(log.t))
-    torque = low_pass(log.tau - log.tau[0], filtered_s, rate_hz) + log.tau[0]
+    torque = low_pass(log.tau - log.tau[0], max(filtered_s, 1e-6), rate_hz) + log.tau[0]
+    log = log.with_(q=low_pass(log.q - log.q[0], max(-filtered_s, 1e-6), rate_hz) + log.q[0])
     slow = np.random.default_rng(0).normal(size=log.tau.shape)
     for _ in range(2):
         slow = low_pass(slow, 4.0, rate_hz)
@@ -32,13 +36,29 @@ def delays_told(filtered_s):
 def test_a_run_tells_filtered_torque():
     (said,) = delays_told(0.13)
     assert "lags the motion by about 0.12 s" in said
+    assert "as torque that was filtered alone does" in said
     assert delays_told(1e-6) == []
 
 
-@pytest.mark.parametrize(("seconds", "way"), [(-0.1, "lags"), (0.08, "leads")])
-def test_filtered_torque_is_told(seconds, way):
+def test_a_run_tells_filtered_positions():
+    """A filter delays: torque leads where it was the positions that passed one."""
+    (said,) = delays_told(-0.13)
+    assert "leads the motion by about 0.1" in said
+    assert "as where positions were filtered alone" in said
+
+
+@pytest.mark.parametrize(
+    ("seconds", "way", "why", "advice"),
+    [
+        (-0.1, "lags", "as torque that was filtered alone does", "Record the torque"),
+        (0.08, "leads", "as where positions were filtered alone", "Record positions"),
+    ],
+)
+def test_filtered_torque_is_told(seconds, way, why, advice):
     (remark,) = late_by_fit(Delay(seconds, 0.008), "log", DEFAULT)
     assert f"{way} the motion by about {abs(seconds):g} s" in remark.finding
+    assert why in remark.finding
+    assert remark.advice.startswith(advice)
 
 
 @pytest.mark.parametrize(("seconds", "sd"), [(-0.009, 0.0018), (0.08, 0.03), (0.0, 0.0)])
