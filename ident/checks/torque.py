@@ -213,7 +213,22 @@ def poorly_predicted(
         " heavier ones. If the joint hardly moved, record it moving farther and faster. If its"
         " torque does not matter to you, the figures of the other joints still hold."
     )
+    if _of_most(places, shares, rms):
+        advice = (
+            "Check the unit, the sign and the place of each joint's torque first: one that is wrong"
+            " spoils the fit of the others, whose figures do not hold, either. Let `ident gap`"
+            " search for what the model lacks if they are right."
+        )
     return [Remark("large_error", numbers(places), text, Grade.DOUBTFUL, advice)]
+
+
+def _of_most(places: Sequence[int], shares: Array, rms: Array) -> bool:
+    """Whether these are most of the joints, or have most of the torque."""
+    count = int(np.isfinite(shares).sum())
+    told = shares > 0  # the others are held, or were named already
+    torque = np.divide(rms, shares, out=np.zeros(len(shares)), where=told) ** 2
+    most = 2 * len(places) > count or 2 * torque[list(places)].sum() > torque.sum()
+    return count > 1 and bool(most)
 
 
 def beyond_possible(
