@@ -22,6 +22,9 @@ from ident.signals.arrays import Array
 _LARGER = (1.2, 1.4, 1.7, 2.0, 2.5, 3.0, 4.0, 5.0, 7.0, 10.0)
 _SMALLER = (0.85, 0.7, 0.6, 0.5, 0.4, 0.33, 0.25, 0.2, 0.14, 0.1)
 
+_FAR = (1e3, 1e2, 1e-2, 1e-3)
+"""Units and gears, tried by themselves: on the way there the error hardly falls."""
+
 _MOST = 0.5
 """Of the torque beside friction, that a URDF's links account for, if it is this arm's."""
 
@@ -68,6 +71,8 @@ def _out_of_scale(case: Case, bounds: CheckSettings) -> list[Remark]:
     tried = [
         (*_least(case, change, sizes), k) for k, change in changes for sizes in (_LARGER, _SMALLER)
     ]
+    if case.total > bounds.scan_from:
+        tried.append(_far(case))
     without, size, k = min(tried, key=lambda one: one[0].error)
     large = k is not None and max(size, 1.0 / size) >= _LARGE
     if not without.better_by(bounds.scale_ratio if large else bounds.believed_ratio, case):
@@ -86,7 +91,7 @@ def _out_of_scale(case: Case, bounds: CheckSettings) -> list[Remark]:
             f"The torque of {joints([k], case.robot.joint_names)} appears to be about"
             f" {1 / size:.2g} times as large as the other joints' torques require"
         )
-        for other, j in others:
+        for other, j in (one for one in others if one[1] != k):
             text += f", or else that of {joints([j], case.robot.joint_names)} {1 / other:.2g} times"
         advice = (
             "Check the torque constant and the gear ratio of this joint, or its torque sensor; if"
@@ -94,6 +99,19 @@ def _out_of_scale(case: Case, bounds: CheckSettings) -> list[Remark]:
         )
         code, places = "current_not_torque", numbers([k])
     return [Remark(code, places, f"{text} ({figures}).", Grade.DOUBTFUL, advice)]
+
+
+def _far(case: Case) -> tuple[Case, float, int]:
+    """The one joint whose torque in another unit has the least error, and its size."""
+    starts = [
+        (_rescaled(k, case, size), size, k)
+        for k in np.flatnonzero(case.probe.moving).tolist()
+        for size in _FAR
+    ]
+    first, start, k = min(starts, key=lambda one: one[0].error)
+    near = [_least(first, partial(_rescaled, k), sizes) for sizes in (_LARGER, _SMALLER)]
+    without, size = min(near, key=lambda one: one[0].error)
+    return without, start * size, k
 
 
 def _against_urdf(found: Gains, one: tuple[float, int]) -> float:
