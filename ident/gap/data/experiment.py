@@ -206,6 +206,8 @@ def with_reference_model(
 ) -> Experiment:
     """The same recordings, to be compared with a reference model.
 
+    Where the model's recordings held currents, these count as torque by the model's gains.
+
     Args:
         source: the recordings.
         model: the reference model.
@@ -229,7 +231,16 @@ def with_reference_model(
         )
     for data in source.datasets:
         refuse_unseen(model, data)
-    return replace(source, reference_model=model)
+    return replace(source, arm=_in_its_unit(source.arm, model), reference_model=model)
+
+
+def _in_its_unit(arm: Arm, model: Model) -> Arm:
+    """The arm with a model's gains, unless its own file says what its efforts are."""
+    said, asked = arm.settings.model_fields_set, arm.settings
+    in_nm = "torque_unit" in said and asked.torque_unit != "A"
+    if not model.gains_nm_per_a or asked.gains_nm_per_a or in_nm:
+        return arm
+    return arm.with_settings(torque_unit="A", gains_nm_per_a=list(model.gains_nm_per_a))
 
 
 def controller_of(source: Experiment) -> Controller | None:

@@ -45,9 +45,10 @@ def model_with(
         accepted: effects.
     """
     effects = BoundEffects(tuple(zip(accepted, fitted.effects, strict=True)))
+    gains = source.arm.settings.gains_nm_per_a or ()
     if source.reference_model is not None:
         known = _of_today(source.reference_model, source, fitted, accepted)
-        return replace(known, effects=effects)
+        return replace(known, effects=effects, gains_nm_per_a=gains)
     process = processing(source.arm, source.datasets[0])
     return Model(
         arm=source.arm.name,
@@ -60,7 +61,7 @@ def model_with(
         filter=fit_filter(process, KnownShapes(BASIS, fit.structure.shapes)),
         noise=_noise(source, fit),
         logs=tuple(d.name for d in source.datasets),
-        gains_nm_per_a=source.arm.settings.gains_nm_per_a or (),
+        gains_nm_per_a=gains,
         effects=effects,
     )
 

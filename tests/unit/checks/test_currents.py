@@ -9,7 +9,10 @@ from chain_arm import Experiment, urdf_of
 import ident
 from ident.checks.examine import examine
 from ident.cli import main
-from ident.identification.validation import arm_of
+from ident.gap.data.experiment import of_arm, with_reference_model
+from ident.gap.options import Options
+from ident.identification.validation import arm_of, predict
+from ident.workflows.gap import gap_of
 from ident.workflows.run import run_data
 from ident.workflows.validate import checked
 from wamctl.arm.errors import ConfigurationError
@@ -178,3 +181,32 @@ def test_the_command_takes_a_known_load_for_currents_alone(tmp_path, capsys):
     for told, gain in zip(gains, GAINS, strict=True):
         assert told["from"] in ("load", "links")
         assert told["nm_per_ampere"] == pytest.approx(gain, rel=0.05)
+
+
+@pytest.mark.parametrize("settings", [{"torque_unit": "A"}, {}])
+def test_a_reference_model_tells_what_a_load_weighs_by_its_own_gains(settings):
+    """By gains weighed anew against the URDF, the load was taken for stronger drives."""
+    hung = urdf_of(4).replace("</link></robot>", f"</link>{LOAD}</robot>")
+    empty, loaded = in_ampere(), in_ampere(seed=10, true_urdf=hung)
+    known = of_currents(empty).model
+    source = of_arm(empty.arm().with_settings(**settings), None, [loaded.recording()], ["loaded"])
+    beside = with_reference_model(source, known)
+    done = gap_of(beside, Options(null_runs=0), lambda *told: None)
+    (effect,) = done.content["effects"]
+    assert effect["name"] == "payload"
+    assert effect["parameters"]["mass"]["value"] == pytest.approx(2.0, rel=0.05)
+    assert done.model.gains_nm_per_a == known.gains_nm_per_a
+    (told,) = done.content["errors"]
+    arm = arm_of(done.model)
+    (data,), _ = checked(arm, [loaded.dataset(arm)])
+    again = predict(done.model, arm, data).filtered["feasible"]
+    assert told["relative_error_percent"] == pytest.approx(again.relative_percent, rel=0.01)
+
+
+def test_an_arm_that_says_what_its_efforts_are_is_asked_no_model():
+    empty = in_ampere()
+    known, log = of_currents(empty).model, empty.recording()
+    for said in ({"torque_unit": "N m"}, {"torque_unit": "A", "gains_nm_per_a": GAINS.tolist()}):
+        arm = empty.arm().with_settings(**said)
+        source = with_reference_model(of_arm(arm, None, [log], ["log"]), known)
+        assert source.arm.settings == arm.settings
