@@ -44,11 +44,15 @@ def _links(model: Model) -> SimulatedArm:
 
 
 def with_loads(arm: Arm, model: Model) -> Arm:
-    """An arm whose links bear what a model's effects add to them, such as a mass at the tool."""
+    """An arm whose links bear what a model's effects add to them, such as a mass at the tool.
+
+    Where links have no mass in the URDF, the arm stays as it is: it tells no weights.
+    """
+    known = cad_parameters(arm.robot)
     more = _with_effects(_links(model), model).delta - model.inertial
-    if not more.any():
+    if not more.any() or (known[9::10] == 0.0).any():
         return arm
-    return replace(arm, robot=with_parameters(arm.robot, cad_parameters(arm.robot) + more))
+    return replace(arm, robot=with_parameters(arm.robot, known + more))
 
 
 def without_effects(model: Model) -> SimulatedArm:

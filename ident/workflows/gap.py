@@ -197,8 +197,10 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
 
 def _but_of_loads(remarks: Sequence[Remark], source: Experiment, model: Model) -> list[Remark]:
     """What was said before the search, without what a load that it named explains."""
+    if not any(r.code in OF_LOADS for r in remarks):
+        return list(remarks)
     arm = with_loads(source.arm, model)
-    if arm is source.arm or not any(r.code in OF_LOADS for r in remarks):
+    if arm is source.arm:
         return list(remarks)
     left = {r.code for r in examine(arm, source.datasets).remarks}
     return [r for r in remarks if r.code not in OF_LOADS or r.code in left]
