@@ -58,7 +58,7 @@ from ident.signals.arrays import Array
 OF_FITS = ("too_short", "poor_motion")
 """Codes that matter only where something is fitted to the recordings."""
 
-OF_LOADS = ("cad_disagrees", "current_not_torque")
+OF_LOADS = ("cad_disagrees", "current_not_torque", "units")
 """Codes of what a load that the URDF lacks may look like."""
 
 _INSTANTS = 500

@@ -149,7 +149,7 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
     Raises:
         RefusedError: recordings or an arm of which nothing may be said.
     """
-    start = time.perf_counter()
+    start, read = time.perf_counter(), source
     tell("checking the recordings")
     examined = examine(source.arm, source.datasets)
     remarks = (*source.remarks, *examined.remarks)
@@ -176,7 +176,7 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
     if written.evidence is not None:
         against, disagree = contradictions(written.evidence, searched=True)
     if source.reference_model is not None:
-        remarks = _but_of_loads(remarks, source, model)
+        remarks = without_load_doubts(remarks, read, model)
     errors = errors_on(model, counted(source))
     if notes and errors:
         left = max(log["relative_error_percent"] for log in errors) / 100
@@ -195,14 +195,25 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
     return Gap(with_delay(model, delay_s), content, report)
 
 
-def _but_of_loads(remarks: Sequence[Remark], source: Experiment, model: Model) -> list[Remark]:
-    """What was said before the search, without what a load that it named explains."""
+def without_load_doubts(
+    remarks: Sequence[Remark], source: Experiment, model: Model
+) -> list[Remark]:
+    """What was said before the search, without what a load that it named explains.
+
+    Args:
+        remarks: of the recordings.
+        source: they as they were read, before a unit was converted or currents became torque.
+        model: with what was named.
+    """
     if not any(r.code in OF_LOADS for r in remarks):
         return list(remarks)
     arm = with_loads(source.arm, model)
     if arm is source.arm:
         return list(remarks)
-    left = {r.code for r in examine(arm, source.datasets).remarks}
+    examined = examine(arm, source.datasets)
+    if examined.verdict is Grade.REFUSED:
+        return list(remarks)
+    left = {r.code for r in examined.remarks}
     return [r for r in remarks if r.code not in OF_LOADS or r.code in left]
 
 
