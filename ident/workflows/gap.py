@@ -10,12 +10,14 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ident.checks.examine import OF_LOADS, examine
+from ident.checks.recorder_faults.delay import late_by_fit
 from ident.checks.remark import Grade, RefusedError, Remark, no_fit, undetermined
 from ident.checks.settings import DEFAULT
 from ident.checks.signs import DRIVING_FRICTION
 from ident.checks.torque import explained_after_all
 from ident.effects.bound_effects import load_model
 from ident.effects.simulated_model import with_loads
+from ident.estimation.regression_data import RegressionData
 from ident.gap.data.broken_time import unbroken
 from ident.gap.data.experiment import Experiment, read_experiment, with_reference_model
 from ident.gap.naming.dependence import dependences
@@ -26,6 +28,7 @@ from ident.gap.results.held_out_error import gap_location, held_out
 from ident.gap.results.minimum_detectable import minimum_detectable
 from ident.gap.search import search
 from ident.identification.term_selection import ON_DEMAND
+from ident.identification.torque_delay import delay
 from ident.identification.validation import arm_of, on_time, with_delay
 from ident.model.identified_model import Model
 from ident.recordings.loading import Reading
@@ -71,6 +74,7 @@ from wamctl.arm.joint_labels import joint_labels
 
 Tell = Callable[[str], None]
 
+_DELAY = "torque_delay"
 _MOST_JOINTS = 3
 
 
@@ -182,6 +186,7 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
         left = max(log["relative_error_percent"] for log in errors) / 100
         remarks = explained_after_all(remarks, left, DEFAULT)
     told = (*remarks, *outcome.remarks, *written.failed, *against, *withheld)
+    told = (*told, *late_beside(written.evidence, model, told))
     content = _content(outcome) | trust_content(told)
     content["terms"] = in_own_units(
         terms_content(written, outcome.places), source.arm.robot.sliding.tolist()
@@ -193,6 +198,30 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
     content["seconds"] = time.perf_counter() - start
     content["errors"] = errors
     return Gap(with_delay(model, delay_s), content, report)
+
+
+def late_beside(
+    evidence: RegressionData | None, model: Model, told: Sequence[Remark]
+) -> list[Remark]:
+    """What is said of torque out of time that the fit leaves, unless it is told or named already.
+
+    Args:
+        evidence: what the arm was fitted to, without the effects.
+        model: with what was named.
+        told: what is said beside it.
+    """
+    named = any(effect.name == _DELAY for effect in model.effects.records)
+    if evidence is None or named or any(r.code == "late_torque" for r in told):
+        return []
+    remarks = []
+    for log in evidence.logs:
+        found = delay(log)
+        value = f"{found.seconds:.2g}"
+        advice = f"Set delay_s: {value} in the identification section of the arm's file."
+        short = abs(found.seconds) < DEFAULT.late_by_fit_s  # a long one is that of a filter
+        more = late_by_fit(found, log.data.name, DEFAULT)
+        remarks += [replace(r, advice=advice) if short else r for r in more]
+    return remarks
 
 
 def without_load_doubts(

@@ -1,5 +1,9 @@
 """Torque that only the leftover of a fit shows to be out of time."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -7,7 +11,10 @@ from wrong_inputs import late, right
 
 from ident.checks.recorder_faults.delay import late_by_fit
 from ident.checks.settings import DEFAULT
+from ident.gap.data.experiment import of_arm
+from ident.gap.options import Options
 from ident.identification.torque_delay import Delay
+from ident.workflows.gap import gap_of, late_beside
 from ident.workflows.run import run_data
 
 
@@ -16,10 +23,10 @@ def low_pass(x, seconds, rate_hz):
     return lfilter([1 - a], [1, -a], x, axis=0)
 
 
-def delays_told(filtered_s):
-    """What a run says of torque behind a filter, beside a slow torque that is no arm's.
+def filtered(filtered_s):
+    """Torque behind a filter, beside a slow torque that is no arm's.
 
-    Of positions, where the time is negative.
+    Positions behind one, where the time is negative.
     """
     log = right(joints=3, seconds=80.0)
     rate_hz = 1.0 / np.median(np.diff(log.t))
@@ -28,21 +35,33 @@ def delays_told(filtered_s):
     slow = np.random.default_rng(0).normal(size=log.tau.shape)
     for _ in range(2):
         slow = low_pass(slow, 4.0, rate_hz)
-    one = log.with_(tau=torque + 0.35 * log.tau.std(axis=0) * slow / slow.std(axis=0))
-    remarks = run_data(one.arm(), [one.dataset(one.arm())]).content["remarks"]
-    return [r["sentence"] for r in remarks if r["code"] == "late_torque"]
+    return log.with_(tau=torque + 0.35 * log.tau.std(axis=0) * slow / slow.std(axis=0))
 
 
-def test_a_run_tells_filtered_torque():
-    (said,) = delays_told(0.13)
+def run(log):
+    return run_data(log.arm(), [log.dataset(log.arm())])
+
+
+def searched(log):
+    source = of_arm(log.arm(), None, [log.recording()], ["log"])
+    return gap_of(source, Options(null_runs=0), lambda *told: None)
+
+
+def delays_told(done):
+    return [r["sentence"] for r in done.content["remarks"] if r["code"] == "late_torque"]
+
+
+@pytest.mark.parametrize("command", [run, searched])
+def test_filtered_torque_is_told_by_a_run_and_by_a_search(command):
+    (said,) = delays_told(command(filtered(0.13)))
     assert "lags the motion by about 0.12 s" in said
     assert "as torque that was filtered alone does" in said
-    assert delays_told(1e-6) == []
+    assert delays_told(command(filtered(1e-6))) == []
 
 
 def test_a_run_tells_filtered_positions():
     """A filter delays: torque leads where it was the positions that passed one."""
-    (said,) = delays_told(-0.13)
+    (said,) = delays_told(run(filtered(-0.13)))
     assert "leads the motion by about 0.1" in said
     assert "as where positions were filtered alone" in said
 
@@ -74,10 +93,23 @@ def test_a_short_one_is_told_by_what_it_explains():
     assert late_by_fit(Delay(-0.007, 0.002, 0.72), "log", DEFAULT) == []
 
 
+def noisy(samples):
+    """Torque that is late by some samples of 10 ms."""
+    log, rng = late(samples, joints=3, seconds=30.0), np.random.default_rng(1)
+    return log.with_(tau=log.tau + rng.normal(scale=0.05, size=log.tau.shape))
+
+
 @pytest.mark.parametrize("samples", [0, 1])
-def test_a_run_tells_a_sample_of_10_ms_that_no_check_sees(samples):
-    log = late(samples, joints=3, seconds=30.0)
-    data = log.with_(tau=log.tau + np.random.default_rng(1).normal(scale=0.05, size=log.tau.shape))
-    found = run_data(data.arm(), [data.dataset(data.arm())])
-    told = [r["sentence"] for r in found.content["remarks"] if r["code"] == "late_torque"]
-    assert len(told) == samples
+@pytest.mark.parametrize("command", [run, searched])
+def test_a_sample_of_10_ms_that_no_check_sees_is_told(command, samples):
+    assert len(delays_told(command(noisy(samples)))) == samples
+
+
+def test_a_search_says_what_to_set_unless_it_has_named_the_delay():
+    found = run(noisy(1))
+    evidence = found.found.evidence
+    (said,) = late_beside(evidence, found.model, [])
+    assert said.advice.startswith("Set delay_s: -0.007")
+    assert late_beside(evidence, found.model, [said]) == []
+    effects: Any = SimpleNamespace(records=(SimpleNamespace(name="torque_delay"),))
+    assert late_beside(evidence, replace(found.model, effects=effects), []) == []
