@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,17 +20,21 @@ from ident.checks.remark import (
 )
 from ident.checks.settings import DEFAULT, CheckSettings
 from ident.checks.torque import poorly_predicted
+from ident.checks.urdf_faults.description import description_remarks
 from ident.effects.bound_effects import load_model
 from ident.effects.simulated_model import with_loads
+from ident.identification.cross_validation import check_held_out
 from ident.identification.validation import Prediction, arm_of, predict
 from ident.model.arm import Arm
 from ident.model.identified_model import Model
 from ident.recordings.dataset import Dataset
 from ident.recordings.loading import Reading, read_for
 from ident.regression.progress import Tell, silent
+from ident.regression.squared_errors import Errors
 from ident.report.figures import validation_trace
 from ident.report.page import render
 from ident.report.validate_page import validate_page
+from ident.signals.arrays import Array
 from ident.workflows.run_json import errors_content, log_content, torque_units
 from ident.workflows.work import provenance, write_refusal, write_results
 
@@ -56,9 +61,19 @@ _OF_LINKS = (
 )
 """Codes of what only the rigid links' dynamics say of a recording."""
 
+_FAR = 3.0
+"""Times the error of a recording's own fit, and of the model's recordings: another arm's model."""
+
+_FAR_FROM = 5.0
+"""Error [%] below which that is of no consequence."""
+
 _ANOTHER_ARM = (
-    "Check that the model belongs to this arm in its present state (tool, mounting, joint zeros,"
-    " unit of the torque), or identify the arm again."
+    "Check that the model belongs to this arm in its present state (tool, load, mounting, joint"
+    " zeros, unit of the torque), or identify the arm again."
+)
+_RECORDING = (
+    "Check this recording's torque, positions and stamps; if they are right, let `ident gap` search"
+    " for a missing effect."
 )
 
 
@@ -104,7 +119,7 @@ def validate_logs(
         prediction, told = with_signs_of_fit(model, arm, one, before)
         predictions.append(prediction)
         remarks += told
-    remarks += large_errors(predictions, model.estimator)
+    remarks += large_errors(predictions, model)
     tell("writing the report")
     content = verdict_content(remarks) | {
         "arm": model.arm,
@@ -129,12 +144,20 @@ def checked(arm: Arm, data: Sequence[Dataset]) -> tuple[list[Dataset], list[Rema
     Each is judged by itself; whether its motion would have told the parameters apart is no matter
     here, since nothing is fitted to it.
     """
-    mended, remarks = [], []
+    mended, remarks, of_arm = [], [], description_remarks(arm.robot)
     for one in data:
         examined = examine(arm, [one])
         mended += examined.data
-        remarks += [r for r in examined.remarks if r.code not in OF_FITS]
+        told = [r for r in examined.remarks if r.code not in OF_FITS]
+        remarks += told if len(data) == 1 else [r if r in of_arm else _of(one, r) for r in told]
     return mended, list(dict.fromkeys(remarks))
+
+
+def _of(data: Dataset, remark: Remark) -> Remark:
+    """A remark with the name of its recording."""
+    if remark.finding.startswith(data.name):
+        return remark
+    return replace(remark, finding=f"{data.name}: {remark.finding}")
 
 
 def predicts(
@@ -201,21 +224,45 @@ def with_signs_of_fit(
 
 
 def large_errors(
-    predictions: Sequence[Prediction], chosen: str, bounds: CheckSettings = DEFAULT
+    predictions: Sequence[Prediction], model: Model, bounds: CheckSettings = DEFAULT
 ) -> list[Remark]:
-    """Recordings, and joints, that the model does not predict, whatever their own fit leaves."""
+    """Recordings, and joints, that the model does not predict, or far worse than it could."""
     found = []
     for one in predictions:
-        errors, name = one.filtered[chosen], one.evidence.logs[0].data.name
-        if errors.relative_percent > 100 * bounds.error_doubtful:
-            left = f"{errors.relative_percent:.3g} %"
-            text = f"{name}: the model leaves {left} of the torque unexplained."
-            found.append(Remark("large_error", (), text, Grade.DOUBTFUL, _ANOTHER_ARM))
-            continue
+        errors, name = one.filtered[model.estimator], one.evidence.logs[0].data.name
+        left, own = errors.relative_percent, _own_percent(one, errors)
+        large, far = left > 100 * bounds.error_doubtful, left > max(_FAR_FROM, _FAR * own)
+        far = far and _size(errors) > _FAR * _norm(model.noise)
         robot, shares = one.evidence.arm.robot, errors.relative_percent_by_joint / 100
         joints = robot.joint_names, torque_units(robot)
-        found += poorly_predicted(shares, errors.rms_by_joint, *joints, bounds, name)
+        at_joints = poorly_predicted(shares, errors.rms_by_joint, *joints, bounds, name)
+        if not large and (at_joints or not far):
+            found += at_joints
+            continue
+        noisy = not far and 100 * bounds.error_doubtful < own < np.inf
+        text = f"{name}: the model leaves {left:.3g} % of the torque unexplained"
+        text += f"; a fit of this recording alone leaves {own:.3g} %." if far or noisy else "."
+        advice = _RECORDING if noisy else _ANOTHER_ARM
+        found.append(Remark("large_error", (), text, Grade.DOUBTFUL, advice))
     return found
+
+
+def _own_percent(one: Prediction, errors: Errors) -> float:
+    """What a rigid arm that is fitted to a recording leaves of its torque, on held-out parts [%].
+
+    In proportion to the model's own error, in whose torque that of effects counts as well.
+    """
+    own = check_held_out(one.evidence, ["ols"])["ols"].errors
+    share = _size(own) / (_size(errors) or np.nan)
+    return errors.relative_percent * share if np.isfinite(share) else np.inf
+
+
+def _size(errors: Errors) -> float:
+    return _norm(errors.rms_by_joint)
+
+
+def _norm(values: Array) -> float:
+    return float(np.sqrt(np.nansum(values**2)))
 
 
 def prediction_content(prediction: Prediction, chosen: str) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from ident.identification.torque_delay import Delay
 from ident.identification.validation import arm_of, predict
 from ident.workflows import agreement
 from ident.workflows.run import run_data
-from ident.workflows.validate import large_errors, with_signs_of_fit
+from ident.workflows.validate import checked, large_errors, with_signs_of_fit
 
 HALF = 2000
 WRONG = np.array([1.0, 1.0, -1.0, 1.0])
@@ -116,12 +116,49 @@ def test_a_model_that_does_not_predict_a_recording_is_doubted():
     other, _ = halves(friction=0.0, true_urdf=urdf_of(4, heavy))
     model = run_data(first.arm(), [first.dataset(first.arm())]).model
     arm = arm_of(model)
-    told = [
-        large_errors([predict(model, arm, log.dataset(arm))], "feasible") for log in (first, other)
-    ]
+    told = [large_errors([predict(model, arm, log.dataset(arm))], model) for log in (first, other)]
     assert told[0] == []
     assert [r.code for r in told[1]] == ["large_error"]
     assert "of the torque unexplained" in told[1][0].sentence
+
+
+def test_a_tool_that_the_model_lacks_is_told_where_the_arm_explains_far_more():
+    """At an error that would pass for that of a poor model."""
+    first, second = halves(friction=0.0)
+    masses = 5.0 * 0.7 ** np.arange(4)
+    other, _ = halves(friction=0.0, true_urdf=urdf_of(4, masses * [1, 1, 1, 1.3]))
+    model = run_data(first.arm(), [first.dataset(first.arm())]).model
+    arm = arm_of(model)
+    assert large_errors([predict(model, arm, second.dataset(arm))], model) == []
+    (remark,) = large_errors([predict(model, arm, other.dataset(arm, "other.mcap"))], model)
+    assert remark.finding.startswith("other.mcap: the model leaves ")
+    assert float(remark.finding.split("leaves ")[1].split(" %")[0]) < 100 * DEFAULT.error_doubtful
+    assert "tool, load" in remark.advice
+
+
+def test_what_the_recording_itself_leaves_is_not_the_models():
+    first, second = halves()
+    model = run_data(first.arm(), [first.dataset(first.arm())]).model
+    arm = arm_of(model)
+    slow = np.random.default_rng(0).normal(size=second.tau.shape).cumsum(axis=0)
+    slow -= np.linspace(0.0, 1.0, len(slow))[:, None] * slow[-1]
+    noisy = second.with_(tau=second.tau + second.tau.std(axis=0) * slow / slow.std(axis=0))
+    (remark,) = large_errors([predict(model, arm, noisy.dataset(arm))], model)
+    assert "a fit of this recording alone leaves" in remark.finding
+    assert remark.advice.startswith("Check this recording's torque")
+
+
+def test_of_several_recordings_each_remark_names_its_own():
+    first, second = halves()
+    arm = first.arm()
+    rough = np.random.default_rng(0).normal(size=second.tau.shape).cumsum(axis=0)
+    noisy = second.with_(tau=second.tau + 1.5 * second.tau.std(axis=0) * rough / rough.std(axis=0))
+    data = [first.dataset(arm, "first.mcap"), noisy.dataset(arm, "noisy.mcap")]
+    _, remarks = checked(arm, data)
+    assert remarks
+    assert all(r.finding.startswith("noisy.mcap: ") for r in remarks)
+    _, alone = checked(arm, data[1:])
+    assert [r.sentence for r in remarks] == [f"noisy.mcap: {r.sentence}" for r in alone]
 
 
 def test_a_light_joint_that_the_model_does_not_predict_is_told():
@@ -129,7 +166,7 @@ def test_a_light_joint_that_the_model_does_not_predict_is_told():
     model = run_data(first.arm(), [first.dataset(first.arm())]).model
     arm = arm_of(model)
     other = first.with_(tau=first.tau * [1.0, 1.0, 1.0, -1.0])
-    (remark,) = large_errors([predict(model, arm, other.dataset(arm))], "feasible")
+    (remark,) = large_errors([predict(model, arm, other.dataset(arm))], model)
     assert (remark.code, remark.joints) == ("large_error", (4,))
     assert "200 % at joint 4" in remark.sentence
 
