@@ -27,6 +27,9 @@ _MOST_IN_A_SENTENCE = 3
 _SURE = 3.0
 """Standard errors by which a term that is told lies from zero."""
 
+_NEAR_NOISE = 1.5
+"""Times the noise that repeats tell: what is left of more is not all noise."""
+
 _SMALL = 0.02
 """Of the gap that was there: what is left of less needs no name of its own."""
 
@@ -60,13 +63,20 @@ def verdict_sentences(report: GapReport) -> list[str]:
 
 
 def _nothing_found(held_out: Content) -> str:
-    """That all but noise is explained; or, where no repeats tell the noise, what is left."""
-    if held_out["noise_floor"]["relative_error_percent"] is not None:
+    """That all but noise is explained; or, where repeats do not tell so, what is left."""
+    floor, after = (held_out[k]["relative_error_percent"] for k in ("noise_floor", "after"))
+    if floor is not None and not (known(after) and after > _NEAR_NOISE * floor):
         return "The model explains these recordings down to their noise."
-    left = percent(held_out["after"]["relative_error_percent"])
+    nothing = (
+        f"Nothing in what the model leaves, {percent(after)} of the torque, shows an effect of the"
+        " catalogue"
+    )
+    if floor is not None:
+        more = f"motion that repeats differs by only {percent(floor)}, so not all of it is noise."
+        return f"{nothing}; {more}"
     return (
-        f"Nothing in what the model leaves, {left} of the torque, shows an effect that it misses;"
-        " whether all of it is noise is not known, since no motion repeats closely enough to tell."
+        f"{nothing}; whether all of it is noise is not known, since no motion repeats closely"
+        " enough to tell."
     )
 
 

@@ -360,6 +360,27 @@ def test_gap_without_a_named_effect(
     assert page.verdict.more == []
 
 
+@pytest.mark.parametrize(
+    ("left", "said"),
+    [
+        (1.2, "The model explains these recordings down to their noise."),
+        (
+            15.9,
+            "Nothing in what the model leaves, 15.9 % of the torque, shows an effect of the"
+            " catalogue; motion that repeats differs by only 1.00 %, so not all of it is noise.",
+        ),
+    ],
+)
+def test_what_is_left_far_above_the_noise_is_not_called_noise(
+    left: float, said: str, gap_report: GapReport, gap_content: dict[str, Any]
+) -> None:
+    told = {k: {"relative_error_percent": v} for k, v in (("after", left), ("noise_floor", 1.0))}
+    content = gap_content | {"verdict": "no_gap", "effects": []}
+    content["held_out"] = content["held_out"] | told
+    page = gap_page(replace(gap_report, content=content))
+    assert " ".join(page.verdict.sentence.split()) == said
+
+
 def test_what_is_there_and_not_sure_is_not_outside_the_catalogue(
     gap_report: GapReport, gap_content: dict[str, Any]
 ) -> None:
