@@ -22,12 +22,13 @@ _OPEN = 1e-4
 _ITS_OWN = 1e-3
 """Part of a parameter in open directions from which it is not known itself."""
 
+_LEAST_GROUP = 2
 _RIDGE = 1e-9
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """A recording beside the others.
+    """A recording, or some of them, beside the others.
 
     Attributes:
         alone: base parameters of its own fit, shape (b,); NaN where its motion leaves them open.
@@ -80,15 +81,54 @@ class _Fit:
 def compared(evidence: RegressionData) -> list[Comparison]:
     """Each recording beside all others; nothing for a single one."""
     count = len(evidence.logs)
-    return [_beside(evidence, k) for k in range(count)] if count > 1 else []
+    return [beside_others(evidence, [k]) for k in range(count)] if count > 1 else []
 
 
-def _beside(evidence: RegressionData, k: int) -> Comparison:
+def groups(evidence: RegressionData, ratio: float) -> list[list[int]]:
+    """Recordings that go together, of two and more, and not with all the others.
+
+    Those are together whose own error no more than doubles, say, under the parameters of one of
+    them. Where half of the recordings are of another arm, none stands out beside all others.
+
+    Args:
+        evidence: the recordings.
+        ratio: of the errors, from which a recording does not go with another.
+    """
+    count = len(evidence.logs)
+    if count < 2 * _LEAST_GROUP:
+        return []
+    scale = _scale(evidence)
+    each = [_of_logs(evidence, [k]) for k in range(count)]
+    fits = [_fit(one, scale) for one in each]
+    found: list[list[int]] = []
+    for fit in fits:
+        together = [
+            k for k in range(count) if _error(each[k], fit) < ratio * _error(each[k], fits[k])
+        ]
+        if _LEAST_GROUP <= len(together) <= count - _LEAST_GROUP and together not in found:
+            found.append(together)
+    return found
+
+
+def _scale(evidence: RegressionData) -> Array:
+    """Length of each parameter's column in all recordings, shape (b,)."""
     scale = np.linalg.norm(merged(evidence.by_joint)[:, :-1], axis=0)
-    scale[scale == 0.0] = 1.0  # parameters that no recording shows are open, whatever their scale
-    own = _of_logs(evidence, [k])
+    return np.where(scale > 0.0, scale, 1.0)  # what no recording shows is open, whatever its scale
+
+
+def _error(evidence: RegressionData, found: _Fit) -> float:
+    """Error of a fit on some recordings [N m], with what it leaves open fitted to them."""
+    R = merged(evidence.by_joint)
+    left, X = R[:, -1] - R[:, :-1] @ found.beta, R[:, :-1] @ found.open
+    return float(np.linalg.norm(left - X @ _solution(X, left) if X.size else left))
+
+
+def beside_others(evidence: RegressionData, chosen: Sequence[int]) -> Comparison:
+    """Some recordings, fitted together, beside all others."""
+    scale = _scale(evidence)
+    own = _of_logs(evidence, chosen)
     alone = _fit(own, scale)
-    rest = _of_logs(evidence, [i for i in range(len(evidence.logs)) if i != k])
+    rest = _of_logs(evidence, [i for i in range(len(evidence.logs)) if i not in chosen])
     others = _fit(rest, scale)
     R = merged(own.by_joint)
     W, tau = R[:, :-1], R[:, -1]

@@ -9,7 +9,13 @@ import numpy as np
 from ident.checks.remark import Grade, Remark, joined
 from ident.checks.settings import DEFAULT, CheckSettings
 from ident.estimation.regression_data import RegressionData
-from ident.identification.agreement import Change, Comparison, compared
+from ident.identification.agreement import (
+    Change,
+    Comparison,
+    beside_others,
+    compared,
+    groups,
+)
 from ident.identification.torque_delay import Delay
 
 _MEANING: dict[Change, str] = {
@@ -39,7 +45,8 @@ def contradictions(
 ) -> tuple[list[Remark], list[dict[str, Any]]]:
     """Recordings that contradict the others: remarks, and `recordings_disagree` of `run.json`.
 
-    The one that contradicts most is told, and set aside before the rest are compared. Where the
+    The one that contradicts most is told, and set aside before the rest are compared; where no
+    single one does, it may be a group, as where half of them were made with a tool. Where the
     torque of the recordings is late or early, that is told first: it passes for other parameters.
 
     Args:
@@ -51,18 +58,28 @@ def contradictions(
     remarks, rows = [], []
     first, last = _delayed(delays), "" if searched else _SEARCH
     while len(evidence.logs) > 1:
-        found = compared(evidence)
-        worst = int(np.argmax([_ratio(c, bounds) for c in found]))
-        if _ratio(found[worst], bounds) < bounds.disagree_ratio:
+        logs, found = _worst(evidence, bounds)
+        if _ratio(found, bounds) < bounds.disagree_ratio:
             break
-        places = _contradicting(found[worst], bounds)
-        advice = f"{first}{_ADVICE[found[worst].change]}"
-        advice += last if found[worst].change == "other" else ""
-        remarks.append(_remark(evidence, worst, found[worst], places, advice))
-        rows.append(_content(evidence, worst, found[worst], places))
-        rest = tuple(log for i, log in enumerate(evidence.logs) if i != worst)
+        places = _contradicting(found, bounds)
+        advice = f"{first}{_ADVICE[found.change]}"
+        advice += last if found.change == "other" else ""
+        remarks.append(_remark(evidence, logs, found, places, advice))
+        rows += [_content(evidence, log, found, places) for log in logs]
+        rest = tuple(log for i, log in enumerate(evidence.logs) if i not in logs)
         evidence = replace(evidence, logs=rest)
     return remarks, rows
+
+
+def _worst(evidence: RegressionData, bounds: CheckSettings) -> tuple[list[int], Comparison]:
+    """The recording that contradicts the others most, or the group if no single one does."""
+    single = [([k], found) for k, found in enumerate(compared(evidence))]
+    worst = max(single, key=lambda s: _ratio(s[1], bounds))
+    if _ratio(worst[1], bounds) >= bounds.disagree_ratio:
+        return worst
+    apart = groups(evidence, bounds.disagree_ratio)
+    several = [(logs, beside_others(evidence, logs)) for logs in apart]
+    return max([worst, *several], key=lambda s: _ratio(s[1], bounds))
 
 
 def _contradicting(found: Comparison, bounds: CheckSettings) -> list[int]:
@@ -94,9 +111,11 @@ def _delayed(delays: Sequence[Delay]) -> str:
 
 
 def _remark(
-    evidence: RegressionData, log: int, found: Comparison, places: list[int], advice: str
+    evidence: RegressionData, logs: list[int], found: Comparison, places: list[int], advice: str
 ) -> Remark:
-    base = evidence.base
+    base, rest = evidence.base, len(evidence.logs) - len(logs)
+    which = joined([evidence.logs[k].data.name for k in logs])
+    them = ("it", "its") if len(logs) == 1 else ("them", "their")
     named = [
         f"{base.names[i]} is {found.alone[i]:.3g} ± {found.sd[i]:.2g}, not {found.others[i]:.3g} ±"
         f" {found.others_sd[i]:.2g} {base.units[i]}"
@@ -104,10 +123,10 @@ def _remark(
     ]
     more = len(places) - len(named)
     text = (
-        f"{evidence.logs[log].data.name} contradicts the other"
-        f" recording{'s' * (len(evidence.logs) > 2)}: {joined(named)}"
-        f"{f' (and {more} more parameters)' if more else ''}. Their parameters predict it with"
-        f" an error of {100 * found.error_of_others:.3g} %, its own with {100 * found.error:.3g} %."
+        f"{which} contradict{'s' * (len(logs) == 1)} the other recording{'s' * (rest > 1)}:"
+        f" {joined(named)}{f' (and {more} more parameters)' if more else ''}. Parameters of the"
+        f" other{'s' * (rest > 1)} predict {them[0]} with an error of"
+        f" {100 * found.error_of_others:.3g} %, {them[1]} own with {100 * found.error:.3g} %."
         f" {_MEANING[found.change]}"
     )
     return Remark("recordings_disagree", (), text, Grade.DOUBTFUL, advice)

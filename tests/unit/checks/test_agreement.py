@@ -101,6 +101,19 @@ def test_another_tool():
     assert not told(run(first, second))
 
 
+def test_another_tool_in_half_of_the_recordings():
+    """Beside the mixed others none of them stands out."""
+    masses = 5.0 * 0.7 ** np.arange(4)
+    with_tool = halves(true_urdf=urdf_of(4, masses * [1, 1, 1, 1.3]), friction=0.0)
+    first, second = halves(friction=0.0)
+    content = run(first, with_tool[0], second, with_tool[1])
+    rows = content["recordings_disagree"]
+    assert {r["name"] for r in rows} in ({"log_0", "log_2"}, {"log_1", "log_3"})
+    assert {r["change"] for r in rows} == {"load"}
+    (sentence,) = told(content)
+    assert " contradict the other recordings: " in sentence
+
+
 def test_another_mounting():
     tilted = 9.81 * np.array([np.sin(0.1), 0.0, -np.cos(0.1)])
     same, _ = halves(friction=0.0)
