@@ -124,7 +124,7 @@ def _remark(
     more = len(places) - len(named)
     text = (
         f"{which} contradict{'s' * (len(logs) == 1)} the other recording{'s' * (rest > 1)}:"
-        f" {joined(named)}{f' (and {more} more parameters)' if more else ''}. Parameters of the"
+        f" {joined(named)}{f' (and {more} more)' if more else ''}. Parameters of the"
         f" other{'s' * (rest > 1)} predict {them[0]} with an error of"
         f" {100 * found.error_of_others:.3g} %, {them[1]} own with {100 * found.error:.3g} %."
         f" {_MEANING[found.change]}"

@@ -112,6 +112,7 @@ def test_another_tool_in_half_of_the_recordings():
     assert {r["change"] for r in rows} == {"load"}
     (sentence,) = told(content)
     assert " contradict the other recordings: " in sentence
+    assert not told(run(first, second, *halves(friction=0.0, seed=1)))
 
 
 def test_another_mounting():
