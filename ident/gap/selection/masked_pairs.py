@@ -107,6 +107,8 @@ def _by_joint(state: SelectionState, candidates: Sequence[Candidate]) -> Iterato
         beside = projected(now, rows, np.hstack([design.effect_columns(i, j) for i in own]))
         left_over = np.column_stack([beside.scaled - rows.model @ beside.absorbed, rows.error])
         moving = left_over[design.region[chosen, j] != Region.REVERSAL]
+        if not moving[:, -1].any():
+            continue
         products = left_over.T @ left_over
         products[:-1, :-1] = beside.products
         products[:-1, -1] = beside.scaled.T @ rows.error

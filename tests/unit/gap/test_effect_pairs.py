@@ -113,6 +113,14 @@ def test_no_two_effects_hide_each_other_where_there_are_none(nothing_hidden):
     assert masked_pair(state, all_candidates(nominal.model.facts), SETTINGS) == []
 
 
+def test_joints_that_turn_round_all_the_time_hide_no_two_effects(nothing_hidden):
+    """Friction may be anything there."""
+    rows, nominal = nothing_hidden.rows, nothing_hidden.start
+    slow = replace(nominal, model=replace(nominal.model, slow=np.full(7, 100.0)))
+    state = SelectionState(rows, slow, nothing_hidden.threshold, None)
+    assert masked_pair(state, all_candidates(nominal.model.facts), SETTINGS) == []
+
+
 def test_the_stiffness_of_a_spring_that_hardens_is_as_uncertain_as_its_form():
     arm = wam(Term(harness, 3, (0.6, 1.2, 0.03)))
     found = search(source_of(recorded(arm, moving=(1, 3))), OPTIONS, lambda _: None)
