@@ -17,6 +17,7 @@ from ident.checks.signs import DRIVING_FRICTION
 from ident.checks.torque import explained_after_all
 from ident.effects.bound_effects import load_model
 from ident.effects.simulated_model import with_loads
+from ident.effects.torque_delay import EFFECT as TORQUE_DELAY
 from ident.estimation.regression_data import RegressionData
 from ident.gap.data.broken_time import unbroken
 from ident.gap.data.experiment import Experiment, read_experiment, with_reference_model
@@ -74,7 +75,6 @@ from wamctl.arm.joint_labels import joint_labels
 
 Tell = Callable[[str], None]
 
-_DELAY = "torque_delay"
 _MOST_JOINTS = 3
 
 
@@ -210,7 +210,7 @@ def late_beside(
         model: with what was named.
         told: what is said beside it.
     """
-    named = any(effect.name == _DELAY for effect in model.effects.records)
+    named = any(effect.name == TORQUE_DELAY.id for effect in model.effects.records)
     if evidence is None or named or any(r.code == "late_torque" for r in told):
         return []
     remarks = []
