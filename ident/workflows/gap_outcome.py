@@ -30,6 +30,7 @@ from ident.recordings.dataset import Dataset
 from ident.recordings.steady_state import only_steady_state
 from ident.signals.arrays import Array
 from ident.workflows.model_errors import (
+    WORSE,
     errors_on,
     withheld_names,
     worse_reference,
@@ -181,6 +182,9 @@ def beside_run(
 ) -> tuple[Outcome, Written, tuple[Remark, ...]]:
     """Without names, where beside them the arm explains less than `ident run`'s without effects.
 
+    Less of the recordings, and of parts that it was not fitted to: without effects, parameters may
+    fit a short motion better, and predict another one worse.
+
     Args:
         outcome: of a search.
         written: the model of it.
@@ -196,8 +200,15 @@ def beside_run(
         return outcome, written, ()
     if found.source.reference_model is not None:
         return outcome, written, (worse_reference(worse),)
+    if run is None or _unexplained(written.model) <= WORSE * _unexplained(run):
+        return outcome, written, ()
     outcome, written = written_model(outcome_of(_without_names(found), tell), tell)
     return outcome, written, (withheld_names(worse),)
+
+
+def _unexplained(model: Model) -> float:
+    """What a model leaves of its recordings, or of held-out parts, at joints that move [N m]."""
+    return float(np.sqrt(np.nansum(np.square(model.noise))))
 
 
 def _without_names(found: SearchResult) -> SearchResult:

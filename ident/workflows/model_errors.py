@@ -18,7 +18,7 @@ from ident.workflows.run_json import errors_content
 from wamctl.arm.errors import DataError
 from wamctl.arm.joint_labels import listed
 
-_WORSE = 1.05
+WORSE = 1.05
 """Times the error of `ident run`'s model, from which a model's is told as larger."""
 
 
@@ -70,7 +70,7 @@ def worse_than_run(
     )
     names = [name for name in with_effects if name in without]
     pair = [with_effects[name] for name in names], [without[name] for name in names]
-    return pair if sum(pair[0]) > _WORSE * sum(pair[1]) else None
+    return pair if sum(pair[0]) > WORSE * sum(pair[1]) else None
 
 
 def withheld_names(worse: tuple[list[float], list[float]]) -> Remark:
