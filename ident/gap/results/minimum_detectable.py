@@ -36,7 +36,7 @@ class MinimumDetectable:
 
 
 def minimum_detectable(found: SearchResult) -> MinimumDetectable:
-    """Smallest sizes that would have been named beside the model with all effects.
+    """Smallest sizes that could have been named beside the model with all effects.
 
     An effect of that size reaches the gain that is asked for, is as many standard errors from zero
     as a name needs, and is seen beside the torque's resolution and the joint's friction.

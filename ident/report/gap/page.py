@@ -289,7 +289,7 @@ def _seen(report: GapReport) -> list[Block]:
             size = f"{said} [{unit_text(unit)}]" if unit else DASH
             found = [by_joint.get(str(j), by_joint.get(j)) for j in joints]
             rows.append([report.title(name), size, *(number(x, 2) for x in found)])
-        caption = f"The smallest size that would have been named, by joint; {DASH}: none would."
+        caption = f"The smallest size that could have been named, by joint; {DASH}: none could."
         blocks.append(Table(caption, heads, rows))
     held = {j + 1 for j in range(len(report.labels))} - {j + 1 for j in report.moving}
     if held:

@@ -1,4 +1,4 @@
-"""The smallest sizes that would have been named, and what the motion does not show."""
+"""The smallest sizes that could have been named, and what the motion does not show."""
 
 from dataclasses import replace
 
