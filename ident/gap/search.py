@@ -170,12 +170,10 @@ def _pair_round(
     pair = masked_pair(state, _free(state), settings)
     if not pair:
         return state, False
-    larger = state.with_more(pair)
-    if state.calibrations <= (1 if state.accepted else 0):
-        state = replace(state, calibrations=state.calibrations + 1)
-        state = _calibrated(source, state, larger, options, tell)
-        if any(a.score.gain < state.threshold.of(a.candidate.effect) for a in pair):
-            return state, True
+    larger, before = state.with_more(pair), state
+    state = _calibrated_if_due(source, state, larger, options, tell)
+    if state is not before and not all(map(state.reached_by, pair)):
+        return state, True
     if not all(significant(state.rows, larger, len(pair), settings.significance)):
         return state, False
     return replace(state, current=larger, accepted=(*state.accepted, *pair)), True
@@ -194,10 +192,10 @@ def _round(
         return without, True
     if not fresh:
         return state, False
-    if state.calibrations <= (1 if state.accepted else 0):
-        state = replace(state, calibrations=state.calibrations + 1)
-        state = _calibrated(source, state, larger, options, tell)
-        fresh = [a for a in fresh if a.score.gain >= state.threshold.of(a.candidate.effect)]
+    before = state
+    state = _calibrated_if_due(source, state, larger, options, tell)
+    if state is not before:
+        fresh = [a for a in fresh if state.reached_by(a)]
         if not fresh:
             return state, True  # others may reach the new thresholds
     kept, larger = keep_significant(state, fresh, larger, settings.significance)
@@ -233,6 +231,16 @@ def _transients_stand_out(state: SelectionState, options: Options) -> bool:
     now = Excluded(state.rows, state.current, state.transients)
     least = state.threshold.of(CONTACT.id)
     return still_stand_out(now, least, options.settings.transients)
+
+
+def _calibrated_if_due(
+    source: Experiment, state: SelectionState, larger: CurrentFit, options: Options, tell: Tell
+) -> SelectionState:
+    """With new thresholds before the first effect is taken, and before the next ones."""
+    if state.calibrations > (1 if state.accepted else 0):
+        return state
+    state = replace(state, calibrations=state.calibrations + 1)
+    return _calibrated(source, state, larger, options, tell)
 
 
 def _calibrated(

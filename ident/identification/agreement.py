@@ -87,8 +87,8 @@ def compared(evidence: RegressionData) -> list[Comparison]:
 def groups(evidence: RegressionData, ratio: float) -> list[list[int]]:
     """Recordings that go together, of two and more, and not with all the others.
 
-    Those are together whose own error no more than doubles, say, under the parameters of one of
-    them. Where half of the recordings are of another arm, none stands out beside all others.
+    Those go together that the parameters of one of them predict nearly as well as their own. Where
+    half of the recordings are of another arm, none stands out beside all others.
 
     Args:
         evidence: the recordings.
@@ -99,12 +99,13 @@ def groups(evidence: RegressionData, ratio: float) -> list[list[int]]:
         return []
     scale = _scale(evidence)
     each = [_of_logs(evidence, [k]) for k in range(count)]
-    fits = [_fit(one, scale) for one in each]
+    fits, rows = [_fit(one, scale) for one in each], [merged(one.by_joint) for one in each]
+    none = np.zeros((len(scale), 0))
+    own = [_squares(R, fit, none) for R, fit in zip(rows, fits, strict=True)]
     found: list[list[int]] = []
     for fit in fits:
-        together = [
-            k for k in range(count) if _error(each[k], fit) < ratio * _error(each[k], fits[k])
-        ]
+        left = [_squares(R, fit, none) for R in rows]
+        together = [k for k in range(count) if left[k] < ratio**2 * own[k]]
         if _LEAST_GROUP <= len(together) <= count - _LEAST_GROUP and together not in found:
             found.append(together)
     return found
@@ -116,11 +117,17 @@ def _scale(evidence: RegressionData) -> Array:
     return np.where(scale > 0.0, scale, 1.0)  # what no recording shows is open, whatever its scale
 
 
-def _error(evidence: RegressionData, found: _Fit) -> float:
-    """Error of a fit on some recordings [N m], with what it leaves open fitted to them."""
-    R = merged(evidence.by_joint)
-    left, X = R[:, -1] - R[:, :-1] @ found.beta, R[:, :-1] @ found.open
-    return float(np.linalg.norm(left - X @ _solution(X, left) if X.size else left))
+def _squares(R: Array, found: _Fit, free: Array) -> float:
+    """Squared error of a fit on rows [N^2 m^2], with what it leaves open fitted to them.
+
+    Args:
+        R: triangle of rows and torque, shape (b + 1, b + 1).
+        found: the fit.
+        free: further directions that are fitted, shape (b, m).
+    """
+    left, X = R[:, -1] - R[:, :-1] @ found.beta, R[:, :-1] @ np.column_stack([found.open, free])
+    X = X[:, np.linalg.norm(X, axis=0) > 0]
+    return float(np.sum((left - X @ _solution(X, left)) ** 2)) if X.size else float(left @ left)
 
 
 def beside_others(evidence: RegressionData, chosen: Sequence[int]) -> Comparison:
@@ -136,9 +143,7 @@ def beside_others(evidence: RegressionData, chosen: Sequence[int]) -> Comparison
 
     def theirs(free: Array) -> float:
         """Squared error with the others' parameters, open and free ones fitted."""
-        left, X = tau - W @ others.beta, W @ np.column_stack([others.open, free])
-        X = X[:, np.linalg.norm(X, axis=0) > 0]
-        return float(np.sum((left - X @ _solution(X, left)) ** 2)) if X.size else float(left @ left)
+        return _squares(R, others, free)
 
     as_they_are = theirs(np.zeros((len(scale), 0)))
     torque = float(squared_torque(R)) or float(squared_torque(merged(rest.by_joint))) or 1.0

@@ -193,15 +193,17 @@ def beside_run(
     Returns:
         the outcome and the model that count, and what is said of it.
     """
-    found, data = outcome.found, counted(outcome.found.source)
-    run = _model_of_run(found) if written.model.effects.records else None
-    worse = worse_than_run(errors_on(written.model, data), run, data) if run else None
+    found, model = outcome.found, written.model
+    run = _model_of_run(found) if model.effects.records else None
+    fitted = found.source.reference_model is None
+    if run is None or (fitted and _unexplained(model) <= WORSE * _unexplained(run)):
+        return outcome, written, ()
+    data = counted(found.source)
+    worse = worse_than_run(errors_on(model, data), run, data)
     if worse is None:
         return outcome, written, ()
-    if found.source.reference_model is not None:
+    if not fitted:
         return outcome, written, (worse_reference(worse),)
-    if run is None or _unexplained(written.model) <= WORSE * _unexplained(run):
-        return outcome, written, ()
     outcome, written = written_model(outcome_of(_without_names(found), tell), tell)
     return outcome, written, (withheld_names(worse),)
 

@@ -11,7 +11,9 @@ from ident.gap.regression.weighted_fit import Fit, solve
 from ident.signals.arrays import Array
 
 _RIDGE = 1e-6
-_SEEN = 1e-5  # of the columns' own squares: smaller directions are in the model already
+
+SEEN = 1e-5
+"""Of the columns' own squares: smaller directions are in the model already."""
 
 
 def project_off(normal: Array, across: Array, own: Array) -> tuple[Array, Array]:
@@ -119,8 +121,8 @@ class Projected:
         right = (self.scaled.T @ error) / scale
         if not single:
             lengths, axes = np.linalg.eigh(products)
-            seen = axes[:, lengths > _SEEN]
-            values = seen @ ((seen.T @ right) / lengths[lengths > _SEEN])
+            seen = axes[:, lengths > SEEN]
+            values = seen @ ((seen.T @ right) / lengths[lengths > SEEN])
             return Fitted(values / scale, float(right @ values) / 2)
         blocks = np.stack([products[i : i + 2, i : i + 2] for i in range(0, len(scale), 2)])
         rights = right.reshape(-1, 2)

@@ -1,4 +1,4 @@
-"""The size from which an effect beside a model would be named, by each thing that a name asks for.
+"""The size from which an effect beside a model could be named, by each thing that a name asks for.
 
 With the model projected off its columns (Frisch-Waugh-Lovell), an effect's own columns tell the
 gain and the standard error that a size of it would have.
@@ -11,14 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.gap.regression.design_matrix import DesignMatrix
-from ident.gap.regression.projection import JointRows, joint_rows, project_off
+from ident.gap.regression.projection import SEEN, JointRows, joint_rows, project_off
 from ident.gap.regression.residuals import residuals
 from ident.gap.regression.sandwich import block_sums, sandwich
 from ident.gap.regression.weighted_fit import Fit, fit
 from ident.gap.settings import Naming
 from ident.signals.arrays import Array
 
-_ABSORBED = 1e-5  # of a column's squares: with less left of it, other parameters stand for it
 _MOST_GAIN = 300.0  # nats: more overflows
 
 
@@ -48,11 +47,11 @@ class BesideModel:
             raw += columns.T @ columns
             across[self.rows[j].unknown] += self.rows[j].model.T @ columns
         left, absorbed = project_off(self.fit.normal, across, raw)
-        if (np.diag(left) <= _ABSORBED * np.diag(raw)).any():
+        if (np.diag(left) <= SEEN * np.diag(raw)).any():
             return None
         weights = without_others(left)
         kept = float(weights @ left[0])
-        if kept <= _ABSORBED * raw[0, 0]:
+        if kept <= SEEN * raw[0, 0]:
             return None
         counts = self.fit.counts[list(self.design.effects[index].rows)].sum(axis=1)
         return BesideColumns(self, own, absorbed, left, weights / kept, kept / max(counts.max(), 1))

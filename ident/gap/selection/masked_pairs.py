@@ -16,7 +16,7 @@ import numpy as np
 from ident.effects.candidate import Candidate
 from ident.gap.data.blocks import SEARCHED
 from ident.gap.data.noise_regions import Region
-from ident.gap.regression.projection import joint_rows, projected
+from ident.gap.regression.projection import SEEN, joint_rows, projected
 from ident.gap.regression.residuals import residuals
 from ident.gap.regression.weighted_fit import fit
 from ident.gap.selection.acceptance import each_beside_the_other
@@ -27,7 +27,6 @@ from ident.signals.arrays import Array
 
 _TRIED = 3  # pairs that are fitted exactly
 _NEAR = 0.7  # of a threshold: the exact gain may be larger by so much
-_ABSORBED = 1e-5  # of a column's square: with less left of it, other parameters stand for it
 _ROUNDING = 1e-9  # of the residual's square
 
 
@@ -112,7 +111,7 @@ def _by_joint(state: SelectionState, candidates: Sequence[Candidate]) -> Iterato
         products = left_over.T @ left_over
         products[:-1, :-1] = beside.products
         products[:-1, -1] = beside.scaled.T @ rows.error
-        seen = np.diag(beside.products) > _ABSORBED * (beside.scaled**2).sum(axis=0)
+        seen = np.diag(beside.products) > SEEN * (beside.scaled**2).sum(axis=0)
         ends = np.cumsum([design.index[i].width for i in own])
         places = [list(range(e - design.index[i].width, e)) for i, e in zip(own, ends, strict=True)]
         kept = [k for k, place in enumerate(places) if seen[place].all()]

@@ -85,6 +85,10 @@ class SelectionState:
         names = {a.candidate.effect for a in self.accepted}
         return len(names) >= max_effects or len(self.scores) >= 2 * max_effects
 
+    def reached_by(self, effect: AcceptedEffect) -> bool:
+        """Whether the gain of an effect reaches its threshold."""
+        return effect.score.gain >= self.threshold.of(effect.candidate.effect)
+
     def with_current(self, current: CurrentFit) -> "SelectionState":
         """The state with another current model."""
         return replace(self, current=current)
