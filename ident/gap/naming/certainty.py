@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.effects.candidate import Candidate, Value
-from ident.effects.catalogue import catalogue
 from ident.gap.data.blocks import FOLDS
 from ident.gap.data.experiment import Experiment
 from ident.gap.data.rounding import torque_resolution
@@ -22,6 +21,7 @@ from ident.gap.regression.design_matrix import DesignMatrix
 from ident.gap.regression.feasible_fit import feasible_fit
 from ident.gap.regression.weighted_fit import Fit, fit, mean_squares
 from ident.gap.selection.acceptance import next_effects
+from ident.gap.selection.candidates import special_cases
 from ident.gap.selection.estimates import (
     estimates_with_fixed_parameters,
     final_estimates,
@@ -170,8 +170,7 @@ def _special_case(
     source: Experiment, state: SelectionState, unsure: Candidate, settings: GapSettings
 ) -> tuple[SelectionState, list[Suspected]] | None:
     """The state with a special case of an effect that left, and all doubts, if it is sure."""
-    contained = catalogue()[unsure.effect].contains
-    simpler = [catalogue()[name].at((j,)) for name in contained for j in unsure.joints]
+    simpler = special_cases(unsure)
     fresh, _ = next_effects(state, simpler, settings) if simpler else ([], ())
     if not fresh:
         return None

@@ -2,8 +2,11 @@
 
 A candidate must reach its threshold, be more than an accepted effect's wrong form, pass
 cross-validation on every fold that excites it, and be plausible. A better candidate that failed
-blocks its joints: what explains them best is not in the catalogue, so a worse one is not taken. One
-that a simpler constant effect replaces leaves them free for that one.
+blocks its joints: what explains them best is not in the catalogue, so a worse one is not taken,
+unless it is a special case of the better one, which always explains less. One below its threshold
+blocks nothing: as much is explained where nothing is missing. A candidate that a
+simpler constant effect replaces, or its own special cases together, leaves them free for those
+(marginality: Nelder 1977).
 """
 
 from collections.abc import Sequence
@@ -13,7 +16,7 @@ from ident.effects.catalogue import catalogue
 from ident.effects.effect import FormUncertainty
 from ident.gap.regression.current_model import extend
 from ident.gap.regression.design_matrix import DesignMatrix
-from ident.gap.selection.candidates import examine
+from ident.gap.selection.candidates import examine, special_cases
 from ident.gap.selection.cross_validation import passes_cross_validation
 from ident.gap.selection.misspecification import stands_beside_accepted
 from ident.gap.selection.refinement import refine_nonlinear_parameters
@@ -28,12 +31,14 @@ def next_effects(
 ) -> tuple[list[AcceptedEffect], tuple[Score, ...]]:
     """The next effect (with the same one at other joints) if any passes, and all scores."""
     design, scores = examine(state.rows, state.current, candidates, settings.scoring)
-    blocked: set[int] = set()
+    blocked: dict[int, set[str]] = {}  # joints, and the effects that may be taken there still
     for score in scores:
         if score.penalised_gain < state.threshold.least:
             break
+        if score.gain < state.threshold.of(score.candidate.effect):
+            continue  # as much is explained where nothing is missing
         joints = set(main_joints(score, state.current.fit, settings.scoring))
-        if blocked & joints:
+        if any(score.candidate.effect not in blocked[j] for j in joints & blocked.keys()):
             continue
         if _is_significant(state, score) and stands_beside_accepted(state, design, score, settings):
             confirmed = _cross_validated(state, design, score, settings)
@@ -42,12 +47,14 @@ def next_effects(
                 if pair:
                     return pair, tuple(scores)
             leader = None if confirmed is None else accept(state, *confirmed, scores, settings)
-            if leader is not None and yields_to_constant(leader, scores, settings.rivals):
+            if leader is not None and _yields(state, leader, scores, settings):
                 continue
             if leader is not None and _is_plausible(leader):
                 alike = _same_effect_elsewhere(state, design, scores, leader, settings)
                 return [leader, *alike], tuple(scores)
-        blocked |= joints
+        for j in joints:
+            contained = set(catalogue()[score.candidate.effect].contains)
+            blocked[j] = blocked.get(j, contained) & contained
     return [], tuple(scores)
 
 
@@ -58,6 +65,23 @@ def _is_significant(state: SelectionState, score: Score) -> bool:
         and not is_too_small(score)
         and not any(_same(a.candidate, score.candidate) for a in state.accepted)
     )
+
+
+def _yields(
+    state: SelectionState,
+    leader: AcceptedEffect,
+    scores: Sequence[Score],
+    settings: GapSettings,
+) -> bool:
+    """Whether a more usual effect, or all special cases together, explain nearly as much."""
+    if yields_to_constant(leader, scores, settings.rivals):
+        return True
+    possible = [s.candidate for s in scores]
+    simpler = [h for h in special_cases(leader.candidate) if h in possible]
+    if len(simpler) < 2:
+        return False
+    together = extend(state.rows, state.current, simpler).fit.gain_over(state.current.fit)
+    return together >= settings.rivals.gain_ratio * leader.score.gain
 
 
 def _is_plausible(effect: AcceptedEffect) -> bool:
@@ -127,7 +151,7 @@ def _best_beside(
         return None
     confirmed = _cross_validated(beside, design, scores[0], settings)
     leader = None if confirmed is None else accept(beside, *confirmed, scores, settings)
-    if leader is None or yields_to_constant(leader, scores, settings.rivals):
+    if leader is None or _yields(state, leader, scores, settings):
         return None
     return leader if _is_plausible(leader) else None
 

@@ -20,6 +20,12 @@ def all_candidates(facts: ArmFacts) -> list[Candidate]:
     return [h for e in effects for h in e.candidates(facts)]
 
 
+def special_cases(candidate: Candidate) -> list[Candidate]:
+    """The effects that a candidate contains, at each of its joints."""
+    contained = catalogue()[candidate.effect].contains
+    return [catalogue()[name].at((j,)) for name in contained for j in candidate.joints]
+
+
 def examine(
     rows: WindowedRows,
     current: CurrentFit,

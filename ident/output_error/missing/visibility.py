@@ -30,7 +30,7 @@ def held_by_weight(setup: Setup, settings: Array) -> NDArray[np.bool_]:
 
 
 def smallest(found: Search, settings: SearchSettings) -> dict[Part, Array]:
-    """Size of each effect that would be named, by joint; NaN where none would, shape (n,).
+    """Size of each effect that could be named, by joint; NaN where none could, shape (n,).
 
     What the arm's other settings can take of an effect is taken, in first order; what remains
     counts against the noise floor, or against what is left where that is more.

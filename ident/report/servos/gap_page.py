@@ -237,7 +237,7 @@ def _seen(report: ServoGap) -> list[Block]:
         for name, sizes in content["minimum_detectable"].items()
     ]
     caption = (
-        "The smallest size that would have been named; a dash: none would, or the effect is named."
+        "The smallest size that could have been named; a dash: none could, or the effect is named."
     )
     reasons = [f"{report.title(k)}: {why}" for k, why in content["not_asked"].items()]
     blocks: list[Block] = [Table(caption, heads, rows)]

@@ -17,6 +17,7 @@ from ident.gap.options import Options
 from ident.gap.regression.model_columns import ModelStructure
 from ident.gap.regression.weighted_fit import fit
 from ident.gap.search import search
+from ident.gap.selection import acceptance
 from ident.gap.selection.acceptance import next_effects, try_pair
 from ident.gap.selection.candidates import all_candidates, examine
 from ident.gap.selection.masked_pairs import masked_pair
@@ -105,6 +106,60 @@ def test_two_effects_of_one_joint_that_hide_each_other():
     found = search(source, replace(OPTIONS, settings=asked), lambda _: None)
     named = {f.place for f in found.verdict.effects}
     assert named == {("joint_spring", (5,)), ("rotor_inertia", (5,))}
+
+
+@term
+def lean(t, q, qd, load, joint, settings, resistance, level):
+    """A constant torque."""
+    resistance[joint] += settings[0]
+
+
+def test_what_effect_free_data_explain_as_well_blocks_nothing():
+    rotor = np.zeros((7, 7))
+    rotor[5, 5] = 0.02
+    arm = replace(wam(Term(lean, 5, (0.02,))), armature=rotor)
+    rows, nominal = nominal_of(source_of(recorded(arm)))
+    least = least_threshold(SETTINGS.thresholds)
+    offsets = replace(least, gain=least.gain | {"torque_offset": 100.0})
+    kinds = "torque_offset", "rotor_inertia"
+    own = [catalogue()[name].at((5,)) for name in kinds]
+    fresh, scores = next_effects(SelectionState(rows, nominal, offsets, None), own, SETTINGS)
+    assert [s.candidate.effect for s in scores] == list(kinds)
+    assert [a.candidate.effect for a in fresh] == ["rotor_inertia"]
+
+
+@pytest.fixture(scope="module")
+def two_rotors() -> SelectionState:
+    """The start of a search on an arm whose two joints of a differential have a rotor each."""
+    rotors = np.zeros((7, 7))
+    rotors[[4, 5], [4, 5]] = 0.008
+    rows, nominal = nominal_of(source_of(recorded(replace(wam(), armature=rotors))))
+    return SelectionState(rows, nominal, least_threshold(SETTINGS.thresholds), None)
+
+
+def wrist_inertias(state: SelectionState) -> list[Candidate]:
+    found = all_candidates(state.current.model.facts)
+    return [h for h in found if h.effect in ("coupled_inertia", "rotor_inertia") and 5 in h.joints]
+
+
+def test_an_effect_yields_to_its_special_cases_together(two_rotors):
+    """A coupling with what it adds to either joint explains more than either rotor alone."""
+    both = [h for h in all_candidates(two_rotors.current.model.facts) if h.joints == (4,)]
+    candidates = [*wrist_inertias(two_rotors), *(h for h in both if h.effect == "rotor_inertia")]
+    fresh, scores = next_effects(two_rotors, candidates, SETTINGS)
+    assert scores[0].candidate.effect == "coupled_inertia"
+    assert {a.place for a in fresh} <= {("rotor_inertia", (4,)), ("rotor_inertia", (5,))}
+    assert fresh
+
+
+def test_an_effect_that_fails_leaves_the_joint_to_its_special_cases(two_rotors, monkeypatch):
+    def only_single(design, score, now, settings):
+        return len(score.candidate.joints) == 1
+
+    monkeypatch.setattr(acceptance, "passes_cross_validation", only_single)
+    fresh, scores = next_effects(two_rotors, wrist_inertias(two_rotors), SETTINGS)
+    assert scores[0].candidate.effect == "coupled_inertia"
+    assert [a.place for a in fresh] == [("rotor_inertia", (5,))]
 
 
 def test_no_two_effects_hide_each_other_where_there_are_none(nothing_hidden):
