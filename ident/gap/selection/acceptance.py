@@ -4,9 +4,9 @@ A candidate must reach its threshold, be more than an accepted effect's wrong fo
 cross-validation on every fold that excites it, and be plausible. A better candidate that failed
 blocks its joints: what explains them best is not in the catalogue, so a worse one is not taken,
 unless it is a special case of the better one, which always explains less. One below its threshold
-blocks nothing: as much is explained where nothing is missing. A candidate that a
-simpler constant effect replaces, or its own special cases together, leaves them free for those
-(marginality: Nelder 1977).
+blocks nothing: as much is explained where nothing is missing. A candidate that a simpler constant
+effect replaces leaves them free for that one, and its own special cases are taken in its place if
+they explain nearly as much together (marginality: Nelder 1977).
 """
 
 from collections.abc import Sequence
@@ -47,7 +47,10 @@ def next_effects(
                 if pair:
                     return pair, tuple(scores)
             leader = None if confirmed is None else accept(state, *confirmed, scores, settings)
-            if leader is not None and _yields(state, leader, scores, settings):
+            instead = None if leader is None else _instead(state, design, leader, scores, settings)
+            if instead:
+                return instead, tuple(scores)
+            if instead is not None:
                 continue
             if leader is not None and _is_plausible(leader):
                 alike = _same_effect_elsewhere(state, design, scores, leader, settings)
@@ -67,21 +70,28 @@ def _is_significant(state: SelectionState, score: Score) -> bool:
     )
 
 
-def _yields(
+def _instead(
     state: SelectionState,
+    design: DesignMatrix,
     leader: AcceptedEffect,
     scores: Sequence[Score],
     settings: GapSettings,
-) -> bool:
-    """Whether a more usual effect, or all special cases together, explain nearly as much."""
+) -> list[AcceptedEffect] | None:
+    """Those of its special cases that pass, if an effect yields to them; None if it does not yield.
+
+    None of them where it yields to a more usual effect, whose turn comes.
+    """
     if yields_to_constant(leader, scores, settings.rivals):
-        return True
-    possible = [s.candidate for s in scores]
-    simpler = [h for h in special_cases(leader.candidate) if h in possible]
+        return []
+    candidates = special_cases(leader.candidate)
+    simpler = [s for s in scores if s.candidate in candidates]
     if len(simpler) < 2:
-        return False
-    together = extend(state.rows, state.current, simpler).fit.gain_over(state.current.fit)
-    return together >= settings.rivals.gain_ratio * leader.score.gain
+        return None
+    together = extend(state.rows, state.current, [s.candidate for s in simpler]).fit
+    if together.gain_over(state.current.fit) < settings.rivals.gain_ratio * leader.score.gain:
+        return None
+    passing = [s for s in simpler if _passes(state, design, s, settings)]
+    return [accept(state, design, s, (), settings) for s in passing]
 
 
 def _is_plausible(effect: AcceptedEffect) -> bool:
@@ -151,7 +161,7 @@ def _best_beside(
         return None
     confirmed = _cross_validated(beside, design, scores[0], settings)
     leader = None if confirmed is None else accept(beside, *confirmed, scores, settings)
-    if leader is None or _yields(state, leader, scores, settings):
+    if leader is None or _instead(beside, design, leader, scores, settings) is not None:
         return None
     return leader if _is_plausible(leader) else None
 
