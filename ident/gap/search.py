@@ -27,7 +27,7 @@ from ident.gap.naming.certainty import (
 from ident.gap.naming.terms_on_demand import terms_on_demand
 from ident.gap.nulls.null_distribution import calibrated
 from ident.gap.options import Options
-from ident.gap.regression.current_model import CurrentFit, extend, nominal_fit
+from ident.gap.regression.current_model import CurrentFit, nominal_fit
 from ident.gap.regression.rows import WindowedRows, windowed_rows
 from ident.gap.results.outcome import SearchResult
 from ident.gap.results.unexplained import (
@@ -187,9 +187,11 @@ def _round(
     fresh, scores = next_effects(state, _free(state), settings)
     state = replace(state, scores=(*state.scores, scores))
     larger = state.with_more(fresh) if fresh else state.current
+    without = _exclude_transients(source, state, larger, options)
+    if without is not state:
+        return without, True
     if not fresh:
-        without = _exclude_transients(source, state, options)
-        return without, without is not state
+        return state, False
     before = state
     state = _calibrated_if_due(source, state, larger, options, tell)
     if state is not before:
@@ -205,38 +207,24 @@ def _round(
 
 
 def _exclude_transients(
-    source: Experiment, state: SelectionState, options: Options
+    source: Experiment, state: SelectionState, larger: CurrentFit, options: Options
 ) -> SelectionState:
-    """The state without transients that explain more than any candidate, of which none passes."""
+    """The state without transients that stand out beside the next effects.
+
+    Without such effects a transient must explain more than any candidate; with them a good share.
+    """
     if not state.may_exclude:
         return state
-    least = max(_best_gain(state), state.threshold.of(CONTACT.id))
+    settings = options.settings
+    best = max((s.gain for s in state.scores[-1]), default=0.0)
+    if larger is not state.current:
+        best *= settings.transients.share_beside_effect
+    least = max(best, state.threshold.of(CONTACT.id))
     before = Excluded(state.rows, state.current, state.transients)
-    now = exclude_transients(source, before, least, options.settings)
+    now = exclude_transients(source, before, larger, least, settings)
     if now is before:
         return state
     return replace(state, rows=now.rows, current=now.current, transients=now.transients)
-
-
-def _best_gain(state: SelectionState) -> float:
-    return max((s.gain for s in state.scores[-1]), default=0.0)
-
-
-def _without_events(
-    source: Experiment, state: SelectionState, larger: CurrentFit, options: Options
-) -> tuple[SelectionState, CurrentFit]:
-    """The state and a larger model without what stands out for a while, which is no noise."""
-    settings = options.settings
-    if not state.may_exclude:
-        return state, larger
-    share = settings.transients.share_beside_effect
-    least = max(share * _best_gain(state), state.threshold.of(CONTACT.id))
-    before = Excluded(state.rows, larger, state.transients)
-    now = exclude_transients(source, before, least, settings)
-    if now is before:
-        return state, larger
-    current = extend(now.rows, state.current, ())
-    return replace(state, rows=now.rows, current=current), now.current
 
 
 def _transients_stand_out(state: SelectionState, options: Options) -> bool:
@@ -258,8 +246,7 @@ def _calibrated_if_due(
 def _calibrated(
     source: Experiment, state: SelectionState, larger: CurrentFit, options: Options, tell: Tell
 ) -> SelectionState:
-    quiet, beside = _without_events(source, state, larger, options)
-    return replace(state, threshold=calibrated(source, quiet, beside, options, tell))
+    return replace(state, threshold=calibrated(source, state, larger, options, tell))
 
 
 def _lack_of_fit(

@@ -209,8 +209,8 @@ class Transients(_Section):
     max_time_share: float = _share(0.2, "Largest share of the data that is excluded [1].")
     share_beside_effect: float = _share(
         0.25,
-        "Share of the best effect's gain from which an interval is no noise beside it [1]. Less may"
-        " be the error of the effect's form where it acts most.",
+        "Share of the best effect's gain that an interval needs beside it [1]. Less may be the"
+        " error of the effect's form where it acts most.",
     )
     repeat_share: float = _share(
         0.1, "An interval whose excess power comes back by this share with the motion is none [1]."

@@ -32,9 +32,9 @@ class Excluded:
 
 
 def exclude_transients(
-    source: Experiment, before: Excluded, least: float, settings: GapSettings
+    source: Experiment, before: Excluded, larger: CurrentFit, least: float, settings: GapSettings
 ) -> Excluded:
-    """Exclude all transients that stand out beside a model.
+    """Exclude all transients that stand out beside the next effects.
 
     Intervals that come back with the motion, that lie where a presliding state is still unknown,
     or that an accepted impact-like effect explains are no transients.
@@ -42,19 +42,21 @@ def exclude_transients(
     Args:
         source: the recordings.
         before: data and model so far.
+        larger: the model with the effects that are accepted next; the same one if there are none.
         least: gain that a transient needs [nats per sample].
         settings: of the search.
     """
-    now = before
+    now, alone = before, larger is before.current
     for _ in range(settings.transients.max_count - len(before.transients)):
-        transient = find_transient(now.rows, now.current, settings.transients)
+        transient = find_transient(now.rows, larger, settings.transients)
         if transient is None or transient.gain < least:
             break
-        if _is_no_event(source, now.rows, now.current, transient, settings):
+        if _is_no_event(source, now.rows, larger, transient, settings):
             break
         transients = _merged(now.transients, transient, settings.transients.merge_s)
         rows = replace(now.rows, excluded=np.any([b.rows for b in transients], axis=0))
         now = Excluded(rows, extend(rows, now.current, ()), transients)
+        larger = now.current if alone else extend(rows, larger, ())
     return now
 
 

@@ -11,9 +11,7 @@ from ident.gap.regression.feasible_fit import feasible_fit
 from ident.gap.results.held_out_error import before_and_after, held_out
 from ident.gap.results.outcome import SearchResult
 from ident.gap.results.verdict import Kind
-from ident.gap.search import _round, search
-from ident.gap.selection.state import SelectionState
-from ident.gap.selection.thresholds import least_threshold
+from ident.gap.search import search
 from ident.simulation.arm import Term
 
 OPTIONS = Options(null_runs=1)
@@ -43,16 +41,6 @@ def test_a_push_beside_another_effect_hides_neither(both):
     assert transient.start_s == pytest.approx(30.0, abs=0.2)
     assert transient.end_s == pytest.approx(30.6, abs=0.2)
     assert {0, 1, 2} <= set(transient.joints)
-
-
-def test_no_push_is_left_out_while_an_effect_passes(both):
-    """Beside a part of what is missing, another part may stand out for a while."""
-    rows, least = both.rows, least_threshold(OPTIONS.settings.thresholds)
-    start = SelectionState(replace(rows, excluded=None), both.start, least, None)
-    after, again = _round(both.source, start, OPTIONS, lambda _: None)
-    assert [a.candidate.effect for a in after.accepted] == ["stribeck"]
-    assert again
-    assert after.transients == ()
 
 
 def test_the_size_is_within_its_interval_whatever_the_form(both):
