@@ -45,13 +45,14 @@ from ident.gap.selection.backward_elimination import (
     drop_unconfirmed,
     keep_significant,
 )
-from ident.gap.selection.candidates import all_candidates
+from ident.gap.selection.candidates import all_candidates, examine
 from ident.gap.selection.masked_pairs import masked_pair
 from ident.gap.selection.rivals import told_apart
 from ident.gap.selection.significance import has_defining_coefficient, significant
 from ident.gap.selection.state import SelectionState
 from ident.gap.selection.thresholds import least_threshold
-from ident.gap.transients.detect import with_affected_joints
+from ident.gap.settings import GapSettings
+from ident.gap.transients.detect import find_transient, with_affected_joints
 from ident.gap.transients.exclude import Excluded, exclude_transients, still_stand_out
 
 Tell = Callable[[str], None]
@@ -211,20 +212,31 @@ def _exclude_transients(
 ) -> SelectionState:
     """The state without transients that stand out beside the next effects.
 
-    Without such effects a transient must explain more than any candidate; with them a good share.
+    A transient must explain more than any candidate that is left, and a good share of what the next
+    effects explain.
     """
     if not state.may_exclude:
         return state
     settings = options.settings
     best = max((s.gain for s in state.scores[-1]), default=0.0)
     if larger is not state.current:
-        best *= settings.transients.share_beside_effect
+        share = settings.transients.share_beside_effect
+        best = max(share * best, _best_beside(state, larger, settings))
     least = max(best, state.threshold.of(CONTACT.id))
     before = Excluded(state.rows, state.current, state.transients)
     now = exclude_transients(source, before, larger, least, settings)
     if now is before:
         return state
     return replace(state, rows=now.rows, current=now.current, transients=now.transients)
+
+
+def _best_beside(state: SelectionState, larger: CurrentFit, settings: GapSettings) -> float:
+    """Largest gain of any candidate beside a larger model; zero where no transient asks for it."""
+    transient = find_transient(state.rows, larger, settings.transients)
+    if transient is None or transient.gain < state.threshold.of(CONTACT.id):
+        return 0.0
+    _, scores = examine(state.rows, larger, _free(state), settings.scoring)
+    return max((s.gain for s in scores), default=0.0)
 
 
 def _transients_stand_out(state: SelectionState, options: Options) -> bool:

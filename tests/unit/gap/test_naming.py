@@ -4,14 +4,29 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from closed_loop import estimates_of, loosening, push, recorded, source_of, sticking, wam
+from closed_loop import (
+    estimates_of,
+    loosening,
+    nominal_of,
+    push,
+    recorded,
+    source_of,
+    sticking,
+    wam,
+)
 
+from ident.effects.catalogue import catalogue
 from ident.gap.options import Options
+from ident.gap.regression.current_model import extend
 from ident.gap.regression.feasible_fit import feasible_fit
 from ident.gap.results.held_out_error import before_and_after, held_out
 from ident.gap.results.outcome import SearchResult
 from ident.gap.results.verdict import Kind
-from ident.gap.search import search
+from ident.gap.search import _exclude_transients, search
+from ident.gap.selection.acceptance import next_effects
+from ident.gap.selection.candidates import all_candidates
+from ident.gap.selection.state import SelectionState
+from ident.gap.selection.thresholds import least_threshold
 from ident.simulation.arm import Term
 
 OPTIONS = Options(null_runs=1)
@@ -41,6 +56,21 @@ def test_a_push_beside_another_effect_hides_neither(both):
     assert transient.start_s == pytest.approx(30.0, abs=0.2)
     assert transient.end_s == pytest.approx(30.6, abs=0.2)
     assert {0, 1, 2} <= set(transient.joints)
+
+
+def test_no_push_is_left_out_while_an_effect_explains_more():
+    """Beside a part of what is missing, another part may stand out for a while."""
+    weak = [Term(push, j, (size, 30.0, 0.6)) for j, size in enumerate((0.2, -0.15, 0.1))]
+    source = source_of(recorded(wam(STICKING, *weak)))
+    rows, nominal = nominal_of(source)
+    state = SelectionState(rows, nominal, least_threshold(OPTIONS.settings.thresholds), None)
+    _, scores = next_effects(state, all_candidates(nominal.model.facts), OPTIONS.settings)
+    assert scores[0].candidate.effect == "stribeck"
+    state = replace(state, scores=(scores,))
+    other = catalogue()["torque_offset"].at((6,))
+    for h, told in ((other, False), (scores[0].candidate, True)):
+        larger = extend(rows, nominal, [h])
+        assert bool(_exclude_transients(source, state, larger, OPTIONS).transients) == told
 
 
 def test_the_size_is_within_its_interval_whatever_the_form(both):
