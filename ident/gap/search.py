@@ -221,7 +221,7 @@ def _exclude_transients(
     best = max((s.gain for s in state.scores[-1]), default=0.0)
     if larger is not state.current:
         share = settings.transients.share_beside_effect
-        best = max(share * best, _best_beside(state, larger, settings))
+        best = max(share * best, _best_left(state, larger, settings))
     least = max(best, state.threshold.of(CONTACT.id))
     before = Excluded(state.rows, state.current, state.transients)
     now = exclude_transients(source, before, larger, least, settings)
@@ -230,7 +230,7 @@ def _exclude_transients(
     return replace(state, rows=now.rows, current=now.current, transients=now.transients)
 
 
-def _best_beside(state: SelectionState, larger: CurrentFit, settings: GapSettings) -> float:
+def _best_left(state: SelectionState, larger: CurrentFit, settings: GapSettings) -> float:
     """Largest gain of any candidate beside a larger model; zero where no transient asks for it."""
     transient = find_transient(state.rows, larger, settings.transients)
     if transient is None or transient.gain < state.threshold.of(CONTACT.id):

@@ -8,12 +8,13 @@ to be named needs a second recording that asks for it: stretches of one motion l
 from collections.abc import Sequence, Set
 from dataclasses import replace
 
+from ident.effects.candidate import Candidate
 from ident.effects.catalogue import catalogue
 from ident.gap.data.experiment import Experiment
 from ident.gap.naming.certainty import Certainty, Suspected, certainties
 from ident.gap.selection.acceptance import next_effects
 from ident.gap.selection.backward_elimination import drop_unconfirmed
-from ident.gap.selection.candidates import all_candidates
+from ident.gap.selection.candidates import all_candidates, special_cases
 from ident.gap.selection.state import AcceptedEffect, Place, SelectionState
 from ident.gap.selection.thresholds import least_threshold
 from ident.gap.settings import GapSettings
@@ -46,7 +47,7 @@ def terms_on_demand(
     carried = {
         s.effect.place
         for s in suspected
-        if (s.certainty.across or 0.0) > 0.0 and not surely & _special_cases(s.effect.place)
+        if (s.certainty.across or 0.0) > 0.0 and not surely & _special_cases(s.candidate)
     }
     left = [
         h
@@ -69,10 +70,8 @@ def terms_on_demand(
     )
 
 
-def _special_cases(place: Place) -> set[Place]:
-    """The places of an effect's special cases, at each of its joints."""
-    effect, joints = place
-    return {(name, (j,)) for name in catalogue()[effect].contains for j in joints}
+def _special_cases(candidate: Candidate) -> set[Place]:
+    return {(h.effect, h.joints) for h in special_cases(candidate)}
 
 
 def _judged(term: Suspected, before: SelectionState, confirmed: Set[Place]) -> Suspected:
