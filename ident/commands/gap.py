@@ -17,9 +17,11 @@ from ident.commands.options import (
     MethodChoice,
     Output,
     Robot,
+    Settings,
     hold,
     recordings_told,
     refuse_with_simulation,
+    settings_of,
     verdict_printed,
     with_input,
 )
@@ -43,6 +45,7 @@ class Search:
     with_suspected: Annotated[
         bool, typer.Option("--with-suspected", help="Keep suspected effects in the model.")
     ] = False
+    settings: Settings = None
 
 
 @grouped
@@ -60,6 +63,7 @@ def gap(
 
     Example: ident gap excitation.mcap --out gap
     """
+    changes = settings_of(None, wanted.settings)
     from ident.commands.outputs import folder_written
     from ident.gap.options import Options
     from ident.output_error.search.settings import SearchSettings
@@ -80,17 +84,19 @@ def gap(
             from ident.workflows.output_error.gap import gap_simulation
 
             unfit = {"--model": wanted.model, "--with-suspected": wanted.with_suspected}
-            refuse_with_simulation([name for name, value in unfit.items() if value], remarks)
-            settings = SearchSettings(null_runs=wanted.null_runs)
+            unfit = [name for name, value in unfit.items() if value]
+            limits = SearchSettings(null_runs=wanted.null_runs)
             if method is Method.SIMULATION and are_driven(logs, robot, reading):
-                text, sentences = gap_driven(logs, robot, out, reading, settings, tell)
+                refuse_with_simulation(unfit)
+                text, sentences = gap_driven(logs, robot, out, reading, limits, tell, **changes)
             else:
-                args = logs, robot, out, reading, settings, tell, remarks
+                refuse_with_simulation([*unfit, *(f"--set {name}" for name in changes)], remarks)
+                args = logs, robot, out, reading, limits, tell, remarks
                 text, sentences = gap_simulation(*args)
         else:
             options = Options(null_runs=wanted.null_runs, with_suspected=wanted.with_suspected)
             arm = (robot, wanted.model)
-            text, sentences = gap_logs(logs, arm, out, reading, options, tell)
+            text, sentences = gap_logs(logs, arm, out, reading, options, tell, **changes)
     content = json.loads(text)
     recordings_told(content)
     if output.as_json:
@@ -100,7 +106,7 @@ def gap(
         for sentence in sentences:
             typer.echo(sentence)
         typer.echo(f"{out / 'report.html'}")
-    next_step(*_next(content, with_input(logs, robot, reading), out))
+    next_step(*_next(content, with_input(logs, robot, reading, changes), out))
     hold(content["trust"], output.strict)
 
 

@@ -237,8 +237,20 @@ def next_after(
         next_step("ident gap", *recordings)
 
 
-def with_input(logs: Sequence[Path], robot: Path | None, reading: "Reading") -> list[object]:
-    """The recordings, and the options that say how they are read, as they are typed."""
+def with_input(
+    logs: Sequence[Path],
+    robot: Path | None,
+    reading: "Reading",
+    changes: Mapping[str, Any] | None = None,
+) -> list[object]:
+    """The recordings, and the options that say how they are read, as they are typed.
+
+    Args:
+        logs: the recordings.
+        robot: file that describes the arm.
+        reading: how they are read.
+        changes: settings that were given by --set.
+    """
     usual = type(reading)()
     words = list[object](logs)
     if robot is not None:
@@ -251,6 +263,8 @@ def with_input(logs: Sequence[Path], robot: Path | None, reading: "Reading") -> 
         words += ["--torque", reading.torque]
     for old, new in reading.rules:
         words += ["--rename", f"{old}={new}"]
+    for name, value in (changes or {}).items():
+        words += ["--set", f"{name}={','.join(value) if isinstance(value, list) else value}"]
     return words
 
 

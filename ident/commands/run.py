@@ -104,7 +104,7 @@ def run(
             typer.echo(sentence)
         typer.echo(f"{out / 'report.html'}")
     usual = ["ident validate OTHER.mcap --model", out / "model.yaml"]
-    recordings = with_input(logs, robot, reading)
+    recordings = with_input(logs, robot, reading, changes)
     if not fit.effects and asks_for_gap(content):
         usual = ["ident gap", *recordings]
     next_after(content["verdict"], content["remarks"], usual, recordings)

@@ -106,6 +106,7 @@ def gap_logs(
     reading: Reading,
     options: Options,
     tell: Tell,
+    **settings: Any,
 ) -> tuple[str, list[str]]:
     """Search and write; gives the content of `gap.json` and the verdict in sentences.
 
@@ -117,6 +118,7 @@ def gap_logs(
         reading: topics and torque to read.
         options: of the search.
         tell: is told the progress.
+        settings: fields of the identification section that differ from the arm's.
 
     Raises:
         RefusedError: nothing may be said of them; `gap.json` and the report say why.
@@ -128,6 +130,7 @@ def gap_logs(
     model = None if trusted is None else load_model(trusted)
     known_arm = None if model is None else arm_of(model)
     source = read_experiment(paths, robot, reading, options.settings.long_logs, known_arm)
+    source = replace(source, arm=source.arm.with_settings(**settings))
     if model is not None:
         source = with_reference_model(source, model, str(trusted))
     try:

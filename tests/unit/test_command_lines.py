@@ -15,7 +15,7 @@ import ident.cli
 import sim_bus.cli
 import wamctl.cli
 from ident.cli import main
-from ident.commands.options import next_after, with_input
+from ident.commands.options import next_after, settings_of, with_input
 from ident.commands.outputs import file_written, folder_written
 from ident.recordings.loading import Reading
 from wamctl.arm import command_line
@@ -86,7 +86,7 @@ def test_a_similar_key_of_a_file_is_offered(tmp_path, capsys) -> None:
         load_robot_file(path)
 
 
-@pytest.mark.parametrize("command", ["run", "validate", "design"])
+@pytest.mark.parametrize("command", ["run", "gap", "validate", "design"])
 def test_settings_are_listed(command: str, capsys) -> None:
     assert call(command, "--set", "help") == 0
     said = capsys.readouterr().out
@@ -222,10 +222,13 @@ def test_the_next_step_follows_from_the_verdict(verdict, remarks, said, capsys) 
 
 def test_the_next_step_can_be_pasted_into_a_shell(capsys) -> None:
     reading = Reading(joint_states="/arm/states", torque="measured", rules=(("fer", "panda"),))
-    next_step("ident gap", *with_input([Path("my logs/a.mcap")], Path("my arm.urdf"), reading))
+    changes = settings_of(None, ["terms=viscous, coulomb", "torque_unit=A"])
+    logs, robot = [Path("my logs/a.mcap")], Path("my arm.urdf")
+    next_step("ident gap", *with_input(logs, robot, reading, changes))
     assert shlex.split(capsys.readouterr().err.removeprefix("Next: ")) == [
         *("ident", "gap", "my logs/a.mcap", "--robot", "my arm.urdf"),
         *("--joint-states", "/arm/states", "--torque", "measured", "--rename", "fer=panda"),
+        *("--set", "terms=viscous,coulomb", "--set", "torque_unit=A"),
     ]
     assert with_input([Path("a.mcap")], None, Reading()) == [Path("a.mcap")]
 

@@ -71,6 +71,7 @@ def gap_driven(
     reading: Reading,
     limits: SearchSettings,
     tell: Tell = silent,
+    **settings: Any,
 ) -> tuple[str, list[str]]:
     """Search and write; gives the content of `gap.json` and the verdict in sentences.
 
@@ -81,6 +82,7 @@ def gap_driven(
         reading: topics and torque to read.
         limits: numbers that decide.
         tell: hears what is being done.
+        settings: fields of the identification section that differ from the arm's.
 
     Raises:
         UserError: what cannot be done; nothing is written then.
@@ -88,6 +90,7 @@ def gap_driven(
     start = time.perf_counter()
     tell("reading")
     arm, data = read_logs(paths, robot, reading)
+    arm = arm.with_settings(**settings)
     done = driven_gap(run_data(arm, data, tell, paths=paths), limits, tell)
     done.content["provenance"] = provenance(done.simulated.found.evidence.arm, paths)
     done.content["seconds"] = time.perf_counter() - start

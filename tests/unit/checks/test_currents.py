@@ -183,6 +183,19 @@ def test_the_command_takes_a_known_load_for_currents_alone(tmp_path, capsys):
         assert told["nm_per_ampere"] == pytest.approx(gain, rel=0.05)
 
 
+def test_the_search_takes_currents_by_a_setting(tmp_path):
+    arm, out = in_ampere(), tmp_path / "out"
+    with Recorder(tmp_path / "a.mcap", arm.names, {}, {"robot.urdf": arm.urdf.encode()}) as log:
+        for t, q, tau in zip(arm.t, arm.q, arm.tau, strict=True):
+            log.joint_states(round(t * 1e9), q, None, tau)
+    options = ["--set", "torque_unit=A", "--null-runs", "0", "--out", str(out)]
+    with pytest.raises(SystemExit) as ended:
+        main(["gap", str(tmp_path / "a.mcap"), *options])
+    assert not ended.value.code
+    gains = ident.load_model(out / "model.yaml").gains_nm_per_a
+    assert gains == pytest.approx(GAINS, rel=0.02)
+
+
 @pytest.mark.parametrize("settings", [{"torque_unit": "A"}, {}])
 def test_a_reference_model_tells_what_a_load_weighs_by_its_own_gains(settings):
     """By gains weighed anew against the URDF, the load was taken for stronger drives."""
