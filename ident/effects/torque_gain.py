@@ -48,8 +48,15 @@ class TorqueGain(Effect[_Motor]):
     Parameters = _Motor
 
     def candidates(self, arm: ArmFacts) -> list[Candidate[_Motor]]:
-        """One for each moving joint, and for each motor that two of them share."""
-        return [self.at((j,)) for j in arm.moving_joints] + [
+        """One for each moving joint, and for each motor that two of them share.
+
+        Beside a reference model, one for all joints alike: a log in another unit, another supply.
+        Links that are fitted to the same recordings take such a factor up.
+        """
+        places = dict.fromkeys((j,) for j in arm.moving_joints)
+        if arm.trusted and arm.moving_joints:
+            places[arm.moving_joints] = None
+        return [self.at(joints) for joints in places] + [
             self.at(pair, motor) for pair in arm.coupled_pairs for motor in _motors(arm, pair)
         ]
 
@@ -80,8 +87,9 @@ class TorqueGain(Effect[_Motor]):
         return {name: Value(gain - 1.0, more.sd * gain**2, "1")}
 
     def drive_factors(self, candidate: Candidate[_Motor], values: Array) -> dict[int, float]:
-        """Of the joint's own drive."""
-        return {} if candidate.parameters.motor else {candidate.joints[0]: 1.0 + float(values[0])}
+        """Of the joints' own drives."""
+        own = () if candidate.parameters.motor else candidate.joints
+        return {j: 1.0 + float(values[0]) for j in own}
 
     def simulated(
         self, arm: SimulatedArm, candidate: Candidate[_Motor], values: Array
@@ -93,11 +101,10 @@ class TorqueGain(Effect[_Motor]):
             gives = np.eye(2) + error * np.array(candidate.parameters.shares)
             asked[pair] = gives @ asked[pair]
             return replace(arm, gain=asked)
-        j = candidate.joints[0]
+        joints = list(candidate.joints)
         gain, viscous, coulomb = arm.gain.copy(), arm.viscous.copy(), arm.coulomb.copy()
-        gain[j] /= 1.0 + values[0]
-        viscous[j] /= 1.0 + values[0]
-        coulomb[j] /= 1.0 + values[0]
+        for scaled in gain, viscous, coulomb:
+            scaled[joints] /= 1.0 + values[0]
         return replace(arm, gain=gain, viscous=viscous, coulomb=coulomb)
 
 

@@ -182,11 +182,12 @@ def kinds_text(
         alone = len(e["joints"]) == 1 or e["name"] == CONTACT.id
         kinds.setdefault((e["name"], () if alone else tuple(e["joints"])), []).append(e["joints"])
     told = []
-    for (name, _), places in kinds.items():
+    for (name, shared), places in kinds.items():
         several = len(places) > len({tuple(p) for p in places}) or (
             name == CONTACT.id and len(places) > 1
         )
         text = f"{title(name)} at {of(sorted(set(chain.from_iterable(places))))}"
+        text += " alike" * (len(shared) > 2)
         told.append(text + (f" ({len(places)} of this kind)" if several else ""))
     return told
 

@@ -39,6 +39,8 @@ class SearchReport:
         """Joints, from 1, in a sentence."""
         if not joints:
             return "the whole arm"
+        if len(joints) == len(self.labels) > 2:
+            return "all joints"
         return joints_text([self.labels[j - 1] for j in joints])
 
     def signature(self, effect: str) -> str:

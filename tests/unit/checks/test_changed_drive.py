@@ -42,3 +42,17 @@ def test_its_whole_torque_changes_rotor_offset_and_friction_with_it(trusted, gai
     left = predict(done.model, arm, log.dataset(arm)).filtered["feasible"]
     assert left.relative_percent < 3.0
     assert done.model.parameter("fo")[JOINT] == pytest.approx(gain * OFFSET[JOINT], abs=0.5)
+
+
+@pytest.mark.parametrize("factor", [1.2, 0.7])
+def test_one_factor_at_all_joints_is_no_load(trusted, factor) -> None:
+    """A mass at the tool and one joint's gain explained it, with 28 standard deviations."""
+    log = recorded(1, 1.0)
+    log = log.with_(tau=factor * log.tau)
+    source = with_reference_model(of_arm(log.arm(), None, [log.recording()], ["log"]), trusted)
+    done = gap_of(source, Options(null_runs=0), lambda *told: None)
+    (effect,) = done.content["effects"]
+    assert (effect["name"], effect["joints"]) == ("torque_gain", [1, 2, 3])
+    assert effect["parameters"]["error"]["value"] == pytest.approx(1 / factor - 1, abs=0.02)
+    assert "at all joints alike" in done.sentences[0]
+    assert done.model.parameter("fo") == pytest.approx(factor * OFFSET, abs=0.5)
