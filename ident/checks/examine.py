@@ -219,7 +219,7 @@ def _physics(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
     ]
     asked = enough if len(data) == 1 else tells
     told = zip(cases, parts, asked, strict=True)
-    signed = [_signed(case, own, t, bounds) for case, own, t in told]
+    signed = [_signed(case, own, t, bounds, arm.settings.delay_s or 0.0) for case, own, t in told]
     if len(data) > 1:
         signed = of_one_arm(together, signed, bounds)
     mended, in_ampere = [], arm.settings.torque_unit == "A"
@@ -304,11 +304,13 @@ def _with_springs(case: Case, bounds: CheckSettings) -> Case:
     return sprung if sprung.error < least_error(case) else case
 
 
-def _signed(case: Case, chunks: Sequence[Chunk], tells: bool, bounds: CheckSettings) -> Signed:
+def _signed(
+    case: Case, chunks: Sequence[Chunk], tells: bool, bounds: CheckSettings, delay_s: float
+) -> Signed:
     """The case without wrong signs, and, if its motion tells parameters apart, swapped columns."""
     signs = np.ones(case.robot.dof)
     case = _with_springs(case, bounds)
-    late = lag(case, chunks, bounds) if tells else None
+    late = lag(case, chunks, bounds, delay_s) if tells else None
     case, reversed_, remarks = all_reversed(case, bounds)
     signs *= -1.0 if reversed_ else 1.0
     wrong = tells and (

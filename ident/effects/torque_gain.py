@@ -53,9 +53,8 @@ class TorqueGain(Effect[_Motor]):
         Beside a reference model, one for all joints alike: a log in another unit, another supply.
         Links that are fitted to the same recordings take such a factor up.
         """
-        places = dict.fromkeys((j,) for j in arm.moving_joints)
-        if arm.trusted and arm.moving_joints:
-            places[arm.moving_joints] = None
+        whole = [arm.moving_joints] if arm.trusted and arm.moving_joints else []
+        places = dict.fromkeys([*((j,) for j in arm.moving_joints), *whole])
         return [self.at(joints) for joints in places] + [
             self.at(pair, motor) for pair in arm.coupled_pairs for motor in _motors(arm, pair)
         ]

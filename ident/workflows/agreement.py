@@ -42,6 +42,7 @@ def contradictions(
     delays: Sequence[Delay] = (),
     bounds: CheckSettings = DEFAULT,
     searched: bool = False,
+    delay_s: float | None = None,
 ) -> tuple[list[Remark], list[dict[str, Any]]]:
     """Recordings that contradict the others: remarks, and `recordings_disagree` of `run.json`.
 
@@ -54,9 +55,10 @@ def contradictions(
         delays: of each.
         bounds: of the checks.
         searched: whether what the model lacks has been searched, and is taken off.
+        delay_s: the delay that is set already, beside which those of the recordings were found.
     """
     remarks, rows = [], []
-    first, last = _delayed(delays), "" if searched else _SEARCH
+    first, last = _delayed(delays, delay_s or 0.0), "" if searched else _SEARCH
     while len(evidence.logs) > 1:
         logs, found = _worst(evidence, bounds)
         if _ratio(found, bounds) < bounds.disagree_ratio:
@@ -98,15 +100,16 @@ def _ratio(found: Comparison, bounds: CheckSettings) -> float:
     return found.error_of_others / usual if _contradicting(found, bounds) else 0.0
 
 
-def _delayed(delays: Sequence[Delay]) -> str:
-    """What to do first where most recordings show one sure delay."""
+def _delayed(delays: Sequence[Delay], known_s: float = 0.0) -> str:
+    """What to do first where most recordings show one sure delay beside the one that is set."""
     sure = [d.seconds for d in delays if abs(d.seconds) > max(_DELAY_S, _SURE * d.sd)]
     if 2 * len(sure) <= len(delays):
         return ""
     value = float(np.median(sure))
     return (
-        f"Set delay_s: {value:.2g} first, since the torque seems to be {1e3 * abs(value):.2g} ms"
-        f" {'early' if value > 0 else 'late'}, which passes for other parameters. "
+        f"Set delay_s: {known_s + value:.2g} first, since the torque seems to be"
+        f" {1e3 * abs(value):.2g} ms {'early' if value > 0 else 'late'}, which passes for other"
+        " parameters. "
     )
 
 

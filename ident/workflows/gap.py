@@ -189,7 +189,7 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
         left = max(log["relative_error_percent"] for log in errors) / 100
         remarks = explained_after_all(remarks, left, DEFAULT)
     told = (*remarks, *outcome.remarks, *written.failed, *against, *withheld)
-    told = (*told, *late_beside(written.evidence, model, told))
+    told = (*told, *late_beside(written.evidence, model, told, delay_s or 0.0))
     content = _content(outcome) | trust_content(told)
     content["terms"] = in_own_units(
         terms_content(written, outcome.places), source.arm.robot.sliding.tolist()
@@ -204,7 +204,7 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
 
 
 def late_beside(
-    evidence: RegressionData | None, model: Model, told: Sequence[Remark]
+    evidence: RegressionData | None, model: Model, told: Sequence[Remark], known_s: float = 0.0
 ) -> list[Remark]:
     """What is said of torque out of time that the fit leaves, unless it is told or named already.
 
@@ -212,6 +212,7 @@ def late_beside(
         evidence: what the arm was fitted to, without the effects.
         model: with what was named.
         told: what is said beside it.
+        known_s: the delay that is set already.
     """
     named = any(effect.name == TORQUE_DELAY.id for effect in model.effects.records)
     if evidence is None or named or any(r.code == "late_torque" for r in told):
@@ -219,7 +220,7 @@ def late_beside(
     remarks = []
     for log in evidence.logs:
         found = delay(log)
-        value = f"{found.seconds:.2g}"
+        value = f"{known_s + found.seconds:.2g}"
         advice = f"Set delay_s: {value} in the identification section of the arm's file."
         short = abs(found.seconds) < DEFAULT.late_by_fit_s  # a long one is that of a filter
         more = late_by_fit(found, log.data.name, DEFAULT)

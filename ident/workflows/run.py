@@ -190,7 +190,7 @@ def run_data(
         left = found.held_out[found.chosen].errors.relative_percent / 100
         remarks = explained_after_all(remarks, left, DEFAULT)
     remarks = (*remarks, *([no_fit(note, Grade.DOUBTFUL)] if note else []))
-    against, disagree = contradictions(found.evidence, found.delays)
+    against, disagree = contradictions(found.evidence, found.delays, delay_s=delay_s)
     content = verdict_content((*remarks, *_poor(found, remarks), *against)) | {"method": METHOD}
     content |= run_content(found) | ({"recordings_disagree": disagree} if disagree else {})
     if gains is not None:

@@ -32,6 +32,12 @@ _LONGEST = 0.1
 _FINE = 0.006
 """Steps in which a delay is looked for once it is known where it lies [s]."""
 
+_COARSE, _NARROWER = 0.15, 0.4
+"""The first steps towards that place, as a share of the delay, and how they shrink [1]."""
+
+_MOST_STEPS = 12
+"""Times that the place is moved, or the steps are made smaller."""
+
 _STRETCHES = 12
 _SHORTEST_S = 3e-3
 """Of a delay that is told [s]."""
@@ -47,6 +53,7 @@ class Lag:
         sd: its standard error, by leaving out stretches [s].
         ratio: what it leaves of the error that is there without it, the joints' geometric mean.
         error_ratio: the same of the error over all joints, as `Case.error` has it.
+        known_s: the delay that is set already, which was taken off before.
     """
 
     joint: int | None
@@ -54,6 +61,7 @@ class Lag:
     sd: float
     ratio: float
     error_ratio: float
+    known_s: float = 0.0
 
     def believed(self, bounds: CheckSettings) -> bool:
         """Whether it is a fault of the recording; a ratio of one is none."""
@@ -80,14 +88,23 @@ class Lag:
         )
         advice = "Stamp position and torque when they are sampled"
         if self.joint is None:
-            value = f"{-self.seconds:.2g}"
+            value = f"{self.known_s - self.seconds:.2g}"
             advice += f", or set delay_s: {value} in the identification section of the arm's file"
         places = () if self.joint is None else numbers([self.joint])
         return Remark("late_torque", places, text, Grade.DOUBTFUL, f"{advice}.")
 
 
-def lag(case: Case, chunks: Sequence[Chunk], bounds: CheckSettings) -> Lag | None:
-    """Torque of another instant that fits the motion far better: of all joints, or of one."""
+def lag(
+    case: Case, chunks: Sequence[Chunk], bounds: CheckSettings, known_s: float = 0.0
+) -> Lag | None:
+    """Torque of another instant that fits the motion far better: of all joints, or of one.
+
+    Args:
+        case: the arm beside the recording.
+        chunks: of the recording.
+        bounds: of the checks.
+        known_s: the delay that is set already, and taken off the chunks.
+    """
     longest = _LONGEST * min(len(c.q) / c.rate_hz for c in chunks)
     later = [d for d in _DELAYS_S if d < longest]
     if not later:
@@ -100,11 +117,18 @@ def lag(case: Case, chunks: Sequence[Chunk], bounds: CheckSettings) -> Lag | Non
     found = _believed(sliding, bounds)
     if found is None or not whole.lag(found.joint).borne_out(bounds):
         return None
-    near = np.unique([0.0, *(found.seconds + _FINE * np.arange(-2, 3))])
-    if (finer := _shifted(case, chunks, near)) is None:
-        return None
-    told = agreed(finer.only(slides).lag(found.joint), finer.lag(found.joint))
-    return told if told.borne_out(bounds) else None
+    told, step = found, max(_COARSE * abs(found.seconds), _FINE)
+    for _ in range(_MOST_STEPS):
+        about = told.seconds
+        near = np.unique([0.0, *(about + step * np.arange(-2, 3))])
+        if (finer := _shifted(case, chunks, near)) is None:
+            return None
+        told = agreed(finer.only(slides).lag(found.joint), finer.lag(found.joint))
+        if abs(told.seconds - about) < step:
+            if step == _FINE:
+                break
+            step = max(_NARROWER * step, _FINE)
+    return replace(told, known_s=known_s) if told.borne_out(bounds) else None
 
 
 def agreed(sliding: Lag, everywhere: Lag) -> Lag:

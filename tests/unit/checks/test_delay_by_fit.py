@@ -110,6 +110,8 @@ def test_a_search_says_what_to_set_unless_it_has_named_the_delay():
     evidence = found.found.evidence
     (said,) = late_beside(evidence, found.model, [])
     assert said.advice.startswith("Set delay_s: -0.007")
+    (said_beside,) = late_beside(evidence, found.model, [], -0.02)
+    assert said_beside.advice.startswith("Set delay_s: -0.027")
     assert late_beside(evidence, found.model, [said]) == []
     effects: Any = SimpleNamespace(records=(SimpleNamespace(name="torque_delay"),))
     assert late_beside(evidence, replace(found.model, effects=effects), []) == []
