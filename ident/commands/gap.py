@@ -34,7 +34,10 @@ class Search:
 
     model: Annotated[
         Path | None,
-        typer.Option(help="A model.yaml trusted so far: find what has changed since."),
+        typer.Option(
+            help="A model.yaml trusted so far: find what has changed since. Friction is fitted"
+            " anew, and its change told."
+        ),
     ] = None
     null_runs: Annotated[
         int,

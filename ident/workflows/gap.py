@@ -46,6 +46,7 @@ from ident.report.gap.report import GapReport
 from ident.report.gap.words import verdict_sentences
 from ident.report.page import render
 from ident.workflows.agreement import contradictions
+from ident.workflows.gap_friction import friction_content
 from ident.workflows.gap_json import (
     effects_content,
     forward_content,
@@ -195,6 +196,7 @@ def gap_of(source: Experiment, options: Options, tell: Tell, paths: Sequence[Pat
         terms_content(written, outcome.places), source.arm.robot.sliding.tolist()
     )
     content |= {"recordings_disagree": disagree} if disagree else {}
+    content |= friction_content(model, source.reference_model, counted(source))
     content["provenance"] = provenance(source.arm, paths)
     tell("preparing the report")
     report = _report(outcome, content)

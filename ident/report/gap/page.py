@@ -39,6 +39,7 @@ from ident.report.words import (
     share,
     unit_text,
     whole,
+    with_unit,
 )
 from wamctl.arm.joint_labels import listed
 
@@ -80,6 +81,7 @@ def gap_page(report: GapReport) -> Page:
         Section("Torque over time", report.torque),
         Section("Simulation against measurement", [*_forward(report), *report.motion]),
         Section("Suspected, and usual terms", [*_suspected(report), *_terms(report)]),
+        Section("Friction since the reference model", _friction(report)),
         Section("Structure without a name", [*_unexplained(report), *report.left]),
         Section("Other explanations, and how to tell", rival_blocks(report)),
         *([seen] if report.named else []),
@@ -253,6 +255,30 @@ def _terms(report: GapReport) -> list[Block]:
             "term": lambda t: report.title(t["name"]),
             "where": lambda t: report.of(t["joints"]),
             "size": size,
+        },
+    )
+
+
+def _friction(report: GapReport) -> list[Block]:
+    def change(name: str) -> Callable[[Content], str]:
+        def cell(entry: Content) -> str:
+            p = entry["parameters"][name]
+            return f"{number(p['reference'])} \u2192 {with_unit(p['value'], p['unit'])}"
+
+        return cell
+
+    def error(entry: Content) -> str:
+        left = entry["relative_error_percent"]
+        return f"{number(left['reference'])} \u2192 {percent(left['value'])}"
+
+    return _unless_empty(
+        "Friction of the reference model, and as it was fitted anew, where the former leaves more.",
+        report.content.get("friction", []),
+        {
+            "where": lambda f: report.of(f["joints"]),
+            "Coulomb friction": change("coulomb"),
+            "viscous friction": change("viscous"),
+            "error of the joint": error,
         },
     )
 

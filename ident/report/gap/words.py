@@ -55,6 +55,7 @@ def verdict_sentences(report: GapReport) -> list[str]:
         more.append(closed_text(content["held_out"], report.of, len(content["effects"])))
         more.append(_usual_terms(content["effects"]))
         more.append(_as_validated(content.get("errors", [])))
+    more.append(_friction(report))
     more += suspected_sentences(report)
     more += [_what_is_left(report, u) for u in content.get("unexplained", [])]
     if content["verdict"] == "ambiguous":
@@ -134,6 +135,32 @@ def _as_validated(errors: Sequence[Content]) -> str:
         "By the measure of `ident run` and `ident validate`, which counts more of the moments at"
         f" which joints turn round, the model's error is {listed(told)}."
     )
+
+
+def _friction(report: GapReport) -> str:
+    """That friction is not that of the reference model any more: the search fits it anew."""
+    told = sorted(
+        report.content.get("friction", []),
+        key=lambda f: -f["relative_error_percent"]["reference"],
+    )
+    if not told:
+        return ""
+    parameters, error = told[0]["parameters"], told[0]["relative_error_percent"]
+    name, most = max(parameters.items(), key=lambda item: _relative_change(item[1]))
+    now, was = (with_unit(most[k], most["unit"]) for k in ("value", "reference"))
+    kind = "Coulomb" if name == "coulomb" else name
+    where = report.of(sorted(j for f in told for j in f["joints"]))
+    return (
+        f"Friction has changed since the reference model at {where}, and was fitted anew: at"
+        f" {report.of(told[0]['joints'])}, {kind} friction is {now} instead of {was}. With that of"
+        f" the reference model the error there would be {percent(error['reference'])} instead of"
+        f" {percent(error['value'])}."
+    )
+
+
+def _relative_change(parameter: Content) -> float:
+    was = abs(parameter["reference"])
+    return abs(parameter["value"] - parameter["reference"]) / max(was, 1e-12)
 
 
 def suspected_sentences(report: GapReport) -> list[str]:
