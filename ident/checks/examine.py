@@ -264,7 +264,7 @@ def _of_one(
     factor, of_size = 1.0, []
     if not in_ampere:
         sizes = gains(case)
-        factor = unit_factor(sizes, bounds) or 1.0
+        factor = unit_factor(case, sizes, bounds) or 1.0
         of_size = unit_remarks(case, sizes, judge, bounds)
     remarks += _factors_once(of_arm, of_size)
     if judge:

@@ -173,6 +173,25 @@ def poorly_explained(error: float, bounds: CheckSettings) -> list[Remark]:
     return [Remark("large_error", (), text, Grade.DOUBTFUL, advice)]
 
 
+def links_of_no_use(error: float) -> list[Remark]:
+    """The URDF's own links, where they predict the torque worse than no model at all.
+
+    Args:
+        error: of the URDF's links without friction, relative, over all joints.
+    """
+    if error <= 1.0:
+        return []
+    text = (
+        f"The URDF's links leave {100 * error:.3g} % of the torque, more than no model at all,"
+        " although links that were fitted explain it."
+    )
+    advice = (
+        "Check the URDF's masses, joint types, axes and zero positions, and which way gravity"
+        " points in the arm's file: links that are fitted may hide that these are wrong."
+    )
+    return [Remark("cad_disagrees", (), text, Grade.DOUBTFUL, advice)]
+
+
 def poorly_predicted(
     shares: Array,
     rms: Array,

@@ -22,12 +22,18 @@ UNITS = {
 }
 """Numbers that a torque of 1 N m has in other units."""
 
+_HEAVIEST = 2000.0
+"""Mass of all links over the cube of the reach, above which it is not in kg: 6 to 220 [kg/m^3]."""
+
+_LEAST_JOINTS = 3
+"""Of an arm: what turns or slides about one place may be as heavy as it likes."""
+
 _GIVE_LOAD = "Give a URDF with every load."
 
 
-def unit_factor(found: Gains, bounds: CheckSettings) -> float | None:
+def unit_factor(case: Case, found: Gains, bounds: CheckSettings) -> float | None:
     """The unit that the torque has instead of N m, in numbers per N m; None where none is sure."""
-    if not _outside(found, bounds):
+    if not _outside(found, bounds) or _too_heavy(case):
         return None
     near = [
         u
@@ -65,13 +71,20 @@ def unit_remarks(case: Case, found: Gains, tells: bool, bounds: CheckSettings) -
             is wrong where it does not.
         bounds: of the checks.
     """
-    factor = unit_factor(found, bounds)
+    factor = unit_factor(case, found, bounds)
     if factor is not None:
         text = (
             f"The torque is {abs(found.common):.4g} times what the URDF's links require, so it"
             f" was taken to be in {UNITS[factor]} and converted."
         )
         return [Remark("units", (), text, Grade.DOUBTFUL, "Record the torque in N m.")]
+    if _outside(found, bounds) and _too_heavy(case):
+        text = (
+            f"The torque is {abs(found.common):.3g} times what the URDF's links require, which"
+            f" weigh {_mass_kg(case):,.0f} kg at a reach of {_reach_m(case):.2g} m: no arm does, so"
+            " the URDF's masses are in gram, or its lengths in another unit than m."
+        )
+        return [Remark("cad_disagrees", (), text, Grade.DOUBTFUL, "Give the URDF in kg and m.")]
     if _outside(found, bounds):
         load = load_of(case, found)
         light = load.mass_kg is None or load.mass_kg < bounds.load_masses * _mass_kg(case)
@@ -104,6 +117,19 @@ def unit_remarks(case: Case, found: Gains, tells: bool, bounds: CheckSettings) -
 def _mass_kg(case: Case) -> float:
     """Mass of all links by the URDF [kg]."""
     return float(sum(link.mass for link in case.robot.model.inertias))
+
+
+def _reach_m(case: Case) -> float:
+    """The joints' distances from each other, and of the last link's centre from its joint [m]."""
+    model = case.robot.model
+    steps = [p.translation for p in list(model.jointPlacements)[2:]]
+    return float(sum(map(np.linalg.norm, [*steps, model.inertias[model.njoints - 1].lever])))
+
+
+def _too_heavy(case: Case) -> bool:
+    """Whether the URDF's links are heavier than an arm of that reach can be."""
+    too_heavy = _mass_kg(case) > _HEAVIEST * _reach_m(case) ** 3
+    return too_heavy and case.robot.dof >= _LEAST_JOINTS
 
 
 def _size_apart(found: Gains, bounds: CheckSettings) -> list[Remark]:

@@ -26,6 +26,7 @@ from ident.checks.settings import DEFAULT
 from ident.checks.torque import (
     beyond_possible,
     explained_after_all,
+    links_of_no_use,
     poorly_explained,
     poorly_predicted,
 )
@@ -206,6 +207,10 @@ def run_data(
     return Run(model, content, found)
 
 
+_TELLS_LINKS = {"cad_disagrees", "units", "no_inertials", "gravity_direction", "zero_pose"}
+"""Remarks on why the URDF's links do not predict the torque."""
+
+
 def _poor(found: Identification, told: Sequence[Remark]) -> list[Remark]:
     """What the model explains too little of, or out of time, unless a check has told that."""
     errors = found.held_out[found.chosen].errors
@@ -220,6 +225,8 @@ def _poor(found: Identification, told: Sequence[Remark]) -> list[Remark]:
     if not any(r.code == "late_torque" for r in told):
         for one, log in zip(found.delays, found.evidence.logs, strict=True):
             more += late_by_fit(one, log.data.name, DEFAULT)
+    if "cad" in found.held_out and not {r.code for r in told} & _TELLS_LINKS:
+        more += links_of_no_use(found.held_out["cad"].errors.relative_percent / 100)
     if found.chosen == "feasible" and "ols" in found.held_out:
         error, least = (found.held_out[n].errors.relative_percent for n in ("feasible", "ols"))
         more += beyond_possible(error / 100, least / 100, partial(_error_turned, found), DEFAULT)

@@ -112,6 +112,16 @@ WRONG: list[Wrong] = [
     ("degrees at joints 3 to 5 of 5", lambda: some_in_degrees(2, 5), {"degrees"}),
     ("degrees at joint 5 of 5", lambda: some_in_degrees(4, 5), {"degrees"}),
     ("kN m", lambda: scaled(1e-3), {"units"}),
+    (
+        "a URDF whose links predict worse than none",
+        lambda: Experiment(true_urdf=urdf_of(3, np.array([2.5, 1.05, 1.2]))).log(),
+        {"cad_disagrees"},
+    ),
+    (
+        "a URDF with masses in gram",
+        lambda: right().with_(urdf=urdf_of(3, 5000.0 * 0.7 ** np.arange(3))),
+        {"cad_disagrees"},
+    ),
     ("N cm", lambda: scaled(100), {"units"}),
     ("kgf m", lambda: scaled(1 / 9.81), {"units"}),
     ("kgf cm", lambda: scaled(10.2), {"units"}),
@@ -194,6 +204,19 @@ WRONG: list[Wrong] = [
     (
         "hangs upside down",
         lambda: Experiment(joints=4, gravity=lambda t: (0, 0, 9.81)).log(),
+        {"gravity_direction"},
+    ),
+    (
+        "hangs upside down, of other masses, slowly",
+        lambda: Experiment(
+            joints=3,
+            seconds=30.0,
+            speed=0.3,
+            friction=0.1,
+            noise=0.1,
+            gravity=lambda t: (0, 0, 9.81),
+            true_urdf=urdf_of(3, np.array([7.0, 2.1, 3.7])),
+        ).log(),
         {"gravity_direction"},
     ),
     ("a load picked up", lambda: carried(1.0, 0.4, 1.1), {"load_changes"}),
