@@ -106,7 +106,8 @@ def jump_remarks(
     """Steps from sample to sample that no joint can make."""
     speed = np.asarray(robot.model.velocityLimit)
     limited = (speed > 0) & (speed < _UNLIMITED)
-    most = np.where(limited, bounds.jump_speeds * speed, np.inf)
+    most = np.full_like(speed, np.inf)
+    most[limited] = bounds.jump_speeds * speed[limited]
     found = []
     for log, one in enumerate(data):
         own = [c for c in chunks if c.log == log]

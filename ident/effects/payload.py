@@ -54,7 +54,7 @@ class Payload(Effect[_Centre]):
         " 10 % off, beyond its standard deviation."
     )
     linear = (
-        Coefficient("mass", "kg", lower=0.0),
+        Coefficient("mass", "kg", lower=0.0, defining=True),
         *(Coefficient(f"first_moment_{axis}", "kg m") for axis in "xyz"),
     )
     Parameters = _Centre

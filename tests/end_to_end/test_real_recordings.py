@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+import ident
 from ident.cli import main
 from ident.effects.bound_effects import load_model
 from ident.gap.data.experiment import read_experiment
@@ -215,3 +216,18 @@ def test_kr300_one_model_has_one_error_in_every_command(real_data, tmp_path):
     for key in ("relative_error_percent", "mse", "cutoff_hz"):
         assert of_validate[key] == pytest.approx(of_run[key], rel=1e-9)
         assert of_gap[key] == pytest.approx(of_run[key], rel=1e-9)
+
+
+def test_kr300_of_a_load_the_mass_must_be_sure(real_data):
+    """Torque 1.3 times as large was told as a load of 205 ± 236 kg, its first moment being sure."""
+    folder = real_data / "kuka_kr300"
+    arm = ident.Arm.from_urdf(folder / "kr300.urdf")
+    first, later = (ident.Recording.from_bag(folder / f"kr300_{name}.mcap") for name in "AC")
+    known = ident.identify(arm, first).model
+    assert later.tau is not None
+    larger = ident.Recording(later.t, later.q, 1.3 * later.tau, later.joints)
+    found = ident.find_gap(arm, larger, model=known).run.content
+    told = [*found["effects"], *found["suspected"]]
+    (mass,) = (e["parameters"]["mass"] for e in told if e["name"] == "payload")
+    assert mass["value"] < 3 * mass["sd"]
+    assert "payload" not in {e["name"] for e in found["effects"]}
