@@ -40,6 +40,7 @@ def validate(
     from ident.commands.outputs import folder_written
     from ident.output_error.servo_model import is_servo_model
     from ident.regression.progress import shown
+    from ident.report.validate_page import seen_before
     from ident.workflows.validate import validate_logs
 
     reading = given.reading()
@@ -65,6 +66,8 @@ def validate(
                 f"{log['name']}: relative torque error {log['relative_error_percent']:.2f} % below"
                 f" {log['cutoff_hz']:.3g} Hz (raw torque {raw:.2f} %)"
             )
+        if "fitted_on" in content and (seen := seen_before(content)):
+            typer.echo(seen)
         typer.echo(f"{out / 'report.html'}")
     recordings = with_input(logs, None, reading)
     if content.get("method") == "simulation" or content["effects"]:

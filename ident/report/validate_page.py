@@ -57,9 +57,23 @@ def _steps(content: Content) -> list[Step]:
     ]
 
 
+def _seen(content: Content) -> list[str]:
+    """The recordings that the model was fitted on, by their names."""
+    return [log["name"] for log in content["logs"] if log["name"] in content["fitted_on"]]
+
+
+def seen_before(content: Content) -> str:
+    """That the model was fitted on some of these recordings; empty where it was not."""
+    seen = _seen(content)
+    if not seen:
+        return ""
+    names = listed([Path(name).name for name in seen])
+    return f"The model was fitted on {names}: its error there says little."
+
+
 def _verdict(content: Content) -> Verdict:
     logs, chosen = content["logs"], content["estimator"]
-    seen = [log["name"] for log in logs if log["name"] in content["fitted_on"]]
+    seen = _seen(content)
     errors = [
         f"{_with_sd(log['estimators'][chosen])}\u202f% on {Path(log['name']).name}" for log in logs
     ]
@@ -72,8 +86,7 @@ def _verdict(content: Content) -> Verdict:
     )
     more = [_against(logs, chosen)]
     if seen:
-        names = listed([Path(name).name for name in seen])
-        more.insert(0, f"The model was fitted on {names}: its error there says little.")
+        more.insert(0, seen_before(content))
     verdict = Verdict(
         "warning" if seen else "open",
         "seen before" if seen else "error on new data",

@@ -147,7 +147,9 @@ def test_the_model_predicts_the_torque(results, wam, noisy):
 def test_validate_gives_the_errors_of_the_fit_on_its_own_log(results, log, tmp_path, capsys):
     out = tmp_path / "validated"
     assert call("validate", log, "--model", results / "model.yaml", "--out", out) == 0
-    assert "log.mcap" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "relative torque error" in said
+    assert "The model was fitted on log.mcap: its error there says little." in said
     (found,) = json.loads((out / "validate.json").read_text())["logs"]
     fitted = json.loads((results / "run.json").read_text())["estimators"]
     for name, errors in fitted.items():
