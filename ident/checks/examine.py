@@ -265,7 +265,9 @@ def _of_one(
     if not in_ampere:
         sizes = gains(case)
         factor = unit_factor(sizes, bounds) or 1.0
-        of_size = unit_remarks(case, sizes, judge, bounds)
+        cut = {j for r in clipped for j in r.joints}  # whose size clipping has taken
+        told = unit_remarks(case, sizes, judge, bounds)
+        of_size = [r for r in told if not r.joints or not cut.issuperset(r.joints)]
     remarks += _factors_once(of_arm, of_size)
     if judge:
         remarks += shifted_torque_zero(case, bounds)
