@@ -28,6 +28,7 @@ from ident.checks.motion import (
 )
 from ident.checks.recorder_faults.delay import lag
 from ident.checks.recorder_faults.glitches import glitch_remarks
+from ident.checks.recorder_faults.held_torque import held_torque
 from ident.checks.recorder_faults.lasting_jumps import lasting_jumps
 from ident.checks.recorder_faults.positions import position_remarks
 from ident.checks.recorder_faults.torque_range import clipped_torque, shifted_torque_zero
@@ -138,6 +139,7 @@ def _samples(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
         remarks += reference_remarks(one, arm.robot.joint_names, bounds)
         remarks += velocity_remarks(one, arm.robot.joint_names, joints, bounds)
         remarks += stuck_remarks(one, arm.robot.joint_names)
+        remarks += held_torque(one, arm.robot.joint_names)
         one, more = sample_remarks(one, bounds)
         found.append(one)
         remarks += more
