@@ -28,6 +28,7 @@ from ident.checks.motion import (
 )
 from ident.checks.recorder_faults.delay import lag
 from ident.checks.recorder_faults.glitches import glitch_remarks
+from ident.checks.recorder_faults.held_torque import held_torque
 from ident.checks.recorder_faults.lasting_jumps import lasting_jumps
 from ident.checks.recorder_faults.positions import position_remarks
 from ident.checks.recorder_faults.torque_range import clipped_torque, shifted_torque_zero
@@ -138,6 +139,7 @@ def _samples(arm: Arm, data: tuple[Dataset, ...], bounds: CheckSettings) -> Stag
         remarks += reference_remarks(one, arm.robot.joint_names, bounds)
         remarks += velocity_remarks(one, arm.robot.joint_names, joints, bounds)
         remarks += stuck_remarks(one, arm.robot.joint_names)
+        remarks += held_torque(one, arm.robot.joint_names)
         one, more = sample_remarks(one, bounds)
         found.append(one)
         remarks += more
@@ -265,7 +267,9 @@ def _of_one(
     if not in_ampere:
         sizes = gains(case)
         factor = unit_factor(case, sizes, bounds) or 1.0
-        of_size = unit_remarks(case, sizes, judge, bounds)
+        cut = {j for r in clipped for j in r.joints}  # whose size clipping has taken
+        told = unit_remarks(case, sizes, judge, bounds)
+        of_size = [r for r in told if not r.joints or not cut.issuperset(r.joints)]
     remarks += _factors_once(of_arm, of_size)
     if judge:
         remarks += shifted_torque_zero(case, bounds)

@@ -2,8 +2,10 @@
 
 A torque beyond the range is recorded as the range's end: the same value again and again while the
 joint moves, though the arm, as it is at the other instants, needs more. (Where a motor gives no
-more, the recorded torque is right, and needs nothing beyond.) A zero that is off by more than the
-joint's torque ever comes to is no friction, spring or weight that an arm carries.
+more, the recorded torque is right, and needs nothing beyond.) Where most of it is at its ends,
+little is left to tell what the arm needs, but what a motor gave is explained, however often the
+same, and clipped torque is not. A zero that is off by more than the joint's torque ever comes to is
+no friction, spring or weight that an arm carries.
 """
 
 from collections.abc import Sequence
@@ -21,7 +23,12 @@ from ident.regression.probe_fit import gram, held_out_residual, shares, solution
 from ident.signals.arrays import Array
 
 _MOSTLY = 0.5
-"""Of the instants: a joint whose torque is at its end more often leaves too little to go by."""
+"""Of a joint's motion: where its torque is at its end more often, the rest alone tells too little,
+and friction that changes its sign may stand there as well."""
+
+_EXPLAINED = 0.1
+"""Error of such a joint beside what its torque varies by, below which a motor gave it: friction
+that stands at two values leaves 0.02, clipped torque 0.19 and more."""
 
 _PILED = 5.0
 """Times as often as the value beside it is recorded, what lies beyond is: a torque in coarse steps
@@ -37,14 +44,22 @@ def clipped_torque(case: Case, chunks: Sequence[Chunk], bounds: CheckSettings) -
     for k in np.flatnonzero(case.probe.moving).tolist():
         for end in _ends([c.tau[:, k] for c in chunks], bounds):
             at_end[:, k] |= case.probe.raw[:, k] == end
-    at_end &= at_end.mean(axis=0) < _MOSTLY
+    at_end &= case.probe.counted
     if not at_end.any():
         return []
-    places = np.flatnonzero(_beyond(case, at_end) > bounds.clipped_beyond).tolist()
+    part = at_end.sum(axis=0) / np.maximum(case.probe.counted.sum(axis=0), 1)
+    needed = _beyond(case, at_end) > bounds.clipped_beyond
+    places = np.flatnonzero(needed & ((part < _MOSTLY) | (_left(case) > _EXPLAINED))).tolist()
     if not places:
         return []
-    most = np.abs(case.probe.raw).max(axis=0)
-    ends = joined([f"{_torque(case, k, most[k])} at {_joint(case, k)}" for k in places])
+    most = np.abs(case.probe.raw * at_end).max(axis=0)
+    ends = joined(
+        [
+            f"{_torque(case, k, most[k])} at {_joint(case, k)}, for {100 * part[k]:.0f} % of its"
+            " motion"
+            for k in places
+        ]
+    )
     text = (
         f"The recorded torque stays at one and the same largest value ({ends}) while the arm needs"
         " more there: it is clipped."
@@ -55,15 +70,27 @@ def clipped_torque(case: Case, chunks: Sequence[Chunk], bounds: CheckSettings) -
 
 def _ends(courses: Sequence[Array], bounds: CheckSettings) -> list[float]:
     """Least and largest value of a joint's torque, where it stays there for long."""
-    if steps_coarsely(courses):
-        return []
     values, counts = np.unique(np.concatenate(courses), return_counts=True)
-    if len(values) < 2:
+    between = counts[1:-1]
+    few = between.sum() < _IN_A_ROW * len(between)  # each about once: few values, no coarse steps
+    if len(values) < 2 or (steps_coarsely(courses) and not few):
+        return []
+    if _switches(courses, values[0], values[-1]):
         return []
     least = bounds.clipped_share * counts.sum()
     piled = ((0, 1), (-1, -2))  # an end, and the value beside it
     ends = [float(values[e]) for e, n in piled if counts[e] > _PILED * counts[n]]
     return [e for e in ends if sum(_staying(c == e) for c in courses) > least]
+
+
+def _switches(courses: Sequence[Array], low: float, high: float) -> bool:
+    """Whether a torque that leaves one end is mostly at the other at once: so drives switch."""
+    left = across = 0
+    for c in courses:
+        before, after = c[:-1], c[1:]
+        left += int((np.isin(before, (low, high)) & (before != after)).sum())
+        across += int((np.abs(after - before) == high - low).sum())
+    return 2 * across > left
 
 
 def _torque(case: Case, k: int, value: float) -> str:
@@ -92,6 +119,16 @@ def _beyond(case: Case, at_end: NDArray[np.bool_]) -> Array:
     more = (np.abs(needed) - np.abs(c.tau)) * np.where(needed * c.tau > 0, 1.0, -1.0)
     mean = np.sum(at_end * more, axis=0) / np.maximum(at_end.sum(axis=0), 1)
     return np.divide(mean, error, out=np.zeros_like(mean), where=error > 0)
+
+
+def _left(case: Case) -> Array:
+    """What a fit of all torque leaves of each joint's, beside what that varies by, shape (n,)."""
+    tau, used = case.columns.tau, case.probe.counted  # zero where the joint stands
+    count = np.maximum(used.sum(axis=0), 1)
+    square = np.sum(tau**2, axis=0) / count
+    spread = np.sqrt(np.maximum(square - (np.sum(tau, axis=0) / count) ** 2, 0.0))
+    left = case.by_joint * np.sqrt(square)
+    return np.divide(left, spread, out=np.zeros_like(left), where=spread > 0)
 
 
 def shifted_torque_zero(case: Case, bounds: CheckSettings) -> list[Remark]:
