@@ -3,7 +3,8 @@
 Beside the arm itself a mass at the last link is fitted that is there from one moment to another:
 the two moments between which it explains most of what no rigid arm explains. It has to be one load:
 another one in each half of that time explains hardly more, as it does where the arm's description
-is wrong. Friction that differs between the two moments is its rival.
+is wrong. Friction that differs between the two moments is its rival, and so is one factor of all
+torque, as where the unit, a gain or the supply changes.
 """
 
 from dataclasses import dataclass
@@ -26,12 +27,20 @@ _LEAST_PARTS = 3
 _TO_THE_END = 0.95
 """Of the best interval's gain: one that lasts to the end and has so much is the simpler answer."""
 
+_CLEARLY = 0.75
+"""Of what a load leaves: where one factor of all torque leaves less, that is told instead."""
+
 _FARTHEST_M = 1.0
 """Of the load's centre from the last link's frame."""
 
 _ADVICE = (
     "Record again with one load throughout, or cut the recording there and identify the parts by"
     " themselves."
+)
+
+_ADVICE_ON_FACTOR = (
+    "Check what changes the torque's unit, a gain or the drives' supply there, or cut the recording"
+    " there and identify the parts by themselves."
 )
 
 
@@ -52,7 +61,7 @@ class _Interval:
 
 
 def load_change_remarks(case: Case, bounds: CheckSettings) -> list[Remark]:
-    """Whether a load that comes or goes explains most of what is left of the torque.
+    """Whether a load that comes or goes explains most of what is left of the torque, or a factor.
 
     Args:
         case: one recording.
@@ -62,10 +71,7 @@ def load_change_remarks(case: Case, bounds: CheckSettings) -> list[Remark]:
     if len(np.unique(part)) < _PARTS:
         return []
     load = last_link(case)[:, :, [9, 6, 7, 8]]
-    left, found = _intervals(case, part, load)
-    best = max(found, key=lambda i: i.gain)
-    last = max((i for i in found if i.end == _PARTS), key=lambda i: i.gain)
-    best = last if last.gain >= _TO_THE_END * best.gain else best
+    left, best = _best(case, part, load)
     mass, moment = float(best.size[0]), float(np.linalg.norm(best.size[1:]))
     share = float(np.sqrt(left / max(np.sum(case.columns.tau**2), 1e-300)))
     possible = moment <= _FARTHEST_M * abs(mass)
@@ -81,23 +87,56 @@ def load_change_remarks(case: Case, bounds: CheckSettings) -> list[Remark]:
     rivals = _intervals(case, part, friction)[1]
     if best.gain < bounds.load_over_friction * max(i.gain for i in rivals):
         return []
+    factor = _best(case, part, _explained(case)[:, :, None])[1]
+    ratio = (1.0 - factor.gain) / max(1.0 - best.gain, 1e-9)
+    is_load = ratio > _CLEARLY
+    told, words = (best, _load_in_words) if is_load else (factor, _factor_in_words)
     figures = f"the error of the fit then falls from {100 * share:.3g} to"
-    figures += f" {100 * share * np.sqrt(1.0 - best.gain):.3g} %"
-    finding = f"{_in_words(case, best)} ({figures})."
-    return [Remark("load_changes", (), finding, Grade.DOUBTFUL, _ADVICE)]
+    figures += f" {100 * share * np.sqrt(1.0 - told.gain):.3g} %"
+    finding = f"{_when(case, told)} {words(told)} ({figures})"
+    if is_load and ratio < 1.0 / _CLEARLY:
+        finding += f", or else {_factor_in_words(factor)}"
+    code, advice = ("load_changes", _ADVICE) if is_load else ("units", _ADVICE_ON_FACTOR)
+    return [Remark(code, (), f"{finding}.", Grade.DOUBTFUL, advice)]
 
 
-def _in_words(case: Case, found: _Interval) -> str:
-    t, mass = case.probe.t, float(found.size[0])
+def _best(case: Case, part: Array, columns: Array) -> tuple[float, _Interval]:
+    """The squared residual without columns, and the time in which they explain most of it."""
+    left, found = _intervals(case, part, columns)
+    best = max(found, key=lambda i: i.gain)
+    last = max((i for i in found if i.end == _PARTS), key=lambda i: i.gain)
+    return left, last if last.gain >= _TO_THE_END * best.gain else best
+
+
+def _explained(case: Case) -> Array:
+    """Torque of the arm that fits all of the recording, shape (S, n)."""
+    W = case.columns.W
+    rows = W.reshape(-1, W.shape[2])
+    return W @ solution(rows.T @ rows, rows.T @ case.columns.tau.ravel())
+
+
+def _when(case: Case, found: _Interval) -> str:
+    t = case.probe.t
     start, end = (t[0] + k / _PARTS * (t[-1] - t[0]) for k in (found.start, found.end))
-    when = f"From about {start:.3g} s on"
     if found.end < _PARTS:
-        when = f"From about {start:.3g} to {end:.3g} s"
+        return f"From about {start:.3g} to {end:.3g} s"
+    return f"From about {start:.3g} s on"
+
+
+def _load_in_words(found: _Interval) -> str:
+    mass = float(found.size[0])
     centre = np.linalg.norm(found.size[1:] / mass)
     more = "more" if mass > 0 else "less"
     return (
-        f"{when} the last link appears to carry {float(f'{abs(mass):.2g}'):g} kg {more},"
+        f"the last link appears to carry {float(f'{abs(mass):.2g}'):g} kg {more},"
         f" {centre:.2g} m from its frame"
+    )
+
+
+def _factor_in_words(found: _Interval) -> str:
+    return (
+        f"the torque of all joints appears to be {1.0 + float(found.size[0]):.3g} times as large as"
+        " the same motion needs at other times"
     )
 
 

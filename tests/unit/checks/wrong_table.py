@@ -222,6 +222,14 @@ WRONG: list[Wrong] = [
     ("a load picked up", lambda: carried(1.0, 0.4, 1.1), {"load_changes"}),
     ("a load put down", lambda: carried(1.0, 0.0, 0.6), {"load_changes"}),
     ("a load carried for a while", lambda: carried(1.5, 0.3, 0.6), {"load_changes"}),
+    *(
+        (
+            f"all torque by {f:g} from the middle on",
+            lambda f=f: scaled(np.where(np.arange(len(right().t)) < 900, 1.0, f)[:, None]),
+            {"units"},
+        )
+        for f in (1.15, 0.8)
+    ),
     ("a load picked up, six joints", lambda: carried(1.0, 0.6, 1.1, 6), {"load_changes"}),
     ("base sways at 0.7 Hz", lambda: swaying(2.0, 0.7, 0), {"base_moves"}),
     ("base sways at 1.3 Hz", lambda: swaying(1.5, 1.3, 1), {"base_moves"}),
