@@ -1,5 +1,6 @@
 """The mapped columns of one table or several: found, of one length, and finite."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.importers.mapping import Mapping, SeriesSection, TimeSection
+from ident.importers.shared_columns import Use, shared_columns
 from ident.importers.tables import Name, Table, read_table
 from ident.importers.text_form import TextForm, is_number
 from ident.signals.arrays import Array
@@ -44,20 +46,22 @@ def files(source: Path, plan: Mapping) -> list[Path]:
     return list(dict.fromkeys([source, _clock(source, plan.time), *series]))
 
 
-def read_columns(source: Path, plan: Mapping, where: Path, n: int) -> MappedColumns:
+def read_columns(
+    source: Path, plan: Mapping, where: Path, joints: tuple[str, ...]
+) -> MappedColumns:
     """The columns that the mapping names.
 
     Args:
         source: the imported table.
         plan: the mapping.
         where: its file.
-        n: number of joints.
+        joints: their names, one for each column of a quantity.
 
     Raises:
         ConfigurationError: everything in which mapping, joints and tables do not fit, at once.
         DataError: unreadable table, cells that are no finite numbers, or no rows.
     """
-    tables = _tables(source, plan)
+    tables, n = _tables(source, plan), len(joints)
     faults = plan.lengths(n)
     series: dict[str, Array] = {}
     for place, part in plan.series():
@@ -77,6 +81,8 @@ def read_columns(source: Path, plan: Mapping, where: Path, n: int) -> MappedColu
     elif which is not None:
         series["rows"] = tables[source].columns[which].reshape(-1, 1)
     rows = slice(plan.rows.first - 1, plan.rows.last)
+    taken = {place: values[rows] for place, values in series.items()}
+    faults += shared_columns(_uses(source, plan, tables, taken, joints))
     if len({len(values[rows]) for values in series.values()}) > 1:
         listed = ", ".join(f"{place} {len(values)}" for place, values in series.items())
         least = min(map(len, series.values()))
@@ -143,6 +149,34 @@ def _stacked(
         f"{where} has there shape {array.shape} for {n} joints (entries chooses columns of an"
         " array)"
     )
+
+
+def _uses(
+    source: Path,
+    plan: Mapping,
+    tables: dict[Path, Table],
+    series: dict[str, Array],
+    joints: tuple[str, ...],
+) -> Iterator[Use]:
+    """What each column that was found stands for."""
+    time = plan.time.column
+    if time is not None and "time" in series:
+        path = _clock(source, plan.time)
+        at = (path, tables[path].number(time), 1)
+        yield Use("time", "", repr(time), at, series["time"][:, 0])
+    for place, part in plan.series():
+        if place not in series or series[place].shape[1] != len(joints):
+            continue
+        columns = [(path, name, 1) for path, name in _places(source, part)]
+        if isinstance(part.columns, str):
+            (path, name, _), entries = columns[0], part.entries or range(1, len(joints) + 1)
+            columns = [(path, name, entry) for entry in entries]
+        for k, (path, name, entry) in enumerate(columns):
+            joint = f"motor {k + 1}" if part.side == "motor" else joints[k]
+            told = f"column {name}" if isinstance(name, int) else repr(name)
+            told = f"column {entry} of {told}" if part.entries else told
+            at = (path, tables[path].number(name), entry)
+            yield Use(place, joint, told, at, series[place][:, k])
 
 
 def _lacks(names: list[Name], table: Table) -> str:

@@ -45,6 +45,10 @@ class Table:
     columns: dict[Name, Array]
     available: tuple[str, ...]
 
+    def number(self, column: Name) -> int:
+        """Number from 1 of a column that is there."""
+        return column if isinstance(column, int) else self.available.index(column) + 1
+
 
 def read_table(path: Path, wanted: Sequence[Name], form: TextForm) -> Table:
     """Columns of a file; its form follows from its ending (.npz, .npy, .mat, .parquet, else text).
@@ -81,6 +85,21 @@ def _are_values(names: Sequence[str]) -> bool:
     return bool((np.diff(numbers) != 1.0).any() or numbers[0] not in (0.0, 1.0))
 
 
+def _one_of_that_name(path: Path, names: Sequence[str], name: str) -> None:
+    """Refuses a name that tells no column.
+
+    Raises:
+        DataError: several columns have it.
+    """
+    places = [str(k) for k, other in enumerate(names, 1) if other == name]
+    if len(places) > 1:
+        raise DataError(
+            f"{path}: the columns {', '.join(places[:-1])} and {places[-1]} are"
+            f" {'both' if len(places) == 2 else 'all'} called {name!r}: write the number of the"
+            " one that is meant, or rename them."
+        )
+
+
 def _text(path: Path, wanted: Sequence[Name], form: TextForm) -> Table:
     try:
         form = form.as_in(path)
@@ -103,6 +122,7 @@ def _text(path: Path, wanted: Sequence[Name], form: TextForm) -> Table:
             places[column] = column - 1
         elif column in names:
             places[column] = names.index(str(column))
+            _one_of_that_name(path, names, str(column))
     available = names or tuple(str(k + 1) for k in range(len(first)))
     made: dict[Name, Array] = {
         column: vectors(path, column, place, form)
