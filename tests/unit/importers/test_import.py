@@ -316,6 +316,16 @@ def test_every_fault_of_a_mapping_at_once(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.parametrize("unit", ["A", "mA"])
+def test_currents_go_in_without_a_unit(tmp_path: Path, unit: str) -> None:
+    effort = BASIC["effort"] | {"unit": unit}
+    assert refused(basic_table(tmp_path), BASIC | {"effort": effort}, ConfigurationError) == (
+        f"{tmp_path / 'map.yaml'}: effort.unit: '{unit}' is of a current: leave unit out, scale the"
+        " columns to ampere, and let `--set torque_unit=A` (for `ident run` and `ident gap`) or"
+        " `torque_unit: A` (under identification in the arm's file) estimate the drives' gains."
+    )
+
+
 def test_every_column_that_is_missing_at_once(tmp_path: Path) -> None:
     source = basic_table(tmp_path)
     table(tmp_path / "short.csv", {"u1": T[:9], "u2": T[:9]})
