@@ -103,7 +103,10 @@ SeriesSection = PositionSection | VelocitySection | EffortSection
 class TimeSection(Section):
     """When the rows were sampled: a column, or a constant rate."""
 
-    column: str | int | None = Field(default=None, description="by name or by number from 1")
+    column: str | int | None = Field(
+        default=None,
+        description="by name or by number from 1: numbers, or dates such as 2024-01-31T12:00:00.02",
+    )
     file: str | None = _FILE
     unit: TimeUnit = "s"
     rate_hz: Positive | None = Field(default=None, description="samples a second [Hz]")

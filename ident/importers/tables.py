@@ -14,6 +14,7 @@ import numpy as np
 import scipy.io
 from scipy.io.matlab import MatReadError
 
+from ident.importers.dates import dates, is_date
 from ident.importers.text_form import TextForm, is_number, is_vector, number_in, vectors
 from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
@@ -38,11 +39,12 @@ class Table:
 
     Attributes:
         columns: by name, or by number from 1: vectors of shape (S,), or arrays (S, n) of a binary
-            file. A wanted column that is not there is left out.
+            file, of numbers or of instants (datetime64). A wanted column that is not there is left
+            out.
         available: the names that the file has.
     """
 
-    columns: dict[Name, Array]
+    columns: dict[Name, np.ndarray]
     available: tuple[str, ...]
 
     def number(self, column: Name) -> int:
@@ -78,9 +80,12 @@ def read_table(path: Path, wanted: Sequence[Name], form: TextForm) -> Table:
 
 
 def _are_values(names: Sequence[str]) -> bool:
-    """Whether a header holds numbers that are no count of the columns."""
-    if not names or not all(map(is_number, names)):
+    """Whether a header holds dates, or numbers that are no count of the columns."""
+    dated = [is_date(name) for name in names]
+    if not names or not all(d or is_number(name) for d, name in zip(dated, names, strict=True)):
         return False
+    if any(dated):
+        return True
     numbers = np.array(names, dtype=float)
     return bool((np.diff(numbers) != 1.0).any() or numbers[0] not in (0.0, 1.0))
 
@@ -124,11 +129,11 @@ def _text(path: Path, wanted: Sequence[Name], form: TextForm) -> Table:
             places[column] = names.index(str(column))
             _one_of_that_name(path, names, str(column))
     available = names or tuple(str(k + 1) for k in range(len(first)))
-    made: dict[Name, Array] = {
-        column: vectors(path, column, place, form)
-        for column, place in places.items()
-        if place < len(sample) and is_vector(sample[place])
-    }
+    made: dict[Name, np.ndarray] = {}
+    for column, place in places.items():
+        for kind, read in ((is_vector, vectors), (is_date, dates)):
+            if place < len(sample) and kind(sample[place]):
+                made[column] = read(path, column, place, form)
     places = {column: place for column, place in places.items() if column not in made}
     if not places:
         return Table(made, available)
@@ -279,13 +284,13 @@ def _flat(variables: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, An
 
 
 def _table(variables: dict[str, Any], wanted: Sequence[Name], path: Path) -> Table:
-    columns: dict[Name, Array] = {}
+    columns: dict[Name, np.ndarray] = {}
     for name in wanted:
         if name in variables:
             values = np.squeeze(np.asarray(variables[str(name)]))
-            if values.dtype.kind not in "fiub":
+            if values.dtype.kind not in "fiubM":
                 raise DataError(f"{path}: {name!r} does not hold numbers.")
-            columns[name] = values.astype(float)
+            columns[name] = values if values.dtype.kind == "M" else values.astype(float)
     return Table(columns, tuple(variables))
 
 
