@@ -206,7 +206,8 @@ def _chosen_rows(source: Path, plan: Mapping, series: dict[str, np.ndarray]) -> 
     chosen = {place: v[numbers - 1] for place, v in series.items() if place != "rows"}
     finite = _finite(source, chosen, numbers)
     if "time" in chosen:
-        instants = stamps(source, chosen.pop("time").ravel()[finite], plan.time.unit)
+        column, position = chosen.pop("time").ravel()[finite], chosen["position"][finite]
+        instants = stamps(source, column, plan.time.unit, position)
     else:
         steps = np.flatnonzero(finite) * (1e9 / (plan.time.rate_hz or 1.0))
         instants = np.rint(steps).astype(np.int64)

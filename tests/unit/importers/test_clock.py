@@ -88,3 +88,68 @@ def test_a_first_row_with_a_date_is_no_header(tmp_path: Path) -> None:
         mapped_recording(source, where)
     where.write_text(yaml.safe_dump(PLAN | numbered | {"header": False}))
     assert len(mapped_recording(source, where).q) == ROWS
+
+
+def refused(folder: Path, times: Any, **changes: Any) -> str:
+    with pytest.raises(DataError) as caught:
+        mapped(folder, times, **changes)
+    start = f"{folder / 'data.csv'}: the time column "
+    assert str(caught.value).startswith(start)
+    return str(caught.value).removeprefix(start)
+
+
+def test_a_column_that_goes_back_bit_by_bit_is_no_clock(tmp_path: Path) -> None:
+    swing = 3 + np.sin(np.arange(200) / 200 * 2 * np.pi)
+    assert refused(tmp_path, swing) == (
+        "goes back bit by bit, from 4 s to 3.48175 s after 51 to 84 rows: name the column that"
+        " holds the time, or write `time: {rate_hz: ...}`, where rows were taken evenly."
+    )
+    assert refused(tmp_path, 3 + 0.1 * swing).startswith("goes back bit by bit, from 3.4 s")
+    assert refused(tmp_path, np.linspace(0.3, 0.0, 30)).startswith("goes back bit by bit")
+    two = np.tile(np.arange(20) / 50, 2)
+    assert refused(tmp_path, two).startswith("goes back from 0.38 s to 0 s after 20 rows; if")
+
+
+def test_stamps_in_another_order_than_their_rows_are_taken(tmp_path: Path) -> None:
+    times = np.arange(ROWS) / 100
+    times[5:7] = times[6], times[5]
+    np.testing.assert_allclose(mapped(tmp_path, times).stamp_ns, times * 1e9)
+    found = mapped(tmp_path, np.array([0.0, 0.02, 0.01]))
+    assert len(found.q) == 3
+
+
+def test_a_time_that_stands_is_told(tmp_path: Path) -> None:
+    assert refused(tmp_path, [1.5] * ROWS) == (
+        "holds 1.5 s in all 40 rows: name the column that holds the time, or write"
+        " `time: {rate_hz: ...}`, where rows were taken evenly."
+    )
+
+
+@pytest.mark.parametrize(("rate_hz", "step_s"), [(50, 0.1), (75, 0.1), (1000, 0.01), (50, 1.0)])
+def test_stamps_that_several_rows_share_are_told(
+    tmp_path: Path, rate_hz: float, step_s: float
+) -> None:
+    exact = 1.7e9 + np.arange(1000) / rate_hz
+    said = refused(tmp_path, np.round(np.round(exact / step_s) * step_s, 3))
+    assert said.startswith(f"is rounded to about {step_s:g} s, so that about ")
+    advised = float(said.split("rate_hz: ")[1].split("}")[0])
+    assert advised == pytest.approx(rate_hz, rel=0.02)
+    assert said.endswith("in its place, or save the table with more digits of the time.")
+
+
+def test_readings_that_are_written_twice_are_no_rounded_stamps(tmp_path: Path) -> None:
+    times = np.repeat(np.arange(100) / 50, 2)
+    names = {"position": {"columns": ["h"]}, "effort": {"columns": ["u"]}}
+    assert "2 rows share each stamp" in refused(tmp_path, times)
+    held = np.repeat(np.random.default_rng(1).normal(size=100), 2)
+    rows = zip(times, held, np.random.default_rng(2).normal(size=200), strict=True)
+    lines = [",".join(map(str, row)) for row in rows]
+    (tmp_path / "data.csv").write_text("\n".join(["t,h,u", *lines]) + "\n")
+    (tmp_path / "map.yaml").write_text(yaml.safe_dump(PLAN | names))
+    found = mapped_recording(tmp_path / "data.csv", tmp_path / "map.yaml")
+    np.testing.assert_array_equal(found.q[:, 0], held)
+
+
+def test_a_few_rows_may_share_a_stamp(tmp_path: Path) -> None:
+    times = np.round(np.arange(200) / 120, 2)  # most have their own
+    assert len(mapped(tmp_path, times).q) == 200
