@@ -1,11 +1,9 @@
 """Columns of foreign tables: text, Parquet, NumPy archives, MATLAB files of both kinds."""
 
-import csv
 import struct
 import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile, ZipFile
@@ -14,9 +12,8 @@ import numpy as np
 import scipy.io
 from scipy.io.matlab import MatReadError
 
-from ident.importers.dates import dates, is_date
-from ident.importers.text_form import TextForm, is_number, is_vector, number_in, vectors
-from ident.signals.arrays import Array
+from ident.importers.text_form import TextForm
+from ident.importers.text_table import read_text_table
 from wamctl.arm.errors import DataError
 from wamctl.arm.ros2.bounds import Allowance
 
@@ -27,7 +24,6 @@ _UNREADABLE = (
     RecursionError, zlib.error, MatReadError,
 )  # fmt: skip
 _STEP = 1 << 20
-_SHOWN = 40  # characters of a cell, in a message
 _COMPRESSED, _MAT_HEADER, _MAT_TAG = 15, 128, struct.Struct("<II")
 _OBJECT = 3  # of MATLAB_object_decode: the values of a class, in an encoding of MATLAB's own
 _HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -76,124 +72,7 @@ def read_table(path: Path, wanted: Sequence[Name], form: TextForm) -> Table:
             columns, names = read_parquet(path, wanted)
             return replace(_table(columns, wanted, path), available=names)
         case _:
-            return _text(path, wanted, form)
-
-
-def _are_values(names: Sequence[str]) -> bool:
-    """Whether a header holds dates, or numbers that are no count of the columns."""
-    dated = [is_date(name) for name in names]
-    if not names or not all(d or is_number(name) for d, name in zip(dated, names, strict=True)):
-        return False
-    if any(dated):
-        return True
-    numbers = np.array(names, dtype=float)
-    return bool((np.diff(numbers) != 1.0).any() or numbers[0] not in (0.0, 1.0))
-
-
-def _one_of_that_name(path: Path, names: Sequence[str], name: str) -> None:
-    """Refuses a name that tells no column.
-
-    Raises:
-        DataError: several columns have it.
-    """
-    places = [str(k) for k, other in enumerate(names, 1) if other == name]
-    if len(places) > 1:
-        raise DataError(
-            f"{path}: the columns {', '.join(places[:-1])} and {places[-1]} are"
-            f" {'both' if len(places) == 2 else 'all'} called {name!r}: write the number of the"
-            " one that is meant, or rename them."
-        )
-
-
-def _text(path: Path, wanted: Sequence[Name], form: TextForm) -> Table:
-    try:
-        form = form.as_in(path)
-        lines = (cells for _, cells in form.lines(path, form.skip))
-        first = next(lines, [])
-        lines = (cells for _, cells in form.lines(path, form.before))
-        sample = next(lines, [])
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise DataError(f"{path} is not a readable text table ({error}).") from error
-    names = tuple(name.strip().lstrip("#%").strip() for name in first) if form.header else ()
-    by_number = all(isinstance(c, int) and 1 <= c <= len(first) for c in wanted)
-    if by_number and _are_values(names):
-        raise DataError(
-            f"{path}: the first line holds numbers, and would be lost as a header: write"
-            " `header: false` in the mapping, or names into that line."
-        )
-    places = {}
-    for column in wanted:
-        if isinstance(column, int) and 1 <= column <= len(first):
-            places[column] = column - 1
-        elif column in names:
-            places[column] = names.index(str(column))
-            _one_of_that_name(path, names, str(column))
-    available = names or tuple(str(k + 1) for k in range(len(first)))
-    made: dict[Name, np.ndarray] = {}
-    for column, place in places.items():
-        for kind, read in ((is_vector, vectors), (is_date, dates)):
-            if place < len(sample) and kind(sample[place]):
-                made[column] = read(path, column, place, form)
-    places = {column: place for column, place in places.items() if column not in made}
-    if not places:
-        return Table(made, available)
-    try:
-        rows = _rows(path, list(places.values()), form)
-    except ValueError as error:
-        raise DataError(_bad_cell(path, places, form) or f"{path}: {error}.") from error
-    return Table(made | dict(zip(places, rows.T, strict=True)), available)
-
-
-def _rows(path: Path, places: Sequence[int], form: TextForm) -> Array:
-    """The numbers of some columns, shape (S, columns); with decimal commas, or points."""
-    read = partial(
-        np.loadtxt,
-        path,
-        delimiter=None if form.blank else form.delimiter,
-        skiprows=form.before,
-        max_rows=form.last,
-        usecols=places,
-        ndmin=2,
-        encoding="utf-8-sig",
-        quotechar='"',
-        comments=None,
-    )
-    try:
-        return read()
-    except ValueError:
-        if form.delimiter == ",":
-            raise
-        return read(converters=number_in)
-
-
-def _short(cell: str) -> str:
-    return repr(cell if len(cell) <= _SHOWN else f"{cell[:_SHOWN]}…")
-
-
-def _bad_cell(path: Path, places: dict[Name, int], form: TextForm) -> str | None:
-    """A sentence on the first cell that is no number."""
-    rows = form.rows(path)
-    for count, (number, line) in enumerate(rows):
-        for name, place in places.items():
-            if place >= len(line):
-                fault = (
-                    f"{path}, line {number}: {len(line)} columns, so that column {name!r} is"
-                    " missing"
-                )
-            elif not is_number(line[place]):
-                fault = (
-                    f"{path}, line {number}, column {name!r}: {_short(line[place])} is not a number"
-                )
-                if all(map(is_number, line[place].split())):
-                    fault += "; where white space separates columns, write `delimiter: ' '`"
-            else:
-                continue
-            if count and next(rows, None) is None:
-                fault += f"; a last row that was cut off is left out by rows.last: {count}"
-            elif count:
-                fault += "; a line that was torn can be deleted: what it leaves is told as missing"
-            return f"{fault}."
-    return None
+            return Table(*read_text_table(path, wanted, form))
 
 
 def _npz(path: Path) -> dict[str, Any]:
