@@ -61,6 +61,8 @@ def read_table(path: Path, wanted: Sequence[Name], form: TextForm) -> Table:
     """
     if not path.is_file():
         raise DataError(f"{path} does not exist: give the table to import.")
+    if not path.stat().st_size:
+        raise DataError(f"{path} is empty: give a table with rows.")
     match path.suffix.lower():
         case ".npz":
             return _table(_npz(path), wanted, path)
@@ -71,6 +73,8 @@ def read_table(path: Path, wanted: Sequence[Name], form: TextForm) -> Table:
         case ".parquet":
             columns, names = read_parquet(path, wanted)
             return replace(_table(columns, wanted, path), available=names)
+        case ".xlsx" | ".xlsm" | ".xls" | ".ods":
+            raise DataError(f"{path} is a workbook of a spreadsheet: save its sheet as CSV.")
         case _:
             return Table(*read_text_table(path, wanted, form))
 

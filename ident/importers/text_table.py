@@ -1,6 +1,7 @@
 """Columns of a text table, as numbers, vectors or dates."""
 
 import csv
+import warnings
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -8,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ident.importers.dates import dates, is_date
-from ident.importers.text_form import TextForm, is_number, is_vector, number_in, vectors
+from ident.importers.text_form import TextForm, encoding, is_number, is_vector, number_in, vectors
 from ident.signals.arrays import Array
 from wamctl.arm.errors import DataError
 
@@ -24,13 +25,19 @@ def read_text_table(
         DataError: no text, no rows, or a cell that is no number.
     """
     try:
-        form = form.as_in(path)
-        lines = (cells for _, cells in form.lines(path, form.skip))
-        first = next(lines, [])
-        lines = (cells for _, cells in form.lines(path, form.before))
-        sample = next(lines, [])
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        return _read(path, wanted, form.as_in(path))
+    except (OSError, UnicodeError, csv.Error) as error:
         raise DataError(f"{path} is not a readable text table ({error}).") from error
+
+
+def _read(
+    path: Path, wanted: Sequence[str | int], form: TextForm
+) -> tuple[dict[str | int, np.ndarray], tuple[str, ...]]:
+    first = next((cells for _, cells in form.lines(path, form.skip)), [])
+    sample = next((cells for _, cells in form.lines(path, form.before)), [])
+    if not sample:
+        below = "below its header" if form.header else "of numbers"
+        raise DataError(f"{path} has no rows {below}: give a table with rows.")
     names = tuple(name.strip().lstrip("#%").strip() for name in first) if form.header else ()
     by_number = all(isinstance(c, int) and 1 <= c <= len(first) for c in wanted)
     if by_number and _are_values(names):
@@ -97,16 +104,18 @@ def _rows(path: Path, places: Sequence[int], form: TextForm) -> Array:
         max_rows=form.last,
         usecols=places,
         ndmin=2,
-        encoding="utf-8-sig",
+        encoding=encoding(path),
         quotechar='"',
         comments=None,
     )
-    try:
-        return read()
-    except ValueError:
-        if form.delimiter == ",":
-            raise
-        return read(converters=number_in)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of blank lines, which are no rows to `rows.last` either
+        try:
+            return read()
+        except ValueError:
+            if form.delimiter == ",":
+                raise
+            return read(converters=number_in)
 
 
 def _short(cell: str) -> str:

@@ -424,7 +424,7 @@ def test_tables_that_cannot_be_read(tmp_path: Path) -> None:
     assert refused(path, BASIC, DataError) == f"{path} does not exist: give the table to import."
     for name in ("x.npz", "x.mat", "x.csv"):
         path = tmp_path / name
-        path.write_bytes(b"\xff\xfe\x00\x81 garbage")
+        path.write_bytes(b"\xff\xfd\x00\x81 garbage")
         assert refused(path, BASIC, DataError).startswith(f"{path} is not a readable ")
     path = tmp_path / "text.npz"
     np.savez(path, t=T, q1=np.array(["x"]), q2=T, u1=T, u2=T)
