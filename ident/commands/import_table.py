@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from ident.commands.options import Force
-from ident.commands.outputs import file_written
+from ident.commands.outputs import log_written
 from ident.importers.recording import LEFT_OUT, import_recording
 from wamctl.arm.command_line import is_quiet, next_step, shipped_names
 
@@ -35,7 +35,7 @@ def import_table(
     Example: ident import traj1.csv --map xmate7p-map.yaml --out traj1.mcap
     """
     console = Console(stderr=True, quiet=is_quiet())
-    with file_written(out, force), console.status(escape(f"Importing {file.name}")):
+    with log_written(out, force), console.status(escape(f"Importing {file.name}")):
         recording = import_recording(file, mapping, out)
     seconds = float(recording.stamp_ns[-1] - recording.stamp_ns[0]) * 1e-9
     if as_json:

@@ -13,6 +13,7 @@ from wamctl.arm.command_line import is_quiet
 from wamctl.arm.errors import DataError
 
 _KEPT = "previous"
+_LOG = ".mcap"
 
 
 @contextmanager
@@ -58,6 +59,27 @@ def file_written(out: Path, force: bool) -> Iterator[None]:
                 kept = old.with_name(f"{old.stem}.{_KEPT}{old.suffix}")
                 os.replace(copy, kept)
                 _note(f"{old} was there already; the earlier one is now {kept}")
+
+
+@contextmanager
+def log_written(out: Path, force: bool) -> Iterator[None]:
+    """A log that the block writes, as `file_written`, under a name that tells what it is.
+
+    Args:
+        out: the file.
+        force: keep nothing.
+
+    Raises:
+        DataError: the file cannot be written, or its name ends otherwise.
+    """
+    _check_file(out)
+    if out.suffix != _LOG:
+        raise DataError(
+            f"{out} is to hold a log, whose name ends in {_LOG}: write --out"
+            f" {out.with_suffix(_LOG)}."
+        )
+    with file_written(out, force):
+        yield
 
 
 def _files(out: Path, names: Sequence[str]) -> list[Path]:

@@ -30,11 +30,11 @@ def simulate(
 
     Example: ident simulate --model gap/model.yaml --out simulated.mcap
     """
-    from ident.commands.outputs import file_written
+    from ident.commands.outputs import log_written
     from ident.workflows.simulate import simulate_model
     from wamctl.arm.compilation import compilation_announced
 
-    with file_written(out, force), compilation_announced("the simulation"):
+    with log_written(out, force), compilation_announced("the simulation"):
         recording = simulate_model(model, trajectory, config, out)
     next_step("ident run", out)
     seconds = float(recording.stamp_ns[-1] - recording.stamp_ns[0]) * 1e-9

@@ -1,21 +1,20 @@
 """The mapped columns of one table or several: found, of one length, and finite."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.importers.clock import stamps
+from ident.importers.dates import is_date
 from ident.importers.mapping import Mapping, SeriesSection, TimeSection
+from ident.importers.shared_columns import Use, shared_columns
 from ident.importers.tables import Name, Table, read_table
 from ident.importers.text_form import TextForm, is_number
 from ident.signals.arrays import Array
 from wamctl.arm.errors import ConfigurationError, DataError
-
-_NS = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0}
-_LATEST_S = 2**31
-_BACK_NS = 0.5e9
-"""Stamps may come in another order than their rows; a longer way back is another recording."""
 
 _MOST_LEFT_OUT = 0.1
 """Of the rows, that may hold cells that are not finite."""
@@ -44,22 +43,24 @@ def files(source: Path, plan: Mapping) -> list[Path]:
     return list(dict.fromkeys([source, _clock(source, plan.time), *series]))
 
 
-def read_columns(source: Path, plan: Mapping, where: Path, n: int) -> MappedColumns:
+def read_columns(
+    source: Path, plan: Mapping, where: Path, joints: tuple[str, ...]
+) -> MappedColumns:
     """The columns that the mapping names.
 
     Args:
         source: the imported table.
         plan: the mapping.
         where: its file.
-        n: number of joints.
+        joints: their names, one for each column of a quantity.
 
     Raises:
         ConfigurationError: everything in which mapping, joints and tables do not fit, at once.
         DataError: unreadable table, cells that are no finite numbers, or no rows.
     """
-    tables = _tables(source, plan)
+    tables, n = _tables(source, plan), len(joints)
     faults = plan.lengths(n)
-    series: dict[str, Array] = {}
+    series: dict[str, np.ndarray] = {}
     for place, part in plan.series():
         found = _stacked(part, _places(source, part), tables, n)
         if isinstance(found, str):
@@ -74,9 +75,13 @@ def read_columns(source: Path, plan: Mapping, where: Path, n: int) -> MappedColu
     which = plan.rows.column
     if which is not None and which not in tables[source].columns:
         faults.append(f"rows.column: {source.name} {_lacks([which], tables[source])}")
+    elif which is not None and tables[source].columns[which].dtype.kind == "M":
+        faults.append(f"rows.column: {_dated([which])}")
     elif which is not None:
         series["rows"] = tables[source].columns[which].reshape(-1, 1)
     rows = slice(plan.rows.first - 1, plan.rows.last)
+    taken = {place: values[rows] for place, values in series.items()}
+    faults += shared_columns(_uses(source, plan, tables, taken, joints))
     if len({len(values[rows]) for values in series.values()}) > 1:
         listed = ", ".join(f"{place} {len(values)}" for place, values in series.items())
         least = min(map(len, series.values()))
@@ -123,6 +128,8 @@ def _stacked(
         if missing := [name for name in own if name not in tables[path].columns]:
             return f"{path.name} {_lacks(missing, tables[path])}"
     arrays = [tables[path].columns[name] for path, name in places]
+    if dated := [name for (_, name), a in zip(places, arrays, strict=True) if a.dtype.kind == "M"]:
+        return _dated(dated)
     where = places[0][0].name
     if not isinstance(part.columns, str):
         shapes = dict.fromkeys(a.shape for a in arrays)
@@ -145,9 +152,41 @@ def _stacked(
     )
 
 
+def _dated(names: list[Name]) -> str:
+    return f"{', '.join(map(repr, names))} holds dates there, not numbers"
+
+
+def _uses(
+    source: Path,
+    plan: Mapping,
+    tables: dict[Path, Table],
+    series: dict[str, np.ndarray],
+    joints: tuple[str, ...],
+) -> Iterator[Use]:
+    """What each column that was found stands for."""
+    time = plan.time.column
+    if time is not None and "time" in series:
+        path = _clock(source, plan.time)
+        at = (path, tables[path].number(time), 1)
+        yield Use("time", "", repr(time), at, series["time"][:, 0])
+    for place, part in plan.series():
+        if place not in series or series[place].shape[1] != len(joints):
+            continue
+        columns = [(path, name, 1) for path, name in _places(source, part)]
+        if isinstance(part.columns, str):
+            (path, name, _), entries = columns[0], part.entries or range(1, len(joints) + 1)
+            columns = [(path, name, entry) for entry in entries]
+        for k, (path, name, entry) in enumerate(columns):
+            joint = f"motor {k + 1}" if part.side == "motor" else joints[k]
+            told = f"column {name}" if isinstance(name, int) else repr(name)
+            told = f"column {entry} of {told}" if part.entries else told
+            at = (path, tables[path].number(name), entry)
+            yield Use(place, joint, told, at, series[place][:, k])
+
+
 def _lacks(names: list[Name], table: Table) -> str:
     wanted, there = ", ".join(map(repr, names)), ", ".join(table.available)
-    if all(map(is_number, table.available)):
+    if all(is_number(name) or is_date(name) for name in table.available):
         return (
             f"has no column {wanted}, and its first line holds numbers: if it is no header, write"
             f" `header: false` and count the columns from 1 to {len(table.available)}"
@@ -155,7 +194,7 @@ def _lacks(names: list[Name], table: Table) -> str:
     return f"has no column {wanted}; its columns are {there}"
 
 
-def _chosen_rows(source: Path, plan: Mapping, series: dict[str, Array]) -> MappedColumns:
+def _chosen_rows(source: Path, plan: Mapping, series: dict[str, np.ndarray]) -> MappedColumns:
     have = len(series["position"])
     numbers = np.arange(1, have + 1)[plan.rows.first - 1 : plan.rows.last]
     if not len(numbers):
@@ -167,15 +206,18 @@ def _chosen_rows(source: Path, plan: Mapping, series: dict[str, Array]) -> Mappe
     chosen = {place: v[numbers - 1] for place, v in series.items() if place != "rows"}
     finite = _finite(source, chosen, numbers)
     if "time" in chosen:
-        stamps = _stamps(source, plan, chosen.pop("time").ravel()[finite])
+        column, position = chosen.pop("time").ravel()[finite], chosen["position"][finite]
+        instants = stamps(source, column, plan.time.unit, position)
     else:
         steps = np.flatnonzero(finite) * (1e9 / (plan.time.rate_hz or 1.0))
-        stamps = np.rint(steps).astype(np.int64)
+        instants = np.rint(steps).astype(np.int64)
     kept = {place: values[finite] for place, values in chosen.items()}
-    return MappedColumns(stamps, kept, numbers[finite], tuple(numbers[~finite].tolist()))
+    return MappedColumns(instants, kept, numbers[finite], tuple(numbers[~finite].tolist()))
 
 
-def _finite(source: Path, chosen: dict[str, Array], rows: NDArray[np.intp]) -> NDArray[np.bool_]:
+def _finite(
+    source: Path, chosen: dict[str, np.ndarray], rows: NDArray[np.intp]
+) -> NDArray[np.bool_]:
     """Rows of finite cells, shape (S,).
 
     Raises:
@@ -192,23 +234,3 @@ def _finite(source: Path, chosen: dict[str, Array], rows: NDArray[np.intp]) -> N
         f"{source}: {place} is not finite in {len(bad)} cells, the first in row {rows[bad[0, 0]]},"
         f" joint {bad[0, 1] + 1}; choose other rows in the mapping."
     )
-
-
-def _stamps(source: Path, plan: Mapping, column: Array) -> NDArray[np.int64]:
-    """Stamps of a log [ns]; where times count from a trigger, they begin at the first one."""
-    ns = column * _NS[plan.time.unit]
-    if ns.max() >= _LATEST_S * 1e9:
-        raise DataError(
-            f"{source}: the time column runs to {ns.max() * 1e-9:g} s; a log holds 0 s to"
-            f" {_LATEST_S} s."
-        )
-    ns -= min(ns.min(), 0.0)
-    back = np.flatnonzero(np.diff(ns) < -_BACK_NS)
-    if len(back):
-        before, after = ns[back[0] : back[0] + 2] * 1e-9
-        raise DataError(
-            f"{source}: the time column goes back from {before:g} s to {after:g} s after"
-            f" {back[0] + 1} rows; if these are several recordings, choose one with rows.column"
-            " and rows.equal, or with rows.first and rows.last."
-        )
-    return np.rint(ns).astype(np.int64)

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from wamctl.arm.config import Positive, Section, Vector, find_file, read_yaml, validate
 
@@ -26,6 +26,7 @@ _FILE = Field(
     description="another table beside the imported one, with the same rows; unset: that one",
 )
 _LARGEST_CONDITION = 1e6
+_CURRENTS = ("a", "ma", "amp", "amps", "ampere", "amperes")
 
 
 class ColumnsSection(Section):
@@ -76,11 +77,24 @@ class VelocitySection(ColumnsSection):
 class EffortSection(ColumnsSection):
     """Torque or force."""
 
-    unit: EffortUnit = "N m"
+    unit: EffortUnit = Field(
+        default="N m", description="currents go in without a unit, as they are in ampere"
+    )
     joint_from_motor: tuple[Vector, ...] | None = Field(
         default=None,
         description="matrix joint torque from motor torque; unset: motor_from_joint transposed",
     )
+
+    @field_validator("unit", mode="before")
+    @classmethod
+    def _no_current(cls, unit: object) -> object:
+        if isinstance(unit, str) and unit.strip().lower() in _CURRENTS:
+            raise ValueError(
+                f"{unit!r} is of a current: leave unit out, scale the columns to ampere, and let"
+                " `--set torque_unit=A` (for `ident run` and `ident gap`) or `torque_unit: A`"
+                " (under identification in the arm's file) estimate the drives' gains"
+            )
+        return unit
 
 
 SeriesSection = PositionSection | VelocitySection | EffortSection
@@ -89,7 +103,10 @@ SeriesSection = PositionSection | VelocitySection | EffortSection
 class TimeSection(Section):
     """When the rows were sampled: a column, or a constant rate."""
 
-    column: str | int | None = Field(default=None, description="by name or by number from 1")
+    column: str | int | None = Field(
+        default=None,
+        description="by name or by number from 1: numbers, or dates such as 2024-01-31T12:00:00.02",
+    )
     file: str | None = _FILE
     unit: TimeUnit = "s"
     rate_hz: Positive | None = Field(default=None, description="samples a second [Hz]")

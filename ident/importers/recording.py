@@ -76,7 +76,7 @@ def mapped_recording(source: Path, mapping: Path | str) -> Recording:
     """The recording in a foreign table; arguments and errors are those of `import_recording`."""
     plan, where = load_mapping(mapping)
     arm = _arm(plan, where)
-    columns = read_columns(source, plan, where, len(arm.joints))
+    columns = read_columns(source, plan, where, arm.joints)
     q = _joint_side(plan.position, columns.series["position"], plan)
     wanted, qd, effort, command = (
         _joint_side(part, columns.series[place], plan) if part else None

@@ -1,11 +1,9 @@
 """Columns of foreign tables: text, Parquet, NumPy archives, MATLAB files of both kinds."""
 
-import csv
 import struct
 import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile, ZipFile
@@ -14,8 +12,8 @@ import numpy as np
 import scipy.io
 from scipy.io.matlab import MatReadError
 
-from ident.importers.text_form import TextForm, is_number, is_vector, number_in, vectors
-from ident.signals.arrays import Array
+from ident.importers.text_form import TextForm
+from ident.importers.text_table import read_text_table
 from wamctl.arm.errors import DataError
 from wamctl.arm.ros2.bounds import Allowance
 
@@ -26,7 +24,6 @@ _UNREADABLE = (
     RecursionError, zlib.error, MatReadError,
 )  # fmt: skip
 _STEP = 1 << 20
-_SHOWN = 40  # characters of a cell, in a message
 _COMPRESSED, _MAT_HEADER, _MAT_TAG = 15, 128, struct.Struct("<II")
 _OBJECT = 3  # of MATLAB_object_decode: the values of a class, in an encoding of MATLAB's own
 _HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -38,12 +35,17 @@ class Table:
 
     Attributes:
         columns: by name, or by number from 1: vectors of shape (S,), or arrays (S, n) of a binary
-            file. A wanted column that is not there is left out.
+            file, of numbers or of instants (datetime64). A wanted column that is not there is left
+            out.
         available: the names that the file has.
     """
 
-    columns: dict[Name, Array]
+    columns: dict[Name, np.ndarray]
     available: tuple[str, ...]
+
+    def number(self, column: Name) -> int:
+        """Number from 1 of a column that is there."""
+        return column if isinstance(column, int) else self.available.index(column) + 1
 
 
 def read_table(path: Path, wanted: Sequence[Name], form: TextForm) -> Table:
@@ -59,6 +61,8 @@ def read_table(path: Path, wanted: Sequence[Name], form: TextForm) -> Table:
     """
     if not path.is_file():
         raise DataError(f"{path} does not exist: give the table to import.")
+    if not path.stat().st_size:
+        raise DataError(f"{path} is empty: give a table with rows.")
     match path.suffix.lower():
         case ".npz":
             return _table(_npz(path), wanted, path)
@@ -69,106 +73,10 @@ def read_table(path: Path, wanted: Sequence[Name], form: TextForm) -> Table:
         case ".parquet":
             columns, names = read_parquet(path, wanted)
             return replace(_table(columns, wanted, path), available=names)
+        case ".xlsx" | ".xlsm" | ".xls" | ".ods":
+            raise DataError(f"{path} is a workbook of a spreadsheet: save its sheet as CSV.")
         case _:
-            return _text(path, wanted, form)
-
-
-def _are_values(names: Sequence[str]) -> bool:
-    """Whether a header holds numbers that are no count of the columns."""
-    if not names or not all(map(is_number, names)):
-        return False
-    numbers = np.array(names, dtype=float)
-    return bool((np.diff(numbers) != 1.0).any() or numbers[0] not in (0.0, 1.0))
-
-
-def _text(path: Path, wanted: Sequence[Name], form: TextForm) -> Table:
-    try:
-        form = form.as_in(path)
-        lines = (cells for _, cells in form.lines(path, form.skip))
-        first = next(lines, [])
-        lines = (cells for _, cells in form.lines(path, form.before))
-        sample = next(lines, [])
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise DataError(f"{path} is not a readable text table ({error}).") from error
-    names = tuple(name.strip().lstrip("#%").strip() for name in first) if form.header else ()
-    by_number = all(isinstance(c, int) and 1 <= c <= len(first) for c in wanted)
-    if by_number and _are_values(names):
-        raise DataError(
-            f"{path}: the first line holds numbers, and would be lost as a header: write"
-            " `header: false` in the mapping, or names into that line."
-        )
-    places = {}
-    for column in wanted:
-        if isinstance(column, int) and 1 <= column <= len(first):
-            places[column] = column - 1
-        elif column in names:
-            places[column] = names.index(str(column))
-    available = names or tuple(str(k + 1) for k in range(len(first)))
-    made: dict[Name, Array] = {
-        column: vectors(path, column, place, form)
-        for column, place in places.items()
-        if place < len(sample) and is_vector(sample[place])
-    }
-    places = {column: place for column, place in places.items() if column not in made}
-    if not places:
-        return Table(made, available)
-    try:
-        rows = _rows(path, list(places.values()), form)
-    except ValueError as error:
-        raise DataError(_bad_cell(path, places, form) or f"{path}: {error}.") from error
-    return Table(made | dict(zip(places, rows.T, strict=True)), available)
-
-
-def _rows(path: Path, places: Sequence[int], form: TextForm) -> Array:
-    """The numbers of some columns, shape (S, columns); with decimal commas, or points."""
-    read = partial(
-        np.loadtxt,
-        path,
-        delimiter=None if form.blank else form.delimiter,
-        skiprows=form.before,
-        max_rows=form.last,
-        usecols=places,
-        ndmin=2,
-        encoding="utf-8-sig",
-        quotechar='"',
-        comments=None,
-    )
-    try:
-        return read()
-    except ValueError:
-        if form.delimiter == ",":
-            raise
-        return read(converters=number_in)
-
-
-def _short(cell: str) -> str:
-    return repr(cell if len(cell) <= _SHOWN else f"{cell[:_SHOWN]}…")
-
-
-def _bad_cell(path: Path, places: dict[Name, int], form: TextForm) -> str | None:
-    """A sentence on the first cell that is no number."""
-    rows = form.rows(path)
-    for count, (number, line) in enumerate(rows):
-        for name, place in places.items():
-            if place >= len(line):
-                fault = (
-                    f"{path}, line {number}: {len(line)} columns, so that column {name!r} is"
-                    " missing"
-                )
-            elif not is_number(line[place]):
-                fault = (
-                    f"{path}, line {number}, column {name!r}: {_short(line[place])} is not a number"
-                )
-                if all(map(is_number, line[place].split())):
-                    fault += "; where white space separates columns, write `delimiter: ' '`"
-            else:
-                continue
-            if count and next(rows, None) is None:
-                fault += f"; a last row that was cut off is left out by rows.last: {count}"
-            elif count:
-                fault += "; a line that was torn can be deleted: what it leaves is told as missing"
-            return f"{fault}."
-    return None
+            return Table(*read_text_table(path, wanted, form))
 
 
 def _npz(path: Path) -> dict[str, Any]:
@@ -259,13 +167,13 @@ def _flat(variables: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, An
 
 
 def _table(variables: dict[str, Any], wanted: Sequence[Name], path: Path) -> Table:
-    columns: dict[Name, Array] = {}
+    columns: dict[Name, np.ndarray] = {}
     for name in wanted:
         if name in variables:
             values = np.squeeze(np.asarray(variables[str(name)]))
-            if values.dtype.kind not in "fiub":
+            if values.dtype.kind not in "fiubM":
                 raise DataError(f"{path}: {name!r} does not hold numbers.")
-            columns[name] = values.astype(float)
+            columns[name] = values if values.dtype.kind == "M" else values.astype(float)
     return Table(columns, tuple(variables))
 
 

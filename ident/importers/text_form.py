@@ -13,6 +13,13 @@ from wamctl.arm.errors import DataError
 
 _HEAD = 40  # lines that are looked at
 _COMMENTS = ("#", "%")
+_UTF16 = (b"\xff\xfe", b"\xfe\xff")
+
+
+def encoding(path: Path) -> str:
+    """That of a text table: UTF-16 where its first bytes say so, else UTF-8."""
+    with path.open("rb") as stream:
+        return "utf-16" if stream.read(2) in _UTF16 else "utf-8-sig"
 
 
 @dataclass(frozen=True)
@@ -47,9 +54,9 @@ class TextForm:
         """The lines with anything in them from a number on, counted from 0: number from 1, cells.
 
         Raises:
-            OSError, UnicodeDecodeError, csv.Error: a file that is no text table.
+            OSError, UnicodeError, csv.Error: a file that is no text table.
         """
-        with path.open(encoding="utf-8-sig", newline="") as stream:
+        with path.open(encoding=encoding(path), newline="") as stream:
             if self.blank:
                 lines = enumerate((line.split() for line in stream), 1)
             else:
@@ -68,11 +75,11 @@ class TextForm:
         cells where the line of names has no comma.
 
         Raises:
-            OSError, UnicodeDecodeError: a file that is no text.
+            OSError, UnicodeError: a file that is no text.
         """
         if not self.header:
             return self
-        with path.open(encoding="utf-8-sig") as stream:
+        with path.open(encoding=encoding(path)) as stream:
             head = list(itertools.islice(stream, self.skip, self.skip + _HEAD))
         if not head:
             return self

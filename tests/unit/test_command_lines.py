@@ -259,6 +259,22 @@ def test_out_is_checked_before_the_work(command: str, tmp_path, capsys) -> None:
     assert str(out) in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("command", ["import", "simulate"])
+def test_a_log_is_written_under_the_name_of_one(command: str, tmp_path, capsys) -> None:
+    for name, advised in (("foo.csv", "foo.mcap"), ("foo", "foo.mcap")):
+        out = tmp_path / name
+        needed = {
+            "simulate": ["--model", tmp_path / "no.yaml"],
+            "import": [tmp_path / "no.csv", "--map", "xmate7p-map.yaml"],
+        }[command]
+        assert call(command, *needed, "--out", out) == 6
+        assert capsys.readouterr().err == (
+            f"ident: {out} is to hold a log, whose name ends in .mcap: write --out"
+            f" {tmp_path / advised}.\n"
+        )
+        assert not out.exists()
+
+
 def test_shipped_files_fit_their_schemas() -> None:
     jsonschema = pytest.importorskip("jsonschema")
     kinds = {"arm": ["wam7", "wam7-classic"], "robot": ["xmate7p"], "mapping": ["xmate7p-map"]}

@@ -116,7 +116,8 @@ def test_numbered_columns_of_a_table_without_header(tmp_path: Path) -> None:
 def test_motors_become_joints_and_power_is_kept(tmp_path: Path) -> None:
     matrix = np.array([[10.0, 0.0], [4.0, -8.0]])
     motor, motor_torque = Q @ matrix.T, TAU @ np.linalg.inv(matrix)
-    angle = table(tmp_path / "angle.csv", {"m1": motor[:, 0], "m2": motor[:, 1]})
+    columns = {"m1": motor[:, 0], "m2": motor[:, 1], "w1": motor[:, 0], "w2": motor[:, 1]}
+    angle = table(tmp_path / "angle.csv", columns)
     table(tmp_path / "torque.csv", {"m1": motor_torque[:, 0], "m2": motor_torque[:, 1]})
     both = ["m1", "m2"]
     content = {
@@ -124,7 +125,7 @@ def test_motors_become_joints_and_power_is_kept(tmp_path: Path) -> None:
         "time": {"rate_hz": 250},
         "motor_from_joint": matrix.tolist(),
         "position": {"columns": both, "side": "motor"},
-        "velocity": {"columns": both, "side": "motor", "unit": "rpm"},
+        "velocity": {"columns": ["w1", "w2"], "side": "motor", "unit": "rpm"},
         "effort": {"columns": both, "side": "motor", "file": "torque.csv"},
     }
     recording = imported(angle, content)
@@ -315,6 +316,16 @@ def test_every_fault_of_a_mapping_at_once(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.parametrize("unit", ["A", "mA"])
+def test_currents_go_in_without_a_unit(tmp_path: Path, unit: str) -> None:
+    effort = BASIC["effort"] | {"unit": unit}
+    assert refused(basic_table(tmp_path), BASIC | {"effort": effort}, ConfigurationError) == (
+        f"{tmp_path / 'map.yaml'}: effort.unit: '{unit}' is of a current: leave unit out, scale the"
+        " columns to ampere, and let `--set torque_unit=A` (for `ident run` and `ident gap`) or"
+        " `torque_unit: A` (under identification in the arm's file) estimate the drives' gains."
+    )
+
+
 def test_every_column_that_is_missing_at_once(tmp_path: Path) -> None:
     source = basic_table(tmp_path)
     table(tmp_path / "short.csv", {"u1": T[:9], "u2": T[:9]})
@@ -339,15 +350,16 @@ def test_a_row_for_each_channel_is_turned(tmp_path: Path) -> None:
     t = np.arange(50) / 100
     q = np.sin(t[:, None] + [0.0, 1.0])
     path = tmp_path / "data.npz"
-    np.savez(path, ans=np.vstack([t, q.T]))
+    np.savez(path, ans=np.vstack([t, q.T, 2 * q.T]))
     content = {
         "joints": ["q1", "q2"],
         "time": {"rate_hz": 100},
         "position": {"columns": "ans", "entries": [2, 3]},
-        "effort": {"columns": "ans", "entries": [3, 2]},
+        "effort": {"columns": "ans", "entries": [5, 4]},
     }
     made = imported(path, content)
     np.testing.assert_allclose(made.q, q)
+    np.testing.assert_allclose(made.effort, 2 * q[:, ::-1])
 
 
 def test_white_space_where_commas_were_expected(tmp_path: Path) -> None:
@@ -412,7 +424,7 @@ def test_tables_that_cannot_be_read(tmp_path: Path) -> None:
     assert refused(path, BASIC, DataError) == f"{path} does not exist: give the table to import."
     for name in ("x.npz", "x.mat", "x.csv"):
         path = tmp_path / name
-        path.write_bytes(b"\xff\xfe\x00\x81 garbage")
+        path.write_bytes(b"\xff\xfd\x00\x81 garbage")
         assert refused(path, BASIC, DataError).startswith(f"{path} is not a readable ")
     path = tmp_path / "text.npz"
     np.savez(path, t=T, q1=np.array(["x"]), q2=T, u1=T, u2=T)
@@ -438,19 +450,25 @@ def test_times_that_count_from_a_trigger_begin_at_the_first(tmp_path: Path) -> N
     assert stamps[-1] == pytest.approx(0.196e9, abs=1.0)
 
 
+def table_of_seven(folder: Path) -> tuple[Path, dict[str, Any]]:
+    """A table of an arm with seven joints, and what its columns are."""
+    names = {place: [f"{place}{k}" for k in range(1, 8)] for place in ("position", "effort")}
+    columns = dict.fromkeys([*names["position"], *names["effort"]], T)
+    source = table(folder / "data.csv", columns)
+    return source, {place: {"columns": own} for place, own in names.items()}
+
+
 def test_the_arm_travels_inside_the_log(tmp_path: Path) -> None:
-    columns = {f"x{k}": T for k in range(1, 8)}
-    source = table(tmp_path / "data.csv", columns)
-    names = {"columns": list(columns)}
-    content = {"robot": "xmate7p.yaml", "time": {"rate_hz": 50}, "position": names, "effort": names}
+    source, names = table_of_seven(tmp_path)
+    content = {"robot": "xmate7p.yaml", "time": {"rate_hz": 50}} | names
     recording = imported(source, content)
     assert recording.joint_names == tuple(f"joint{k}" for k in range(1, 8))
     assert yaml.safe_load(recording.attachments["config.yaml"])["arm"] == "xmate7p"
     assert b'<robot name="xmate7p">' in recording.attachments["robot.urdf"]
     (tmp_path / "log.mcap").unlink()
-    assert refused(source, content | {"position": {"columns": ["x1"]}}, ConfigurationError) == (
-        f"{tmp_path / 'map.yaml'}: position.columns: 1 entries for 7 joints."
-    )
+    assert refused(
+        source, content | {"position": {"columns": ["position1"]}}, ConfigurationError
+    ) == (f"{tmp_path / 'map.yaml'}: position.columns: 1 entries for 7 joints.")
     other = [f"j{k}" for k in range(1, 8)]
     assert refused(source, content | {"joints": other}, ConfigurationError) == (
         f"{tmp_path / 'map.yaml'}: joints: j1, j2, j3, j4, j5, j6, j7 are not those of"
@@ -459,10 +477,9 @@ def test_the_arm_travels_inside_the_log(tmp_path: Path) -> None:
 
 
 def test_a_plain_urdf_is_an_arm_too(tmp_path: Path) -> None:
-    columns = {f"x{k}": T for k in range(1, 8)}
-    source, names = table(tmp_path / "data.csv", columns), {"columns": list(columns)}
+    source, names = table_of_seven(tmp_path)
     (tmp_path / "mine.urdf").write_text(find_file("xmate7p.urdf").read_text())
-    content = {"robot": "mine.urdf", "time": {"rate_hz": 50}, "position": names, "effort": names}
+    content = {"robot": "mine.urdf", "time": {"rate_hz": 50}} | names
     recording = imported(source, content)
     assert recording.joint_names == tuple(f"joint{k}" for k in range(1, 8))
     assert recording.attachments.keys() == {"robot.urdf", "mapping.yaml"}
