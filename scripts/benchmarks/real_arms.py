@@ -96,10 +96,17 @@ class Case:
         return row
 
     def _error(self, judged: str, out: Path, model: str) -> list[float | None]:
-        """Relative error on a recording, and on its unfiltered torque [%]."""
+        """Relative error on a recording, and on its unfiltered torque [%].
+
+        All models are judged at one cut-off, the nominal one's: more of the torque's noise counts
+        at a higher one.
+        """
         told = out / f"validate-{model}-{judged}"
         path = out / model / "model.yaml"
-        if ident("validate", self.log(judged), "--model", path, "--out", told, "--force"):
+        words = ["validate", self.log(judged), "--model", path, "--out", told, "--force"]
+        if (nominal := out / "nominal" / "run.json").exists():
+            words += ["--cutoff", json.loads(nominal.read_text())["cutoff_hz"]]
+        if ident(*words):
             return [None, None]
         (log,) = json.loads((told / "validate.json").read_text())["logs"]
         return [side["relative_error_percent"] for side in (log, log["raw_torque"])]
