@@ -89,6 +89,8 @@ def gap_page(report: GapReport) -> Page:
         provenance_section(content),
     ]
     status, word = VERDICT_WORDS[content["verdict"]]
+    if content["verdict"] == "no_gap" and content.get("friction"):
+        status, word = "warning", "friction has changed"
     first, *more = verdict_sentences(report)
     return Page(
         command="ident gap",

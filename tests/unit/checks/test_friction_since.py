@@ -44,7 +44,10 @@ def test_it_is_told_with_both_values_where_it_has_changed(log, coulomb, viscous)
     assert f"joint {JOINT + 1}" in said
     assert "{" not in said
     assert ("Coulomb" if coulomb else "viscous") + " friction is" in said
-    assert "Friction since the reference model" in done.page()
+    page = done.page()
+    assert "Friction since the reference model" in page
+    assert "friction has changed" in page
+    assert "nothing missing" not in page.lower()
 
 
 def test_nothing_is_said_where_it_is_as_it_was(log) -> None:
