@@ -86,8 +86,8 @@ def gap(
             from ident.workflows.output_error.driven_gap import gap_driven
             from ident.workflows.output_error.gap import gap_simulation
 
-            unfit = {"--model": wanted.model, "--with-suspected": wanted.with_suspected}
-            unfit = [name for name, value in unfit.items() if value]
+            for_torque = ("--model", wanted.model), ("--with-suspected", wanted.with_suspected)
+            unfit = [name for name, value in for_torque if value]
             limits = SearchSettings(null_runs=wanted.null_runs)
             if method is Method.SIMULATION and are_driven(logs, robot, reading):
                 refuse_with_simulation(unfit)

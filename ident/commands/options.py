@@ -264,7 +264,8 @@ def with_input(
     for old, new in reading.rules:
         words += ["--rename", f"{old}={new}"]
     for name, value in (changes or {}).items():
-        words += ["--set", f"{name}={','.join(value) if isinstance(value, list) else value}"]
+        text = ",".join(map(str, value)) if isinstance(value, list) else value
+        words += ["--set", f"{name}={text}"]
     return words
 
 

@@ -20,7 +20,8 @@ from ident.commands.outputs import file_written, folder_written
 from ident.recordings.loading import Reading
 from wamctl.arm import command_line
 from wamctl.arm.command_line import can_missing, next_step
-from wamctl.arm.config import find_file, load_robot_file, shipped_file
+from wamctl.arm.config import IdentificationSection, find_file, load_robot_file, shipped_file
+from wamctl.arm.configuration.yaml_file import validate
 from wamctl.arm.errors import ConfigurationError, DataError
 
 PROJECT = Path(__file__).parents[2]
@@ -231,6 +232,15 @@ def test_the_next_step_can_be_pasted_into_a_shell(capsys) -> None:
         *("--set", "terms=viscous,coulomb", "--set", "torque_unit=A"),
     ]
     assert with_input([Path("a.mcap")], None, Reading()) == [Path("a.mcap")]
+
+
+def test_a_setting_with_several_numbers_is_kept_as_it_was_given() -> None:
+    """Joined as words, numbers ended the command in a bug after its results were written."""
+    given = settings_of(None, ["gains_nm_per_a=[1.5, 2.0]"])
+    _, word, text = with_input([Path("a.mcap")], None, Reading(), given)
+    assert (word, text) == ("--set", "gains_nm_per_a=1.5,2.0")
+    again = validate(IdentificationSection, settings_of(None, [str(text)]), "settings")
+    assert list(again.gains_nm_per_a or ()) == [1.5, 2.0]
 
 
 def test_a_replaced_file_is_kept_beside(tmp_path, capsys) -> None:
